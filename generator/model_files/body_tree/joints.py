@@ -87,6 +87,22 @@ def group_dofs(
     return tuple(groups)
 
 
+def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | None:
+    """Return the joint `joint` of several rotations that are about axes across each other.
+
+    It has the laws of its rotation vector's components along these axes. None where the rotations
+    of a body are not such a joint.
+    """
+    marked = [replace(dof, joint=joint) if dof.kind is AxisKind.ROTATION else dof for dof in dofs]
+    turns = [dof for dof in marked if dof.kind is AxisKind.ROTATION]
+    if len(turns) < 2 or not _are_orthogonal(turns):
+        return None
+    if _joint_group(tuple(turns), separate=False) is None:
+        return None
+    groups = group_dofs(marked)
+    return next((one for one in groups if len(one.rotations) == len(turns)), None)
+
+
 def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointGroup | None:
     """Return the joint of these degrees of freedom; None if they do not form one."""
     turns = [freedom for freedom in dofs if freedom.kind is AxisKind.ROTATION]

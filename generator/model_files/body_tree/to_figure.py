@@ -143,6 +143,8 @@ FRAME = "frame"
 NOISE = 1e-15
 """Rounding errors [rad or m]: smaller values are written as zero."""
 
+HINGES_AS_ONE = "laws of hinges that form one joint act on its rotation vector, not on each angle"
+
 _FREE = JointFields(None, None, None, None, None)
 
 
@@ -286,7 +288,8 @@ def figure_from_tree(
         _add_body(draft, body)
     _add_name_losses(draft)
     name = None if tree.name is None else Names().assign(tree.name)
-    springs = SpringsFile(tuple(draft.springs_tables)) if draft.springs_tables else None
+    tables = tuple(draft.springs_tables)
+    springs = SpringsFile(tables, joining=tree.joining) if tables or tree.joining else None
     shapes = {ground: whole.shapes, **_segment_shapes(draft, whole.bodies)}
     surfaces, colours = join_shapes(shapes, losses)
     figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
@@ -410,8 +413,7 @@ def _add_joint(
     hinges = [freedom for freedom in group.rotations if not freedom.joint]
     if len(group.rotations) > 1 and any(freedom.is_passive for freedom in hinges):
         draft.losses.add(
-            "laws of hinges that form one joint act on its rotation vector, not on each angle "
-            "(--apart keeps them exact)",
+            f"{HINGES_AS_ONE} (--apart keeps them exact)",
             name,
         )
 

@@ -17,6 +17,7 @@ from generator.inertia import MassProperties
 from generator.model_files.body_tree.shapes import Shape
 from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
+from springs import Joining
 
 
 class Curve(Protocol):
@@ -188,6 +189,7 @@ class BodyTree:
         name: of the model, or None.
         span: where the model begins.
         shapes: fixed to the world, in its frame.
+        joining: of the laws of joints of several rotations, where the model has another than usual.
     """
 
     bodies: tuple[Body, ...]
@@ -196,6 +198,7 @@ class BodyTree:
     name: str | None = None
     span: Span | None = None
     shapes: tuple[Shape, ...] = ()
+    joining: Joining | None = None
 
 
 Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])

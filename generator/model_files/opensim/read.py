@@ -34,9 +34,14 @@ from generator.model_files.opensim.joints import (
     parse_joint,
 )
 from generator.model_files.opensim.passive_forces import apply_forces
+from generator.model_files.opensim.rotation_springs import (
+    find_rotation_springs,
+    with_rotation_springs,
+)
 from generator.model_files.opensim.shapes import GeometryReader
 from generator.model_files.xml import XmlElement, parse_numbers
 from generator.rotations import Array, inverse_pose, pose_matrix
+from springs import Joining
 
 GRAVITY = (0.0, -9.80665, 0.0)
 
@@ -78,8 +83,12 @@ def figure_from_osim(
     frames = FrameIndex.from_model(element, diagnostics)
     bodies = _build_bodies(_links(frames, element, losses), known, diagnostics)
     forces = list(_set_objects(element, "ForceSet"))
+    rotation_springs, forces = find_rotation_springs(bodies, forces)
     bodies = apply_forces(bodies, forces, diagnostics, losses)
     bodies = apply_bushings(frames, bodies, forces, losses)
+    bodies = with_rotation_springs(bodies, rotation_springs, losses)
+    weighted = any(spring.joining is Joining.WEIGHTED for spring in rotation_springs)
+    joining = Joining.WEIGHTED if weighted else None
     sites = _add_markers(frames, element, bodies)
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
@@ -89,7 +98,7 @@ def figure_from_osim(
     for sentence in gravity_losses(np.array(gravity), up):
         losses.add(sentence)
     name, ground = element.get("name"), shapes.get(GROUND, ())
-    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground)
+    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, joining)
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
     return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 

@@ -1,0 +1,291 @@
+"""Springs of several rotations in OpenSim's models, as this program writes them.
+
+They are forces of a path whose length is a component of a joint's rotation vector, or whose moment
+arms are rates of turning about an axis: functions of the joint's coordinates, which are recognised
+by their values. Such a force is a law about an axis of the joint.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from math import pi
+from typing import TypeAlias
+
+import numpy as np
+
+from generator.figure import AxisKind
+from generator.joint_chain import Chain
+from generator.losses import Losses
+from generator.model_files.body_tree.joints import BEYOND_LIMITS, rotation_group
+from generator.model_files.body_tree.to_figure import HINGES_AS_ONE
+from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
+from generator.model_files.opensim.joints import child_text
+from generator.model_files.opensim.lepton import ExpressionError, parse_expression
+from generator.model_files.opensim.passive_forces import with_function
+from generator.model_files.xml import XmlElement
+from generator.rotations import (
+    Array,
+    matrix_from_rotation_vector,
+    rotation_vector_from_matrix,
+)
+from springs import Joining
+
+_TOLERANCE = 1e-9
+"""Difference of a length [rad] or an arm that counts as rounding."""
+
+_SAMPLES = 20
+"""Orientations at which lengths and arms are compared."""
+
+_LARGEST_ANGLE = 0.9
+"""Of their displacements [rad]: together they are less than half a turn."""
+
+_SEED = 1
+
+_UNREAD = ("lengthening_speed_function", "resting_length")
+"""Parts of such a force that this program does not write."""
+
+_Law: TypeAlias = Callable[[Array, float], Array]
+
+
+@dataclass(frozen=True)
+class RotationSpring:
+    """A force that is a law about an axis of a joint.
+
+    Attributes:
+        name: of the force.
+        coordinate: whose axis it is; its positive angle is that of the law.
+        torque_at: torque about the axis [N m] at components of the rotation vector [rad] and a rate
+            about the axis [rad/s].
+        joining: of the laws of the joint's axes, where the force depends on it.
+    """
+
+    name: str
+    coordinate: str
+    torque_at: _Law
+    joining: Joining | None
+
+
+def find_rotation_springs(
+    bodies: Iterable[Body], forces: Iterable[XmlElement]
+) -> tuple[list[RotationSpring], list[XmlElement]]:
+    """Return the laws about axes of joints, all of one joining, and the other forces."""
+    joints = {
+        frozenset(joint.names): joint
+        for joint in (_Joint(body.dofs, body.joint or body.name) for body in bodies)
+        if joint.is_readable
+    }
+    found: list[RotationSpring] = []
+    others: list[XmlElement] = []
+    joining: Joining | None = None
+    for force in forces:
+        spring = None
+        switched_off = child_text(force, "appliesForce").lower() == "false"
+        if force.tag == "ExpressionBasedPathForce" and not switched_off:
+            spring = _find_spring(joints, force)
+        if spring is None or (joining and spring.joining and spring.joining is not joining):
+            others.append(force)
+        else:
+            joining = joining or spring.joining
+            found.append(spring)
+    return found, others
+
+
+def with_rotation_springs(
+    bodies: Iterable[Body], springs: Sequence[RotationSpring], losses: Losses
+) -> list[Body]:
+    """Return the bodies with the laws; hinges that have such a law form one joint."""
+    return [_with_springs(body, springs, losses) for body in bodies]
+
+
+def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses) -> Body:
+    names = {dof.name for dof in body.dofs}
+    own = [spring for spring in springs if spring.coordinate in names]
+    if not own:
+        return body
+    joint = body.joint or body.name
+    turns = [dof for dof in body.dofs if dof.kind is AxisKind.ROTATION]
+    if any(dof.is_passive for dof in turns):
+        losses.add(HINGES_AS_ONE, joint)
+    dofs = {
+        dof.name: _as_part(dof, joint) if dof.kind is AxisKind.ROTATION else dof
+        for dof in body.dofs
+    }
+    for spring in own:
+        dof = dofs[spring.coordinate]
+        changed = with_function(dof, spring.name, spring.torque_at, losses)
+        if changed == dof and spring.joining is not None:  # it acts beyond the range only
+            whole = replace(dof, expected_range=(-pi, pi))
+            changed = with_function(whole, spring.name, spring.torque_at, losses)
+        dofs[dof.name] = changed
+    return replace(body, dofs=tuple(dofs.values()))
+
+
+def _as_part(dof: DegreeOfFreedom, joint: str) -> DegreeOfFreedom:
+    """Return a rotation of a joint; its component may leave the range of the coordinate."""
+    ends = dof.expected_range
+    wider = None if ends is None else (ends[0] - BEYOND_LIMITS, ends[1] + BEYOND_LIMITS)
+    return replace(dof, joint=joint, expected_range=wider)
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """The rotations of a body, at random displacements.
+
+    Attributes:
+        dofs: of the body.
+        name: of the joint.
+    """
+
+    dofs: tuple[DegreeOfFreedom, ...]
+    name: str
+
+    @cached_property
+    def turns(self) -> tuple[DegreeOfFreedom, ...]:
+        """The rotations, outermost first."""
+        return tuple(dof for dof in self.dofs if dof.kind is AxisKind.ROTATION)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the coordinates of the rotations."""
+        return tuple(dof.name for dof in self.turns)
+
+    @property
+    def is_readable(self) -> bool:
+        """True for several rotations in radians that form a joint."""
+        return all(dof.scale == 1.0 for dof in self.turns) and (
+            rotation_group(self.dofs, self.name) is not None
+        )
+
+    @cached_property
+    def displacements(self) -> Array:
+        """Random angles [rad], shape (samples, rotations)."""
+        rng = np.random.default_rng(_SEED)
+        return rng.uniform(-_LARGEST_ANGLE, _LARGEST_ANGLE, (_SAMPLES, len(self.turns)))
+
+    @cached_property
+    def coordinates(self) -> Mapping[str, Array]:
+        """Values of the coordinates, by name."""
+        columns = zip(self.turns, self.displacements.T, strict=True)
+        return {dof.name: values + dof.offset for dof, values in columns}
+
+    @cached_property
+    def rotation_vectors(self) -> Array:
+        """Rotation vectors in the body's frame [rad], shape (samples, 3)."""
+        return rotation_vector_from_matrix(self._chain.pose(self._inner_first)[:, :3, :3])
+
+    @cached_property
+    def turn_rates(self) -> Array:
+        """Angular velocities in the half-way frame for unit rates, shape (samples, turns, 3)."""
+        rates = self._chain.twists(self._inner_first)[:, ::-1, :3]
+        half_way = matrix_from_rotation_vector(0.5 * self.rotation_vectors)
+        return np.einsum("nji,nkj->nki", half_way, rates)
+
+    @property
+    def _inner_first(self) -> Array:
+        return self.displacements[:, ::-1]
+
+    @cached_property
+    def _chain(self) -> Chain:
+        group = rotation_group(self.turns, self.name)
+        assert group is not None, "checked before"
+        return Chain(replace(group, frame=np.eye(3)).chain)
+
+
+def _find_spring(
+    joints: Mapping[frozenset[str], _Joint], force: XmlElement
+) -> RotationSpring | None:
+    """Return the law of a force; None where it is not recognised."""
+    path = force.find("FunctionBasedPath")
+    if path is None or child_text(force, "clamp_stretch").lower() != "false":
+        return None
+    order = [each.rsplit("/", 1)[-1] for each in child_text(path, "coordinate_paths").split()]
+    joint = joints.get(frozenset(order))
+    if joint is None or len(order) != len(joint.turns):
+        return None
+    if any(each.tag in _UNREAD for each in force.walk()):
+        return None
+    name = force.get("name") or force.tag
+    try:
+        tension = parse_expression(child_text(force, "expression"), frozenset({"s", "ldot"}))
+        (length,) = _function_values(joint, order, path.find("length_function"))
+        arms = _function_values(joint, order, path.find("moment_arm_functions"))
+    except (ExpressionError, ValueError):
+        return None
+
+    def tension_at(lengths: Array, rate: float) -> Array:
+        with np.errstate(all="ignore"):
+            found = tension({"s": lengths, "ldot": np.full_like(lengths, rate)})
+        return found * np.ones_like(lengths)
+
+    if not arms:
+        return _spring_of_length(name, joint, length, tension_at)
+    if len(arms) != len(order):
+        return None
+    by_name = dict(zip(order, arms, strict=True))
+    columns = np.stack([by_name[dof.name] for dof in joint.turns], axis=1)
+    return _spring_of_arms(name, joint, length, columns, tension_at)
+
+
+def _function_values(joint: _Joint, order: Sequence[str], parent: XmlElement | None) -> list[Array]:
+    """Return the values of functions of a joint's coordinates; raises ExpressionError."""
+    found: list[Array] = []
+    for function in () if parent is None else parent.find_all("ExpressionBasedFunction"):
+        variables = child_text(function, "variables").split()
+        known = dict(zip(variables, (joint.coordinates[name] for name in order), strict=True))
+        value = parse_expression(child_text(function, "expression"), frozenset(known))
+        with np.errstate(all="ignore"):
+            found.append(value(known) * np.ones(_SAMPLES))
+    return found
+
+
+def _spring_of_length(
+    name: str, joint: _Joint, length: Array, tension_at: _Law
+) -> RotationSpring | None:
+    """Return the law of a force whose length is a component of the rotation vector."""
+    for dof, sign in product(joint.turns, (1.0, -1.0)):
+        if _is_equal(length, sign * (joint.rotation_vectors @ dof.axis)):
+            return RotationSpring(
+                name,
+                dof.name,
+                lambda angle, rate, s=sign: -s * tension_at(s * angle, s * rate),
+                Joining.CONSERVATIVE,
+            )
+    return None
+
+
+def _spring_of_arms(
+    name: str, joint: _Joint, length: Array, arms: Array, tension_at: _Law
+) -> RotationSpring | None:
+    """Return the law of a force whose arms are rates of turning about an axis.
+
+    They are these themselves, of damping and constants; or weighted by the direction of the
+    rotation, whose whole angle is the length.
+    """
+    angles = np.linalg.norm(joint.rotation_vectors, axis=1)
+    for dof, sign in product(joint.turns, (1.0, -1.0)):
+        rates = sign * (joint.turn_rates @ dof.axis)
+        component = sign * (joint.rotation_vectors @ dof.axis)
+        if not np.any(length) and _is_equal(arms, rates):
+            constant = np.any(tension_at(np.zeros(1), 0.0))
+            return RotationSpring(
+                name,
+                dof.name,
+                lambda angle, rate, s=sign: s * tension_at(np.zeros_like(angle), -s * rate),
+                Joining.WEIGHTED if constant else None,
+            )
+        weights = np.abs(component) / angles
+        if _is_equal(length, np.copysign(angles, component)) and _is_equal(
+            arms, weights[:, None] * rates
+        ):
+            return RotationSpring(
+                name,
+                dof.name,
+                lambda angle, rate, s=sign: s * tension_at(s * angle, -s * rate),
+                Joining.WEIGHTED,
+            )
+    return None
+
+
+def _is_equal(found: Array, expected: Array) -> bool:
+    return bool(np.abs(found - expected).max() <= _TOLERANCE)

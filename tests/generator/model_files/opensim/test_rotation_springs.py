@@ -1,0 +1,118 @@
+"""Springs of several rotations in models that OpenSim saved anew."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from generator.figure_file import read_figure
+from generator.model_files.formats import read_model
+from generator.model_files.imported import Imported
+from generator.model_files.opensim.write import format_files
+from generator.springs_file.read import read_springs
+from springs import Joining
+from tests.generator.model_files.imported_models import (
+    lost,
+    without_carried_texts,
+    written_and_read,
+)
+from tests.generator.model_files.resaved import LARGEST_FACTOR, compare, stated, viscous
+
+RELATIVE = 1e-6
+"""Difference of torques besides the stated errors of tables, relative to the largest."""
+
+LOST = "along paths"
+
+
+def written(name: str, folder: Path, joining: Joining = Joining.CONSERVATIVE) -> Path:
+    """A model without the figure and the springs that it carries, as other programs save it."""
+    figure, path = read_figure(name), folder / f"{name}.osim"
+    format_files(figure, replace(read_springs(None, figure), joining=joining), path).write()
+    path.write_text(without_carried_texts(path.read_text(encoding="utf-8")), encoding="utf-8")
+    return path
+
+
+def check_torques(name: str, imported: Imported, folder: Path, joining: Joining) -> None:
+    figure = read_figure(name)
+    springs = replace(read_springs(None, figure), joining=joining)
+    folder.mkdir()
+    back_figure, back = written_and_read(imported, folder)
+    assert back.joining is joining
+    for joint in springs.joints:
+        found = compare(figure, springs, imported, back, joint)
+        allowed = LARGEST_FACTOR * stated(imported.losses, joint) + RELATIVE * found.size
+        assert found.difference <= allowed, joint
+        assert viscous(back_figure, back, joint) == pytest.approx(viscous(figure, springs, joint))
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("name", ["prototype", "clavicles"])
+@pytest.mark.parametrize("joining", Joining)
+def test_models_that_opensim_saves_keep_their_torques(name: str, joining: Joining, tmp_path: Path):
+    api = pytest.importorskip("opensim")
+    path = written(name, tmp_path, joining)
+    model, saved = api.Model(str(path)), tmp_path / "saved.osim"
+    model.initSystem()
+    model.printToXML(str(saved))
+    check_torques(name, read_model(saved), tmp_path / "back", joining)
+
+
+@pytest.mark.parametrize("joining", Joining)
+def test_models_without_texts_keep_their_torques(joining: Joining, tmp_path: Path):
+    imported = read_model(written("prototype", tmp_path, joining))
+    check_torques("prototype", imported, tmp_path / "back", joining)
+    assert not any(LOST in loss.what for loss in imported.losses.entries)
+
+
+CHANGES = {
+    "its length is no component": (r"<expression>\(f\*", "<expression>(1.001*f*"),
+    "its length is no expression": (r"<expression>\(f\*", "<expression>(("),
+    "it acts on one side only": ("<clamp_stretch>false", "<clamp_stretch>true"),
+    "its coordinates are those of no joint": (r" ?/jointset/waist/waist_3", ""),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_force_that_is_no_law_about_an_axis_is_a_loss_and_the_others_stay(
+    change: str, tmp_path: Path
+):
+    path = written("prototype", tmp_path)
+    text = path.read_text(encoding="utf-8")
+    force = re.search(
+        r'<ExpressionBasedPathForce name="waist_x_spring">.*?</Exp\w+PathForce>', text, re.S
+    )
+    assert force is not None
+    changed = re.sub(*CHANGES[change], force[0], count=1)
+    assert changed != force[0]
+    path.write_text(text.replace(force[0], changed), encoding="utf-8")
+    imported = read_model(path)
+    assert lost(imported, LOST) == ("waist_x_spring",)
+    figure = read_figure("prototype")
+    springs = read_springs(None, figure)
+    _, back = written_and_read(imported, tmp_path)
+    axes = {axis.direction: axis.elastic for axis in back.joints["waist"].axes}
+    assert not axes[1.0, 0.0, 0.0]
+    assert axes[0.0, 1.0, 0.0]
+    assert axes[0.0, 0.0, 1.0]
+    found = compare(figure, springs, imported, back, "left_hip_joint")
+    assert found.difference <= LARGEST_FACTOR * stated(imported.losses, "left_hip_joint")
+
+
+def test_an_edited_spring_has_its_new_law_and_the_others_theirs(tmp_path: Path):
+    path = written("prototype", tmp_path)
+    text = path.read_text(encoding="utf-8")
+    start = text.index('name="waist_x_spring"')
+    tension = re.compile(r"(</FunctionBasedPath>\s*<expression>)([^<]*)(</expression>)")
+    edited = tension.sub(r"\g<1>7*s\g<3>", text[start:], count=1)
+    path.write_text(text[:start] + edited, encoding="utf-8")
+    imported = read_model(path)
+    figure = read_figure("prototype")
+    springs = read_springs(None, figure)
+    _, back = written_and_read(imported, tmp_path)
+    for joint in springs.joints:
+        found = compare(figure, springs, imported, back, joint)
+        allowed = LARGEST_FACTOR * stated(imported.losses, joint) + RELATIVE * found.size
+        assert (found.difference <= allowed) == (joint != "waist"), joint
+    (x,) = (axis for axis in back.joints["waist"].axes if axis.direction == (1.0, 0.0, 0.0))
+    assert float(x.elastic[0].torque(0.3)) == pytest.approx(-2.1)
