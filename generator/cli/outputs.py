@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from os import W_OK, X_OK, access
 from os.path import realpath
 from pathlib import Path
 
@@ -229,9 +230,14 @@ def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByP
 
 def _check_targets(parts: Mapping[Path, Path]) -> None:
     """Raise InputError unless every temporary file or folder can be renamed to its path."""
-    blocked = [p for p, part in parts.items() if part.is_dir() and p.exists() and not p.is_dir()]
-    if blocked:
-        raise InputError([unwritable_file_error(path, "it is not a directory") for path in blocked])
+    folders = [path for path, part in parts.items() if part.is_dir() and path.exists()]
+    reasons = {path: "it is not a directory" for path in folders if not path.is_dir()} | {
+        path: "permission denied"
+        for path in folders
+        if path.is_dir() and not access(path, W_OK | X_OK)
+    }
+    if reasons:
+        raise InputError([unwritable_file_error(path, why) for path, why in reasons.items()])
     files = [
         target
         for path, part in parts.items()

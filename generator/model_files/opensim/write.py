@@ -98,6 +98,9 @@ def format_osim(
     for name, joint in figure.joints.items():
         if name in moving:
             builder.add_joint(joint)
+    singular = [name for name in figure.joints if name in moving and _is_singular(model, name)]
+    if singular:
+        losses.add("joints at a singularity of their angles, which OpenSim cannot leave", *singular)
     force_writer = ForceWriter(model, builder.coordinate_paths, forces)
     force_writer.add_springs(springs)
     force_writer.add_loads()
@@ -210,6 +213,19 @@ class _Coordinate:
     axis: Array
     value: float
     limits: Range | None
+
+
+_MIN_TRIPLE_PRODUCT = 1e-3
+"""Triple product of three axes of rotation below which the angles of a joint are singular."""
+
+
+def _is_singular(model: ExportModel, joint: str) -> bool:
+    """Return True for a joint whose three axes of rotation are in one plane at the start."""
+    chain = model.tree.chains[joint]
+    if len(chain.rotations) != 3:
+        return False
+    axes = chain.twists(model.placement.displacements[joint])[list(chain.rotations), :3]
+    return abs(float(np.linalg.det(axes))) < _MIN_TRIPLE_PRODUCT
 
 
 class _JointWriter:

@@ -172,6 +172,22 @@ def test_a_folder_keeps_its_other_files(tmp_path: Path):
     assert names(tmp_path) == ["model"]
 
 
+def test_a_folder_that_is_closed_is_reported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Not once for each of its files."""
+    (tmp_path / "a_geometry").mkdir()
+    monkeypatch.chdir(tmp_path)
+
+    def is_open(path: Path, mode: int) -> bool:
+        del mode
+        return path.name != "a_geometry"
+
+    monkeypatch.setattr(module, "access", is_open)  # chmod closes nothing to the administrator
+    result = mover("convert", "prototype", "a.osim")
+    assert result.exit_code == 1
+    assert result.stderr == "error: `a_geometry` cannot be written: permission denied\n"
+    assert names(tmp_path) == ["a_geometry"]
+
+
 @needs_posix
 def test_parts_of_dead_programs_are_removed_by_the_next_run(tmp_path: Path):
     make = "import sys; from pathlib import Path; from generator.text_io import temporary_path\n"

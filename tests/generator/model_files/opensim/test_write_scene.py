@@ -21,7 +21,7 @@ from generator.kinematics.tree import build_tree
 from generator.model_files.opensim.write import coordinate_range, format_files, format_osim
 from springs import JointSprings, SpringSet
 from springs.published.range_of_motion import normal_range
-from tests.chains import chain, one_body
+from tests.chains import chain, one_body, two_bodies
 from tests.generator.model_files.engines import OpenSim
 from tests.generator.model_files.model_cases import (
     FOURBAR,
@@ -178,3 +178,21 @@ def test_publications_are_the_references_of_the_springs() -> None:
     assert all(" ".join(each.split()) in (said or "") for each in springs.references)
     bare = spring_set(hinge("left_elbow"))
     assert "publications" not in format_osim(PROTOTYPE, bare)[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "is_singular"),
+    [
+        ("Ry Rx Ry", (0.0, 0.0, 0.0), True),
+        ("Ry Rx Ry", (0.0, 0.1, 0.0), False),
+        ("Rx Ry Rz", (0.3, pi / 2, 0.2), True),
+        ("Rx Ry Rz", (0.0, 0.0, 0.0), False),
+        ("Rx Ry", (0.0, pi / 2), False),
+    ],
+)
+def test_singular_angles_at_the_start_are_reported(
+    text: str, start: tuple[float, ...], is_singular: bool
+) -> None:
+    losses = format_osim(two_bodies(chain(text), start), SpringSet())[1]
+    found = [loss.where for loss in losses.entries if "singularity" in loss.what]
+    assert found == ([("tested",)] if is_singular else [])
