@@ -19,6 +19,7 @@ from generator.diagnostics import InputError, error
 from generator.figure import Figure, Joint
 from generator.joint_chain import Chain, build_chain
 from generator.losses import Loss, Losses
+from generator.model_files.fit_error import format_size
 from generator.model_files.model_files import ModelFiles
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, passive_curve
@@ -315,7 +316,7 @@ def _losses(figure: Figure, springs: SpringSet, curves: list[_Curve]) -> Losses:
     if several:
         losses.add(
             f"the law that joins the axes of several rotations ({springs.joining.value}): "
-            "a row is for a turn about its axis alone",
+            "each curve is for rotations about its axis alone",
             *several,
         )
     coupled = dict.fromkeys(curve.joint for curve in curves if curve.held_angles)
@@ -334,5 +335,5 @@ def _interpolation_loss(curves: list[_Curve]) -> Loss | None:
     size = largest.interpolation_error
     if size < 1e-6:
         return None
-    what = f"the curves between the rows: straight lines err by {size:.2g} {unit} at most"
+    what = f"straight lines between the rows, which err by {format_size(size)} {unit} at most"
     return Loss(what, (largest.joint,))

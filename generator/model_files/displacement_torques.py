@@ -19,6 +19,8 @@ from generator.rotations import Array, matrix_from_rotation_vector
 from springs import AxisSpring, Joining, elastic_torque, total_torque
 from springs.elastic import Range
 
+COUPLING_LOSS = "springs of several rotations, approximated by a sum of torques about single axes"
+
 TYPICAL_TORQUE = 20.0
 """Torque beyond which the relative error of a fit counts [N m or N]."""
 

@@ -184,7 +184,7 @@ def is_in_tree(model: ExportModel, spring: CoupledSpring) -> bool:
     return all(axis.joint in joints for axis in spring.axes)
 
 
-def has_loads(site: Site) -> bool:
+def _has_loads(site: Site) -> bool:
     """Return True if constant forces or moments act at a site."""
     loads = (site.global_force, site.local_force, site.global_moment, site.local_moment)
     return any(any(load) for load in loads if load is not None)
@@ -221,6 +221,19 @@ def add_common_losses(
         losses.add("laws over several joints", " and ".join(joints))
     if springs.references and not has_references:
         losses.add("the references of the springs")
+
+
+def add_tree_losses(model: ExportModel, losses: Losses) -> None:
+    """Report the parts that a format with a tree of segments and their masses alone cannot hold."""
+    figure = model.figure
+    for joint in model.tree.closures:
+        losses.add("joints that close loops: the loops are open", joint.name)
+    moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
+    if moved:
+        losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
+    for name, segment in figure.segments.items():
+        if name not in figure.ground and any(_has_loads(site) for site in segment.sites.values()):
+            losses.add("forces and moments at sites", name)
 
 
 AXIS_POINT_DISTANCE = 0.1

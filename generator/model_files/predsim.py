@@ -23,6 +23,7 @@ from generator.figure import AxisKind, Figure
 from generator.joint_chain import build_chain
 from generator.losses import Losses
 from generator.model_files.displacement_torques import (
+    COUPLING_LOSS,
     NEGLIGIBLE_TORQUE,
     SampledTorque,
     coupling_error,
@@ -39,8 +40,6 @@ from springs.elastic import Range
 TITLES = ("name", "K_1", "K_2", "K_3", "K_4", "theta_1", "theta_2")
 
 FITTED_LOSS = "springs approximated by two exponentials"
-
-COUPLING_LOSS = "several rotations at once, of which the torques about each axis are a sum, err by"
 
 _RATES = (0.5, 2.0, 6.0, 20.0, 60.0)
 """Rates from which the fit starts, times half of the range."""

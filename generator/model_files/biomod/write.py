@@ -24,13 +24,14 @@ from generator.model_files.biomod.passive_torque import (
     passive_torques,
 )
 from generator.model_files.curves_csv import format_curves, has_curves, springs_table
+from generator.model_files.displacement_torques import COUPLING_LOSS
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
     add_common_losses,
+    add_tree_losses,
     build_export_model,
     has_friction,
-    has_loads,
     split_joint_laws,
     tree_joint_springs,
 )
@@ -53,8 +54,6 @@ NO_LIMIT = 1e3
 """End of the range of a translation without a limit [m]; a rotation's is pi."""
 
 FITTED_LOSS = "springs approximated by exponentials or lines"
-
-COUPLING_LOSS = "several rotations at once, of which the torques about each axis are a sum, err by"
 
 LIMITS_LOSS = "limits of several rotations, which are ranges of the single displacements here"
 
@@ -395,9 +394,6 @@ def _numbers(values: ArrayLike) -> str:
 
 def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     """Report the parts that the format cannot hold."""
-    figure = model.figure
-    for joint in model.tree.closures:
-        losses.add("joints that close loops: the loops are open", joint.name)
     for name, own in tree_joint_springs(model, springs):
         laws = split_joint_laws(model.tree.chains[name], own)
         if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
@@ -414,11 +410,6 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         limited = joint.lower_limit is not None or joint.upper_limit is not None
         if limited and model.tree.chains[joint.name].rotations[1:]:
             losses.add(LIMITS_LOSS, joint.name)
-    moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
-    if moved:
-        losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
     add_common_losses(model, springs, losses, has_references=True)
-    for name, segment in figure.segments.items():
-        if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
-            losses.add("forces and moments at sites", name)
-    losses.add("axes of sites: a marker is a point")
+    add_tree_losses(model, losses)
+    losses.add("the orientations of sites: a marker is a point")

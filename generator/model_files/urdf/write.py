@@ -27,9 +27,9 @@ from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
     add_common_losses,
+    add_tree_losses,
     build_export_model,
     has_friction,
-    has_loads,
     split_joint_laws,
     tree_joint_springs,
 )
@@ -191,8 +191,8 @@ class _LinkWriter:
         self._add_inertia(branch.outboard)
         if count > 1:
             self._losses.add(
-                "joints of several degrees of freedom: each is a row of single ones, with massless "
-                "links between them",
+                "joints of several degrees of freedom: each becomes a chain of single ones with "
+                "massless links between them",
                 joint.name,
             )
 
@@ -288,8 +288,6 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     """Report the parts that URDF cannot hold."""
     figure = model.figure
     losses.add("gravity: set it in the program that reads the file")
-    for joint in model.tree.closures:
-        losses.add("joints that close loops: the loops are open", joint.name)
     for name, own in tree_joint_springs(model, springs):
         laws = split_joint_laws(model.tree.chains[name], own)
         if _has_springs(figure.joints[name], laws):
@@ -309,15 +307,10 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         if model.tree.chains[name].rotations[1:]:
             losses.add("limits of several rotations", name)
         else:
-            losses.add("how stops grow beyond limits: those of the file are hard", name)
-    moved = [name for name, joint in figure.joints.items() if any(joint.displacement)]
-    if moved:
-        losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
+            losses.add("the stiffness of stops: the limits of the file are rigid", name)
     add_common_losses(model, springs, losses, has_references=True)
-    for name, segment in figure.segments.items():
-        if name not in figure.ground and any(has_loads(site) for site in segment.sites.values()):
-            losses.add("forces and moments at sites", name)
-    losses.add("sites, but for those of joints")
+    add_tree_losses(model, losses)
+    losses.add("sites other than those of joints")
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:

@@ -59,11 +59,11 @@ DAMPING = "damping of several rotations, approximated by that about axes of pare
 CURVED = "springs approximated by piecewise cubics"
 COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 ROWS = (
-    "joints of several degrees of freedom: each is a row of single ones, with massless "
+    "joints of several degrees of freedom: each becomes a chain of single ones with massless "
     "links between them"
 )
 GRAVITY = "gravity: set it in the program that reads the file"
-SITES = "sites, but for those of joints"
+SITES = "sites other than those of joints"
 DRAWN = "the pose in which the figure is drawn: all displacements are 0"
 
 
@@ -187,7 +187,7 @@ def test_limits_and_stops_in_urdf() -> None:
     text, losses = format_urdf(of, spring_set(hinge("pin", Stop(-0.3, 0.4))))
     assert {loss.what: loss.where for loss in losses.entries} == {
         GRAVITY: (),
-        "how stops grow beyond limits: those of the file are hard": ("pin",),
+        "the stiffness of stops: the limits of the file are rigid": ("pin",),
         SITES: (),
     }
     joint = next(j for j in ElementTree.fromstring(text).iter("joint") if j.get("name") == "pin")

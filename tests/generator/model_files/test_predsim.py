@@ -16,7 +16,7 @@ from generator.model_files.displacement_torques import SampledTorque, sampled_to
 from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
 from generator.model_files.formats import model_format
-from generator.model_files.predsim import TITLES, fit_limit_torque, format_files
+from generator.model_files.predsim import FITTED_LOSS, TITLES, fit_limit_torque, format_files
 from generator.springs_file.read import read_springs
 from springs import SpringSet
 from tests.chains import SKEW
@@ -52,7 +52,7 @@ def predsim_torque(coefficients: np.ndarray, q: np.ndarray) -> np.ndarray:
 def test_the_errors_are_those_of_the_formula() -> None:
     rows = rows_of(SPRINGS)
     losses = format_files(PROTOTYPE, SPRINGS, PATH).losses
-    (fitted,) = [loss for loss in losses.entries if "approximated" in loss.what]
+    (fitted,) = [loss for loss in losses.entries if loss.what == FITTED_LOSS]
     stated = stated_errors(fitted)
     assert stated.keys() == rows.keys()
     for name, own in SPRINGS.joints.items():

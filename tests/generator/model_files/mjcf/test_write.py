@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from generator.figure import Figure, Joint
 from generator.figure_file import read_figure
 from generator.joint_chain import Chain
-from generator.model_files.fit_error import joint_ranges
+from generator.model_files.fit_error import are_in_range, joint_ranges
 from generator.model_files.mjcf.spring_fit import (
     axis_ramps,
     largest_torque,
@@ -207,8 +207,11 @@ def test_static_torques_of_shipped_figures_are_within_the_errors(name: str) -> N
         ramps = [(axis, axis_ramps(joint, each, axis)) for axis in each.axes]
         largest = largest_torque(joint, each, springs.joining)
         error = spring_error(joint, each, springs.joining, ramps).largest if rotations > 1 else 0.0
-        grid = np.array(list(product(*[np.linspace(*e, 4) for e in joint_ranges(joint, each)])))
-        turns = Chain(joint.chain).pose(grid)[:, :3, :3]
+        ranges, chain = joint_ranges(joint, each), Chain(joint.chain)
+        grid = np.array(list(product(*[np.linspace(*ends, 5) for ends in ranges])))
+        grid = grid[are_in_range(chain, ranges, grid)]
+        assert len(grid) >= 5
+        turns = chain.pose(grid)[:, :3, :3]
         for values, r in zip(grid, rotation_vector_from_matrix(turns), strict=True):
             if rotations == 3:
                 _turn_ball(loaded, joint, r)
