@@ -120,6 +120,8 @@ def test_linear_forces_along_slides_are_springs(tmp_path: Path):
     [
         ("PinJoint", expression("gust(q)"), "expressions that are not read"),
         ("PinJoint", expression("1/(q-q)"), "expressions that are not finite"),
+        ("PinJoint", expression("-1e308*q"), "expressions that are not finite"),
+        ("PinJoint", expression("-q^3+0*sqrt(square(q+0.05)-0.0004)"), "not finite in their range"),
         ("PinJoint", expression("-tanh(qdot)-q"), "depend on the rate"),
         ("SliderJoint", expression("-q^3"), "nonlinear forces of sliding joints"),
         ("SliderJoint", LIMIT, "limit forces of sliding joints"),
