@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 
 from generator.figure import Figure
@@ -68,8 +69,10 @@ _MAX_NAME_PART = 80
 
 def psurf_folder(path: Path) -> Path:
     """Return the folder of the psurfs of the figure file at `path`."""
-    folder = geometry_folder(path.with_stem(path.stem[:_MAX_NAME_PART]))
-    return folder.with_name(_UNQUOTABLE.sub("_", folder.name))
+    stem = _UNQUOTABLE.sub("_", path.stem[:_MAX_NAME_PART])
+    if stem != path.stem:  # the changed names of two figures may be the same
+        stem += f"_{sha256(path.name.encode(errors='surrogateescape')).hexdigest()[:8]}"
+    return geometry_folder(path.with_stem(stem))
 
 
 def format_imported_springs(springs: SpringsFile, path: Path) -> str:

@@ -323,8 +323,11 @@ ANGLE_DIGITS, TORQUE_DIGITS = 4, 9
 
 def _sampled_law(
     dof: DegreeOfFreedom, laws: Sequence[Curve], max_points: int, losses: Losses
-) -> Interpolated:
-    """Return a table of the sum of laws, finer where it is curved; report its error."""
+) -> Interpolated | None:
+    """Return a table of the sum of laws, finer where it is curved; report its error.
+
+    None, with a loss, for a sum that is not finite.
+    """
 
     def torque(angles: Array) -> Array:
         with np.errstate(all="ignore"):
@@ -338,14 +341,16 @@ def _sampled_law(
     ]
     angles = np.unique(np.round(wanted, ANGLE_DIGITS))
     while True:
-        values = torque(np.radians(angles)).tolist()
+        checks = np.linspace(angles[:-1], angles[1:], 6)[1:-1]
+        values, exact = torque(np.radians(angles)), torque(np.radians(checks))
+        if not (np.isfinite(values).all() and np.isfinite(exact).all()):
+            losses.add("springs that are not finite in their range", dof.name)
+            return None
         points = tuple(
             (radians(angle), float(f"{value:.{TORQUE_DIGITS}g}"))
-            for angle, value in zip(angles.tolist(), values, strict=True)
+            for angle, value in zip(angles.tolist(), values.tolist(), strict=True)
         )
         table = Interpolated(points)
-        checks = np.linspace(angles[:-1], angles[1:], 6)[1:-1]
-        exact = torque(np.radians(checks))
         differences = table.torque(np.radians(checks)) - exact
         errors = np.abs(differences).max(axis=0)
         coarse = np.flatnonzero(errors > SAMPLING_TOLERANCE * float(np.abs(exact).max()))

@@ -53,16 +53,19 @@ class MeshFiles:
     readers: Mapping[str, MeshReader] = field(default_factory=dict[str, MeshReader])
     _surfaces: dict[Path, Surface | None] = field(default_factory=dict[Path, Surface | None])
 
-    def read(self, path: Path, name: str) -> Surface | None:
-        """Return the surface in a file that the model calls `name`; None, with a loss, if none."""
-        if path not in self._surfaces:
-            self._surfaces[path] = self._read(path, name)
-        return self._surfaces[path]
+    def find(self, folders: Iterable[Path], file: str, name: str | None = None) -> Surface | None:
+        """Return the surface in a file of the first folder that has it; None, with a loss, if none.
 
-    def find(self, folders: Iterable[Path], name: str) -> Surface | None:
-        """Return the surface in the file `name` of the first folder that has it."""
-        paths = [folder / name for folder in folders]
-        return self.read(next((path for path in paths if _exists(path)), paths[0]), name)
+        Args:
+            folders: at least one.
+            file: path from the folder.
+            name: of the file in the model; None for `file`.
+        """
+        paths = [folder / file for folder in folders]
+        path = next((path for path in paths if _exists(path)), paths[0])
+        if path not in self._surfaces:
+            self._surfaces[path] = self._read(path, file if name is None else name)
+        return self._surfaces[path]
 
     def _read(self, path: Path, name: str) -> Surface | None:
         suffix = path.suffix.lower()

@@ -195,7 +195,8 @@ class _FigureDraft:
         if mass is not None:
             names.assign(CENTRE_OF_MASS_SITE)
             self.sites[label][CENTRE_OF_MASS_SITE] = pose_matrix(np.eye(3), turn.T @ mass.centre)
-            moments = _vector(np.diag(turn.T @ mass.inertia @ turn))
+            x, y, z = np.diag(turn.T @ mass.inertia @ turn).tolist()
+            moments = x, y, z
         self.segments[label] = Segment(label, None if mass is None else mass.mass, moments)
         for site, pose in ((FRAME, np.eye(4)), *sites.items()):
             if not (site == CENTRE_OF_MASS_SITE and mass is not None and _is_at(pose, mass.centre)):

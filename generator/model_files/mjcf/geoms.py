@@ -117,9 +117,9 @@ def _placed(
     if ends is not None and shape in FROMTO_SHAPES:
         needed = 1
     if len(sizes_read) < needed or not all(part > 0.0 for part in sizes_read[:needed]):
-        plural = "s" if needed > 1 else ""
+        plural, article = "s" if needed > 1 else "", "an" if shape == "ellipsoid" else "a"
         diagnostics.error(
-            f"a {shape} needs {needed} positive size{plural}",
+            f"{article} {shape} needs {needed} positive size{plural}",
             element.span_of("size"),
             "half lengths and radii [m]",
         )
@@ -178,6 +178,9 @@ def _capsule_volume_and_moments(r: float, h: float) -> tuple[float, tuple[float,
 
 DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 """Colour and opacity of a geom without any; a geom of this colour takes that of its material."""
+
+_SMALLEST_QUATERNION = 1e-15
+"""Length below which MuJoCo takes the reference orientation of a mesh for the identity."""
 
 _MAX_MESH_NUMBERS = 3_000_000
 """Numbers in the longest list of a mesh within the model."""
@@ -272,12 +275,13 @@ class GeomReader:
             if surface is None:
                 return None
             return surface.transformed(parse_pose(geom, angles, self.diagnostics))
+        if shape == "mesh":
+            self.diagnostics.error("this geom names no mesh", geom.span, 'write `mesh="..."`')
+            return None
         if shape not in SIZES:
-            if shape != "mesh":
-                hint = spelling_hint(shape, (*SIZES, *UNDRAWN, "mesh"))
-                self.diagnostics.error(
-                    f"unknown geom type `{shorten(shape)}`", geom.span_of("type"), hint
-                )
+            hint = spelling_hint(shape, (*SIZES, *UNDRAWN, "mesh"))
+            message = f"unknown geom type `{shorten(shape)}`"
+            self.diagnostics.error(message, geom.span_of("type"), hint)
             return None
         place = _placed(geom, shape, angles, self.diagnostics)
         if place is None:
@@ -310,9 +314,9 @@ class GeomReader:
         shift = np.array(parse_vector(element, "refpos", self.diagnostics))
         written = element.attributes.get("refquat")
         read = None if written is None else parse_numbers(written, self.diagnostics, 4)
-        turn = (
-            np.eye(3) if read is None or not any(read) else matrix_from_quaternion(np.array(read))
-        )
+        turn = np.eye(3)
+        if read is not None and np.linalg.norm(read) > _SMALLEST_QUATERNION:
+            turn = matrix_from_quaternion(np.array(read))
         surface = surface.transformed(pose_matrix(turn.T, -turn.T @ shift))
         scale = parse_vector(element, "scale", self.diagnostics, (1.0, 1.0, 1.0))
         if not all(scale):

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import inf
 from typing import Final
 
 import numpy as np
@@ -317,7 +316,12 @@ def _parse_range(
         "ranges of coordinates, which OpenSim's own simulations ignore",
         f"{name} {low:.4g} .. {high:.4g}",
     )
-    return (low, high) if -inf < low < high < inf else None
+    is_informative = high - low > _NARROWEST_RANGE and max(-low, high) < _LARGEST_BOUND
+    return (low, high) if is_informative else None
+
+
+_NARROWEST_RANGE, _LARGEST_BOUND = 1e-3, 100.0
+"""A narrower range, or one with a larger bound, says nothing about a motion [rad or m]."""
 
 
 def _custom(

@@ -11,7 +11,7 @@ The definitions after the expression give names that it contains. Nothing else i
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
 from typing import Any, Final, TypeAlias
 
@@ -102,13 +102,22 @@ def parse_expression(text: str, variables: frozenset[str]) -> _Node:
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"it has more than {MAX_LENGTH:,} characters")
     first, *definitions = [part for part in text.split(";") if part.strip()] or [""]
-    known: dict[str, _Node] = {name: _variable(name) for name in variables}
+    known, steps = set(variables), list[tuple[str, _Node]]()
     for definition in reversed(definitions):  # each may contain the names of later ones
-        name, equals, meaning = definition.partition("=")
-        if not equals or not name.strip():
+        name, equals, meaning = (part.strip() for part in definition.partition("="))
+        if not equals or not name:
             raise ExpressionError("a definition after `;` is a name, `=` and an expression")
-        known[name.strip()] = _evaluated_once(_Parser(meaning, known).parse())
-    return _Parser(first, known).parse()
+        steps.append((name, _Parser(meaning, known).parse()))
+        known.add(name)
+    result = _Parser(first, known).parse()
+
+    def evaluate(values: Values) -> Array:
+        found = dict(values)
+        for name, node in steps:
+            found[name] = node(found)
+        return result(found)
+
+    return evaluate
 
 
 def _variable(name: str) -> _Node:
@@ -118,7 +127,7 @@ def _variable(name: str) -> _Node:
 class _Parser:
     """Parser of one expression without definitions."""
 
-    def __init__(self, text: str, known: Mapping[str, _Node]) -> None:
+    def __init__(self, text: str, known: Collection[str]) -> None:
         self._known = known
         self._tokens: list[tuple[str, str]] = []
         self._place, self._depth = 0, 0
@@ -199,7 +208,7 @@ class _Parser:
             return self._call(word)
         if kind != "name" or word not in self._known:
             raise ExpressionError(f"`{word[:20]}` is not known in it")
-        return self._known[word]
+        return _variable(word)
 
     def _call(self, word: str) -> _Node:
         if word not in _FUNCTIONS:
@@ -220,15 +229,3 @@ def _called(function: Callable[..., Any], *arguments: _Node) -> _Node:
 
 def _joined(function: Callable[..., Any], nodes: Sequence[_Node]) -> _Node:
     return lambda values: reduce(function, (node(values) for node in nodes))
-
-
-def _evaluated_once(node: _Node) -> _Node:
-    """Return a function that keeps its result while it gets the same values."""
-    last: list[tuple[Values, Array]] = []
-
-    def evaluate(values: Values) -> Array:
-        if not last or last[0][0] is not values:
-            last[:] = [(values, node(values))]
-        return last[0][1]
-
-    return evaluate

@@ -15,6 +15,7 @@ from generator.model_files.opensim.joints import child_number, child_numbers, ch
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array
+from generator.units import MAX_MODEL_NUMBER
 from springs import Cubic
 from springs.exponential import Exponential, ExponentialTerm
 from springs.smooth_limit import SmoothLimit
@@ -214,7 +215,7 @@ def with_function(
     ends = dof.expected_range or (-1.0, 1.0)
     angles = np.linspace(ends[0], ends[1], _PROBES)
     elastic = force_at(angles, 0.0)
-    if not np.isfinite(elastic).all():
+    if not (np.abs(elastic) <= MAX_MODEL_NUMBER).all():
         losses.add("forces with expressions that are not finite", name)
         return dof
     dampings = np.array([(elastic - force_at(angles, rate)) / rate for rate in _PROBE_RATES])

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generator.diagnostics import Diagnostics, InputError, error
 from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
@@ -15,7 +16,7 @@ from generator.model_files.body_tree.shapes import Colour, MeshFiles, Shape, sca
 from generator.model_files.opensim.frames import FrameIndex
 from generator.model_files.opensim.joints import child_number, child_numbers, child_text
 from generator.model_files.xml import XmlElement, parse_xml
-from generator.rotations import Array, pose_matrix
+from generator.rotations import pose_matrix
 from generator.text_io import load_text
 
 WHITE = (1.0, 1.0, 1.0)
@@ -149,7 +150,7 @@ def read_vtp(path: Path) -> Surface:
         raise InputError([unread])
     try:
         pieces = [_vtp_piece(piece) for piece in root.walk() if piece.tag == "Piece"]
-    except (ValueError, KeyError, IndexError):
+    except (ValueError, KeyError, OverflowError):
         raise InputError([unread]) from None
     if not pieces:
         raise InputError([unread])
@@ -157,21 +158,23 @@ def read_vtp(path: Path) -> Surface:
 
 
 def _vtp_piece(piece: XmlElement) -> Surface:
-    """Return the polygons of a part of a file. Raises ValueError or KeyError."""
+    """Return the polygons of a part of a file. Raises ValueError, KeyError or OverflowError."""
     arrays = {
         (group.tag, array.get("Name") or ""): array
         for group in piece.children
         for array in group.find_all("DataArray")
     }
-    points = next(array for (group, _), array in arrays.items() if group == "Points")
-    corners = _vtp_numbers(arrays["Polys", "connectivity"]).astype(np.int64)
-    ends = _vtp_numbers(arrays["Polys", "offsets"]).astype(np.int64)
+    points = [array for (group, _), array in arrays.items() if group == "Points"]
+    if len(points) != 1:
+        raise ValueError("a piece has one array of points")
+    corners = _vtp_numbers(arrays["Polys", "connectivity"], np.int64)
+    ends = _vtp_numbers(arrays["Polys", "offsets"], np.int64)
     starts = np.concatenate([[0], ends])
-    return Surface(_vtp_numbers(points).reshape(-1, 3), corners, starts)
+    return Surface(_vtp_numbers(points[0], np.float64).reshape(-1, 3), corners, starts)
 
 
-def _vtp_numbers(array: XmlElement) -> Array:
-    """Return the numbers of an array. Raises ValueError for an array that is not text."""
+def _vtp_numbers(array: XmlElement, kind: type[np.int64] | type[np.float64]) -> NDArray[Any]:
+    """Return the numbers of an array. Raises ValueError or OverflowError for other contents."""
     if array.get("format") != "ascii":
         raise ValueError("this array is not text")
-    return np.array(array.text.text.split(), dtype=float)
+    return np.array(array.text.text.split(), dtype=kind)

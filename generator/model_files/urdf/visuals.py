@@ -109,13 +109,16 @@ class VisualReader:
 
     def _mesh(self, name: str) -> Surface | None:
         """Return the surface in a mesh file; of a package, in a folder above the model."""
+        if not name:
+            self.losses.add("meshes without a file")
+            return None
         if not name.startswith(PACKAGE):
             return self._files.find((self.directory,), name.removeprefix(FILE))
         package, _, rest = name.removeprefix(PACKAGE).partition("/")
         here = self.directory.absolute()
         above = [here, *here.parents][:MAX_PACKAGE_LEVELS]
         folders = [folder for each in above for folder in (each / package, each)]
-        return self._files.find(folders, rest)
+        return self._files.find(folders, rest, name)
 
     def _colour(self, visual: XmlElement) -> Colour | None:
         """Return the colour of a visual's material, which may stand in the robot."""

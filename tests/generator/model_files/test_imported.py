@@ -9,7 +9,7 @@ import pytest
 from generator.figure_file import read_figure
 from generator.geometry.read import read_segment_surface
 from generator.model_files.formats import read_model
-from generator.model_files.imported import imported_files, springs_path
+from generator.model_files.imported import imported_files, psurf_folder, springs_path
 from tests.generator.model_files.imported_models import MODELS
 
 
@@ -53,3 +53,9 @@ def test_any_name_of_a_file_has_a_folder_that_the_figure_can_name(name: str, tmp
     assert drawn
     for segment in drawn:
         assert read_segment_surface(figure, segment).face_count > 0
+
+
+def test_two_figures_have_two_folders(tmp_path: Path):
+    names = ["\u5de6", "\u53f3", "__", "long" * 50 + "a", "long" * 50 + "b"]
+    folders = {psurf_folder(tmp_path / f"{name}.fig") for name in names}
+    assert len(folders) == len(names)

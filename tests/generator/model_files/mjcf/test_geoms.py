@@ -140,6 +140,12 @@ def test_a_mesh_without_faces_is_its_convex_hull():
     assert len(surface.vertices) == surface.face_count == 4
 
 
+def test_a_reference_without_length_turns_nothing():
+    meshes = (f'<mesh name="n" {TETRAHEDRON} {turn}/>' for turn in ("", 'refquat="1e-200 0 0 0"'))
+    plain, turned = (parsed('<geom type="mesh" mesh="n"/>', one).surfaces["b"] for one in meshes)
+    np.testing.assert_array_equal(turned.vertices, plain.vertices)
+
+
 def msh(points: Array, faces: Array) -> bytes:
     head = np.array([len(points), 0, 0, len(faces)], dtype="<i4")
     return head.tobytes() + points.astype("<f4").tobytes() + faces.astype("<i4").tobytes()
@@ -190,6 +196,8 @@ def test_a_mesh_file_that_cannot_be_read_is_a_loss(
         ),
         ('<geom type="mesh" mesh="n"/>', f'<mesh name="n" {TETRAHEDRON} scale="0 1 1"/>', "scale"),
         ('<geom type="cone" size="1"/>', "", "unknown geom type `cone`"),
+        ('<geom type="mesh"/>', "", "this geom names no mesh"),
+        ('<geom type="ellipsoid" size="1"/>', "", "an ellipsoid needs 3 positive sizes"),
     ],
 )
 def test_a_wrong_geom_is_refused(geom: str, assets: str, message: str):

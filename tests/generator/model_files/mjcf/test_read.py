@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Source
+from generator.figure_file import parse_figure
+from generator.figure_file.write import write_figure
 from generator.model_files.body_tree.to_figure import ORIGIN, WORLD
 from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
@@ -120,6 +122,17 @@ def test_axes_that_miss_each_other_get_a_carrier():
         "pelvis (abdomen_z, abdomen_y, abdomen_x)",
         "foot_right (ankle_y_right, ankle_x_right)",
     )
+
+
+def test_carriers_of_light_bodies_have_inertia():
+    slides = "".join(
+        f'<joint type="slide" axis="{axis}" damping="1"/>' for axis in ("1 0 0", "0 1 0")
+    )
+    body = f'<body>{slides}<geom size="0.01"/></body>'
+    text = f"<mujoco><worldbody>{body}</worldbody></mujoco>"
+    figure = parse_model(Source("m.xml", text), None).require_value().figure
+    assert all(min(segment.inertia or (0.0,)) > 0.0 for segment in figure.bodies.values())
+    assert parse_figure(write_figure(figure)).value is not None
 
 
 def test_every_figure_that_was_read_is_written_and_read_again(path, tmp_path):

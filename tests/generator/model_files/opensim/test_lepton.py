@@ -74,6 +74,11 @@ def test_definitions_are_evaluated_once():
     assert value(f"a0;{doubled};a60=q", np.array([1.0]))[0] == 2.0**60
 
 
+def test_long_chains_of_definitions_are_read():
+    chain = ";".join(f"a{k}=a{k + 1}+1" for k in range(5000))
+    assert value(f"a0;{chain};a5000=q", np.array([1.0]))[0] == 5001.0
+
+
 def test_long_sums_are_read():
     assert value("+".join(["q"] * 40_000), np.array([1.0]))[0] == 40_000.0
 

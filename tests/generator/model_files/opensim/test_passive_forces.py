@@ -11,6 +11,7 @@ from generator.model_files.formats import parse_model
 from generator.model_files.imported import Imported
 from generator.rotations import Array
 from springs import AxisSpring, total_torque
+from springs.interpolated import Interpolated
 from tests.generator.model_files.imported_models import lost, written_and_read
 
 MODEL = """<?xml version="1.0"?><OpenSimDocument Version="40500"><Model name="m">
@@ -115,11 +116,23 @@ def test_linear_forces_along_slides_are_springs(tmp_path: Path):
     assert axis.damping.viscous == pytest.approx(2.4)
 
 
+@pytest.mark.parametrize("bounds", ["-99999.9 99999.9", "1e-300 2e-300", "-inf inf", "1 -1"])
+def test_ranges_without_a_meaning_are_no_ranges(bounds: str):
+    model = MODEL.replace("-1.5 1.5", bounds).format("PinJoint", expression("-exp(9*q)"))
+    imported = parse_model(Source("m.osim", model)).require_value()
+    assert imported.springs is not None
+    law = imported.springs.entries[0].law
+    assert isinstance(law, Interpolated)
+    assert law.torque(0.4) == pytest.approx(-np.exp(3.6), rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("joint", "forces", "sentence"),
     [
         ("PinJoint", expression("gust(q)"), "expressions that are not read"),
         ("PinJoint", expression("1/(q-q)"), "expressions that are not finite"),
+        ("PinJoint", expression("-1e308*q"), "expressions that are not finite"),
+        ("PinJoint", expression("-q^3+0*sqrt(square(q+0.05)-0.0004)"), "not finite in their range"),
         ("PinJoint", expression("-tanh(qdot)-q"), "depend on the rate"),
         ("SliderJoint", expression("-q^3"), "nonlinear forces of sliding joints"),
         ("SliderJoint", LIMIT, "limit forces of sliding joints"),

@@ -83,7 +83,11 @@ def test_mesh_files_stand_beside_the_model_or_in_its_geometry_folder(tmp_path: P
 
 @pytest.mark.parametrize(
     "text",
-    ["", "<a/>", "<VTKFile/>", VTP.format("binary"), VTP.format("ascii").replace("4 7", "9")],
+    [
+        *("", "<a/>", "<VTKFile/>", VTP.format("binary")),
+        *(VTP.format("ascii").replace("4 7", ends) for ends in ("9", "4 7.5", "4 1e300", "4" * 30)),
+        VTP.format("ascii").replace("Points>", "Dots>"),
+    ],
 )
 def test_other_files_are_no_meshes_and_are_not_quoted(text: str, tmp_path: Path):
     (tmp_path / "part.vtp").write_text(text)

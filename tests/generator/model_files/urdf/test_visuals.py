@@ -86,9 +86,12 @@ def test_files_are_named_by_paths_too(tmp_path: Path):
 
 
 def test_a_missing_mesh_is_a_loss():
-    imported = parsed(visual('<mesh filename="package://other/arm.stl"/>'))
-    assert lost(imported, "missing") == ("arm.stl",)
-    assert imported.surfaces == {}
+    names = {"package://other/arm.stl": "missing", "arm.stl": "missing", "package://a": "not read"}
+    for name, word in names.items():
+        imported = parsed(visual(f'<mesh filename="{name}"/>'))
+        assert lost(imported, word) == (name,)
+        assert imported.surfaces == {}
+    assert str(parsed(visual("<mesh/>")).losses.entries[0]) == "meshes without a file"
 
 
 @pytest.mark.parametrize(
