@@ -29,6 +29,7 @@ from generator.model_files.mjcf.joints import (
     parse_pose,
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
+from generator.model_files.mjcf.site_actuators import with_site_actuators
 from generator.model_files.mjcf.tendons import with_tendons
 from generator.model_files.xml import (
     XmlElement,
@@ -374,7 +375,8 @@ def figure_from_mjcf(
     for world in worlds:
         reader.read_world(world)
     bodies = with_tendons(document, reader.scaled_bodies(), diagnostics, losses)
-    _add_section_losses(document, losses)
+    bodies, used = with_site_actuators(document, bodies, reader.sites, losses)
+    _add_section_losses(document, losses, used)
     geoms.add_asset_losses()
     tree = BodyTree(
         tuple(bodies),
@@ -409,8 +411,8 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
     return up
 
 
-def _add_section_losses(document: Document, losses: Losses) -> None:
-    """Report sections and settings that a figure does not have."""
+def _add_section_losses(document: Document, losses: Losses, used: set[int]) -> None:
+    """Report sections and settings that a figure does not have, but for elements that are read."""
     for section in document.root.children:
         if section.tag in _READ_SECTIONS:
             continue
@@ -420,7 +422,7 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
         elif section.tag == "visual" or not section.children:
             losses.add(what)
         else:
-            names = [child.get("name") or child.tag for child in section.children]
+            names = [e.get("name") or e.tag for e in section.children if id(e) not in used]
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
                 losses.add(what, *others)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from math import pi
+from math import hypot, pi
 from typing import TypeAlias
 
 import numpy as np
@@ -107,8 +107,10 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
     turns = [dof for dof in body.dofs if dof.kind is AxisKind.ROTATION]
     if any(dof.is_passive for dof in turns):
         losses.add(HINGES_AS_ONE, joint)
+    weighted = any(spring.joining is Joining.WEIGHTED for spring in own)
+    reach = _largest_angle(turns) if weighted else 0.0
     dofs = {
-        dof.name: _as_part(dof, joint) if dof.kind is AxisKind.ROTATION else dof
+        dof.name: _as_part(dof, joint, reach) if dof.kind is AxisKind.ROTATION else dof
         for dof in body.dofs
     }
     for spring in own:
@@ -121,10 +123,22 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
     return replace(body, dofs=tuple(dofs.values()))
 
 
-def _as_part(dof: DegreeOfFreedom, joint: str) -> DegreeOfFreedom:
-    """Return a rotation of a joint; its component may leave the range of the coordinate."""
-    ends = dof.expected_range
-    wider = None if ends is None else (ends[0] - BEYOND_LIMITS, ends[1] + BEYOND_LIMITS)
+def _largest_angle(turns: Iterable[DegreeOfFreedom]) -> float:
+    """Largest angle of a rotation [rad]: the whole angle of displacements at their ends."""
+    ranges = [dof.expected_range or (-pi, pi) for dof in turns]
+    return min(hypot(*(max(-low, high) for low, high in ranges)), pi)
+
+
+def _as_part(dof: DegreeOfFreedom, joint: str, reach: float) -> DegreeOfFreedom:
+    """Return a rotation of a joint, whose component may leave the range of the coordinate.
+
+    Args:
+        dof: the rotation.
+        joint: name of the joint.
+        reach: angle to both sides that the range has at least [rad].
+    """
+    low, high = dof.expected_range or (-pi, pi)
+    wider = (min(low - BEYOND_LIMITS, -reach), max(high + BEYOND_LIMITS, reach))
     return replace(dof, joint=joint, expected_range=wider)
 
 

@@ -1,4 +1,4 @@
-"""Passive torques of a figure and of the figure that a model brings back, side by side."""
+"""Passive torques of a figure and of the figure that its model brings back, side by side."""
 
 import re
 from itertools import product
@@ -6,91 +6,78 @@ from typing import NamedTuple
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint
+from generator.figure import Figure, Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.losses import Losses
-from generator.model_files.displacement_torques import generalized_torques
+from generator.model_files.body_tree.to_figure import FRAME
 from generator.model_files.fit_error import joint_ranges
-from generator.model_files.imported import Imported
-from generator.names import coordinate_names
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array, unit_vector
-from springs import JointSprings, SpringSet, total_torque
+from springs import JointSprings, SpringSet
+from springs.spherical import elastic_torque
 
 _VALUES = 7
 """Values of each displacement."""
 
-LARGEST_FACTOR = np.sqrt(3.0) * 0.5 * np.pi
+LARGEST_FACTOR = float(np.sqrt(3.0) * 0.5 * np.pi)
 """Of the errors of three axes in a torque: across a rotation vector it is (a/2)/sin(a/2) larger."""
 
 
 class Comparison(NamedTuple):
-    """Largest difference of the generalized torques of a joint, and their largest size [N m]."""
+    """Differences of a joint's springs.
+
+    Attributes:
+        difference: largest of a component of the elastic torque [N m].
+        size: of the largest component of that torque [N m].
+        damping: largest difference of the viscous damping about any axes [N m s/rad].
+    """
 
     difference: float
     size: float
+    damping: float
 
 
-def grid(joint: Joint, springs: JointSprings) -> Array:
-    """Displacements in the range of a joint, also as components of its rotation vector, (n, k)."""
+def rotation_vectors(joint: Joint, springs: JointSprings) -> Array:
+    """Orientations in the range of a joint, also as components of the rotation vector, (n, 3)."""
     ranges = joint_ranges(joint, springs)
-    found = np.array(list(product(*(np.linspace(low, high, _VALUES) for low, high in ranges))))
+    grid = np.array(list(product(*(np.linspace(low, high, _VALUES) for low, high in ranges))))
     chain = Chain(joint.chain)
-    if len(chain.rotations) < 2:
-        return found
-    vectors, inside = rotation_vector(chain, found), np.full(len(found), True)
-    inside &= np.linalg.norm(vectors, axis=1) < np.pi - 1e-3
+    vectors = rotation_vector(chain, grid)
+    inside = np.linalg.norm(vectors, axis=1) < np.pi - 1e-3
     for k in chain.rotations:
         component = vectors @ unit_vector(joint.chain[k].axis)
-        inside &= (component >= ranges[k][0]) & (component <= ranges[k][1])
-    return found[inside]
+        inside &= (component >= ranges[k][0] - 1e-9) & (component <= ranges[k][1] + 1e-9)
+    return vectors[inside]
 
 
-def torques(figure: Figure, springs: SpringSet, name: str, displacements: Array) -> Array:
-    """Generalized elastic torques of a joint, shape (n, k) [N m]."""
-    joint = figure.joints[name]
-    axes = springs.joints[name].axes if name in springs.joints else ()
-    chain = Chain(joint.chain)
-    if len(chain.rotations) > 1:
-        return generalized_torques(chain, springs.joining, axes, displacements)
-    found = np.zeros_like(displacements)
-    for axis in axes:
-        (k,) = chain.rotations
-        sign = np.sign(unit_vector(joint.chain[k].axis) @ axis.direction)
-        angle = sign * displacements[:, k]
-        found[:, k] += sign * (np.asarray(total_torque(axis.elastic, angle)) + 0.0 * angle)
-    return found
-
-
-def compare(
-    figure: Figure, springs: SpringSet, imported: Imported, back: SpringSet, name: str
-) -> Comparison:
-    """Compare the torques of a joint with those of the figure that came back."""
-    displacements = grid(figure.joints[name], springs.joints[name])
-    places = [imported.coordinates[each] for each in _coordinates(imported, figure, name)]
-    (joint,) = {place.joint for place in places}
-    moved = np.zeros_like(displacements)
-    for k, place in enumerate(places):
-        moved[:, place.index] = displacements[:, k]
-    expected = torques(figure, springs, name, displacements)
-    found = torques(imported.figure, back, joint, moved)[:, [place.index for place in places]]
-    return Comparison(float(np.abs(found - expected).max()), float(np.abs(expected).max()))
-
-
-def _coordinates(imported: Imported, figure: Figure, name: str) -> tuple[str, ...]:
-    """Names of the coordinates that the displacements of a joint have in the model."""
-    names = coordinate_names({name: figure.joints[name].chain})[name]
-    return tuple(name if each not in imported.coordinates else each for each in names)
-
-
-def viscous(figure: Figure, springs: SpringSet, name: str) -> list[float]:
-    """Viscous damping about the axes of a joint's chain [N m s/rad]."""
-    axes = springs.joints[name].axes if name in springs.joints else ()
-    return [
-        sum(a.damping.viscous for a in axes if abs(unit_vector(each.axis) @ a.direction) > 0.99)
-        for each in figure.joints[name].chain
-        if each.kind is AxisKind.ROTATION
+def compare(figure: Figure, springs: SpringSet, back: Figure, found: SpringSet, name: str):
+    """Compare the springs of a joint with those of the figure that came back."""
+    vectors = rotation_vectors(figure.joints[name], springs.joints[name])
+    joint, own = back.joints[name], figure.joints[name]
+    flipped = joint.child.segment != own.child.segment
+    turn = _turn(back, joint.child).T @ _turn(figure, own.parent if flipped else own.child)
+    turn = -turn if flipped else turn
+    axes, new = (one.joints[name].axes if name in one.joints else () for one in (springs, found))
+    expected = np.asarray(elastic_torque(springs.joining, axes, vectors)) @ turn.T
+    torques = np.asarray(elastic_torque(found.joining, new, vectors @ turn.T)) if new else 0.0
+    damping = [
+        sum(
+            (a.damping.viscous * np.outer(a.direction, a.direction) for a in each), np.zeros((3, 3))
+        )
+        for each in (axes, new)
     ]
+    return Comparison(
+        float(np.abs(torques - expected).max()),
+        float(np.abs(expected).max()),
+        float(np.abs(turn @ damping[0] @ turn.T - damping[1]).max()),
+    )
+
+
+def _turn(figure: Figure, ref: SiteRef) -> Array:
+    """Rotation of a site in the body of the model."""
+    sites = figure.segments[ref.segment].sites
+    body = sites[FRAME].pose_in_segment if FRAME in sites else np.eye(4)
+    return body[:3, :3].T @ sites[ref.site].pose_in_segment[:3, :3]
 
 
 def stated(losses: Losses, name: str) -> float:
