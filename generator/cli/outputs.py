@@ -6,6 +6,7 @@ from functools import partial
 from os import W_OK, X_OK, access
 from os.path import realpath
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from generator.cli.interrupts import hold_interrupts, note_written_files
 from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, error
@@ -13,7 +14,6 @@ from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_SUFFIX
 from generator.losses import Losses
-from generator.model_files.model_files import ModelFiles
 from generator.motion_files import FigureMotion, motion_writer
 from generator.text_io import (
     move_into_place,
@@ -23,6 +23,9 @@ from generator.text_io import (
     unwritable_reason,
     write_atomic,
 )
+
+if TYPE_CHECKING:
+    from generator.model_files.model_files import ModelFiles
 
 
 def check_writable(
@@ -137,7 +140,7 @@ def _folder_writer(contents: Mapping[str, str | bytes]) -> "OutputWriter":
     return write
 
 
-def model_writers(models: Sequence[ModelFiles]) -> "list[tuple[Path, OutputWriter]]":
+def model_writers(models: Sequence["ModelFiles"]) -> "list[tuple[Path, OutputWriter]]":
     """Return the writers of models with their meshes and tables, by file or folder.
 
     Raises UsageError for two models with different files of one name.
@@ -162,7 +165,7 @@ def model_writers(models: Sequence[ModelFiles]) -> "list[tuple[Path, OutputWrite
     return list(writers.items())
 
 
-def write_models(models: Sequence[ModelFiles]) -> "LossesByPath":
+def write_models(models: Sequence["ModelFiles"]) -> "LossesByPath":
     """Write models with their meshes and tables, all files or none.
 
     Raises InputError when one cannot be written.
