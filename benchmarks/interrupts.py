@@ -32,7 +32,8 @@ SIMULATE = [
 ]
 
 CONVERT = ["convert", "prototype", "out.fig", "out.xml", "out.osim", "dyspam"]
-COMMANDS = ((SIMULATE, set(OUTPUTS)), (CONVERT, {"out.fig", "out.xml", "out.osim", "dyspam"}))
+CONVERTED = {"out.fig", "out.xml", "out.osim", "out_geometry", "dyspam"}
+COMMANDS = ((SIMULATE, set(OUTPUTS)), (CONVERT, CONVERTED))
 
 MAX_DELAY = 0.08
 """Longest time from the first hidden file to the signal [s]."""
