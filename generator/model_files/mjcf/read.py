@@ -203,7 +203,7 @@ class BodyReader:
                     pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
-                    self.losses.add(f"{child.tag}s", child.get("name") or f"a {child.tag}")
+                    self.losses.add(f"{child.tag}s", *filter(None, [child.get("name")]))
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
                     diagnostics.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
