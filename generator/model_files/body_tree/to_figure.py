@@ -355,8 +355,9 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     for k, group in enumerate(groups[:-1], start=1):
         name = f"{body.name}/{k}"
         draft.losses.add(
-            "hinges of one body that are separate joints, as their axes are oblique or do not meet "
-            f"or have own springs; a segment of {CARRIER_MASS_SHARE:g} of its mass is between them",
+            "hinges and slides of one body that are separate joints, as their axes are oblique, do "
+            f"not meet or have own springs; a segment of {CARRIER_MASS_SHARE:g} of its mass is "
+            "between them",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
         )
         draft.segment_frames[name] = draft.add_segment(

@@ -243,7 +243,7 @@ class GeomReader:
         visual = [(geom, pose) for geom, pose in seen if _is_visual(geom)]
         for geom, _ in geoms:
             if (shape := geom.get("type")) in UNDRAWN:
-                self.losses.add(UNDRAWN[shape or ""], geom.get("name") or f"a {shape}")
+                self.losses.add(UNDRAWN[shape or ""], *filter(None, [geom.get("name")]))
         if any(not _is_visual(geom) for geom, _ in geoms):
             self.losses.add(_CONTACT)
         collected, self.diagnostics = self.diagnostics, Diagnostics()

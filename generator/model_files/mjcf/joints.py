@@ -226,7 +226,7 @@ class JointReader:
                 )
                 for letter, axis in LETTERS
             ]
-        elif self._is_limited(element):
+        elif self._limits(element) is not None:
             self.losses.add("limits of ball joints", name)
         for letter, axis in LETTERS:
             row.append(
@@ -248,11 +248,10 @@ class JointReader:
         kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
         dof = DegreeOfFreedom(name, kind, axis, point, offset=shift, rest=rest)
         dof = self._with_passive_law(dof, element)
-        if not self._is_limited(element):
+        bounds = self._limits(element)
+        if bounds is None:
             return dof
-        written = element.attributes.get("range")
-        bounds = None if written is None else parse_numbers(written, self.diagnostics, 2)
-        if bounds is None or not bounds[0] < bounds[1]:
+        if not bounds[0] < bounds[1]:
             self.diagnostics.error(
                 f"the limits of `{shorten(name)}` leave no range",
                 element.span_of("range"),
@@ -266,18 +265,20 @@ class JointReader:
     def _in_radians(self, value: float, is_rotation: bool) -> float:
         return self.angle_convention.radians(value) if is_rotation else value
 
-    def _is_limited(self, element: XmlElement) -> bool:
-        limited = element.get("limited") or "auto"
-        return limited == "true" or (
-            limited == "auto" and self.autolimits and "range" in element.attributes
-        )
+    def _limits(self, element: XmlElement) -> tuple[float, float] | None:
+        """Return the limits of a joint as they are written; None for an unlimited one."""
+        limited, written = element.get("limited") or "auto", element.attributes.get("range")
+        read = None if written is None else parse_numbers(written, self.diagnostics, 2)
+        low, high = read or (0.0, 0.0)
+        is_limited = limited == "true" or (limited == "auto" and self.autolimits and low < high)
+        return (low, high) if is_limited else None
 
     def _with_passive_law(self, dof: DegreeOfFreedom, element: XmlElement) -> DegreeOfFreedom:
         """The freedom with stiffness, damping and friction of its joint."""
         if element.tag == "freejoint":
             return dof
-        stiffness = self._row(element, "stiffness")
-        damping = self._row(element, "damping")
+        stiffness = parse_coefficients(element, "stiffness", self.diagnostics)
+        damping = parse_coefficients(element, "damping", self.diagnostics)
         friction = parse_number(element, "frictionloss", self.diagnostics)
         name = dof.joint or dof.name
         if any(damping[1:]):
@@ -307,9 +308,12 @@ class JointReader:
             friction=max(friction, 0.0),
         )
 
-    def _row(self, element: XmlElement, name: str) -> tuple[float, float, float]:
-        """One to three numbers, zero where they are left out."""
-        written = element.attributes.get(name)
-        read = None if written is None else parse_numbers(written, self.diagnostics, 1, 3)
-        first, second, third = (*(read or ()), 0.0, 0.0, 0.0)[:3]
-        return first, second, third
+
+def parse_coefficients(
+    element: XmlElement, name: str, diagnostics: Diagnostics
+) -> tuple[float, float, float]:
+    """Parse a linear, a quadratic and a cubic coefficient, zero where they are left out."""
+    written = element.attributes.get(name)
+    read = None if written is None else parse_numbers(written, diagnostics, 1, 3)
+    first, second, third = (*(read or ()), 0.0, 0.0, 0.0)[:3]
+    return first, second, third

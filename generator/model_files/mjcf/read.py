@@ -102,6 +102,7 @@ class BodyReader:
     sites: dict[str, Array] = field(default_factory=dict[str, Array])
     shapes: tuple[Shape, ...] = ()
     _names: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
+    _joint_names: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     _fixed: set[str | None] = field(default_factory=lambda: {None})
 
     def read_world(self, world: XmlElement) -> None:
@@ -120,13 +121,7 @@ class BodyReader:
         self, element: XmlElement, parent: str | None, parent_pose: Array, childclass: str
     ) -> None:
         name = element.get("name") or f"body_{len(self.bodies) + 1}"
-        first = self._names.setdefault(name, element)
-        if first is not element:
-            self.diagnostics.error(
-                f"a second body named `{shorten(name)}`",
-                element.span_of("name"),
-                f"the first is in line {first.span.line}",
-            )
+        if not self._is_new_name(name, element, self._names):
             return
         if element.get("mocap") == "true":
             self.losses.add("mocap bodies are fixed", name)
@@ -157,6 +152,17 @@ class BodyReader:
         )
         for child, pose, inner in contents.bodies:
             self._read_body(child, name, pose, inner)
+
+    def _is_new_name(self, name: str, element: XmlElement, known: dict[str, XmlElement]) -> bool:
+        """Return whether no other element has this name; report a second one."""
+        first = known.setdefault(name, element)
+        if first is not element:
+            self.diagnostics.error(
+                f"a second {element.tag} named `{shorten(name)}`",
+                element.span_of("name"),
+                f"the first is in line {first.span.line}",
+            )
+        return first is element
 
     @property
     def _autolimits(self) -> bool:
@@ -198,7 +204,7 @@ class BodyReader:
                     pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
-                    self.losses.add(f"{child.tag}s", child.get("name") or f"a {child.tag}")
+                    self.losses.add(f"{child.tag}s", *filter(None, [child.get("name")]))
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
                     diagnostics.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
@@ -219,6 +225,9 @@ class BodyReader:
             self.diagnostics.error(
                 "a joint stands in a frame", child.span, "a joint stands in its body"
             )
+            return
+        name = child.get("name")
+        if name and not self._is_new_name(name, child, self._joint_names):
             return
         whole = child
         if child.tag == "joint":

@@ -10,6 +10,7 @@ from generator.figure import AxisKind
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom, FunctionCurve
 from generator.model_files.mjcf.document import MAIN, Document
+from generator.model_files.mjcf.joints import parse_coefficients
 from generator.model_files.xml import XmlElement, parse_number, parse_numbers
 from generator.rotations import Array
 from springs import Cubic
@@ -51,8 +52,8 @@ def _with_tendon(
     for word in _LOST_ATTRIBUTES:
         if word in element.attributes:
             losses.add("friction, limits and armature of tendons", name)
-    stiffness = _row(element, "stiffness", diagnostics)
-    damping = _row(element, "damping", diagnostics)
+    stiffness = parse_coefficients(element, "stiffness", diagnostics)
+    damping = parse_coefficients(element, "damping", diagnostics)
     if any(damping[1:]):
         losses.add("quadratic and cubic damping", name)
     if damping[0] > 0.0:
@@ -95,11 +96,3 @@ def _slack_range(
     if (low, high) == (-1.0, -1.0):
         low = high = coefficient * (dof.rest + dof.offset)
     return low, high
-
-
-def _row(element: XmlElement, name: str, diagnostics: Diagnostics) -> tuple[float, float, float]:
-    """One to three numbers, zero where they are left out."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 1, 3)
-    first, second, third = (*(read or ()), 0.0, 0.0, 0.0)[:3]
-    return first, second, third

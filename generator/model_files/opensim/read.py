@@ -196,14 +196,20 @@ def _build_bodies(
                     "let a constraint close it",
                 )
                 continue
-            mass, loose = _mass(known[link.outboard], diagnostics) or (None, np.zeros((3, 3)))
+            body = known.get(link.outboard)
+            if body is None:
+                diagnostics.error(
+                    f"the body `{shorten(link.outboard)}` is not in the `BodySet`", link.joint.span
+                )
+                continue
+            mass, loose = _mass(body, diagnostics) or (None, np.zeros((3, 3)))
             bodies[link.outboard] = Body(
                 link.outboard,
                 None if base == GROUND else base,
                 link.pose,
                 link.dofs,
                 mass,
-                span=known[link.outboard].span_of("name"),
+                span=body.span_of("name"),
                 joint=name,
                 extra_inertia=loose,
             )

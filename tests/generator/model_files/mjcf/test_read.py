@@ -124,6 +124,26 @@ def test_axes_that_miss_each_other_get_a_carrier():
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "limited"),
+    [
+        ('range="-60 60"', True),
+        ('range="0 0"', False),
+        ('range="3 -3"', False),
+        ('range="-60 60" limited="false"', False),
+        ('range="-60 60" limited="true"', True),
+    ],
+)
+def test_joints_are_limited_as_in_mujoco(words: str, limited: bool):
+    text = text_of(f'<body><joint {words}/><geom size="0.1"/></body>')
+    (joint,) = parsed(text).figure.joints.values()
+    assert (joint.lower_limit is not None) == limited
+    if find_spec("mujoco") is not None:
+        import mujoco
+
+        assert bool(mujoco.MjModel.from_xml_string(text).jnt_limited[0]) == limited
+
+
 def test_carriers_of_light_bodies_have_inertia():
     slides = "".join(
         f'<joint type="slide" axis="{axis}" damping="1"/>' for axis in ("1 0 0", "0 1 0")
