@@ -26,8 +26,10 @@ from springs import Linear
 _TOLERANCE = 1e-5
 """Difference of directions that counts as rounding: MuJoCo saves six digits."""
 
-_READ = {"name", "class", "site", "refsite", "gear", "gainprm", "biastype", "biasprm"}
-_READ |= {"forcerange", "forcelimited", "group", "gaintype", "dyntype"}
+_READ = frozenset(
+    {"name", "class", "group", "site", "refsite", "gear", "gaintype", "gainprm", "dyntype"}
+    | {"biastype", "biasprm", "forcerange", "forcelimited"}
+)
 
 _Site = tuple[str | None, Array]
 """Name of a body, None for the world, and the rotation of a site in its frame."""
@@ -146,7 +148,7 @@ def _parse(
     (moved, turn), (other, other_turn) = (sites[word] for word in words)
     axis = gear[3:]
     if moved is None or bodies[moved].parent != other:
-        on_body, words, axis = False, words[::-1], -axis
+        on_body, words, axis = False, (words[1], words[0]), -axis
         (moved, turn), (other, other_turn) = (other, other_turn), (moved, turn)
     if moved is None or bodies[moved].parent != other:
         return None
@@ -184,8 +186,6 @@ def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body |
     dofs = list(body.dofs)
     if len(turns) == 3 and all(dof.joint for dof in turns):  # any axes are axes of a ball
         dofs = [_in_axes_of(dof, torques[0].turn) for dof in dofs]
-    elif any(dof.is_passive for dof in turns):
-        losses.add(HINGES_AS_ONE, joint)
     if rotation_group(dofs, joint) is None:
         return None
     left = list(torques)
@@ -196,7 +196,11 @@ def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body |
         own = [(one, sign) for one, sign in signs if abs(abs(sign) - 1.0) < _TOLERANCE]
         left = [one for one, sign in signs if abs(abs(sign) - 1.0) >= _TOLERANCE]
         dofs[k] = _with_law(replace(dof, joint=joint), own)
-    return None if left else replace(body, dofs=tuple(dofs))
+    if left:
+        return None
+    if any(dof.is_passive and not dof.joint for dof in turns):
+        losses.add(HINGES_AS_ONE, joint)
+    return replace(body, dofs=tuple(dofs))
 
 
 def _in_axes_of(dof: DegreeOfFreedom, turn: Array) -> DegreeOfFreedom:

@@ -5,6 +5,7 @@ arms are rates of turning about an axis: functions of the joint's coordinates, w
 by their values. Such a force is a law about an axis of the joint.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -70,10 +71,12 @@ def find_rotation_springs(
     bodies: Iterable[Body], forces: Iterable[XmlElement]
 ) -> tuple[list[RotationSpring], list[XmlElement]]:
     """Return the laws about axes of joints, all of one joining, and the other forces."""
+    all_joints = [_Joint(body.dofs, body.joint or body.name) for body in bodies]
+    count = Counter(name for joint in all_joints for name in joint.names)
     joints = {
         frozenset(joint.names): joint
-        for joint in (_Joint(body.dofs, body.joint or body.name) for body in bodies)
-        if joint.is_readable
+        for joint in all_joints
+        if joint.is_readable and all(count[name] == 1 for name in joint.names)
     }
     found: list[RotationSpring] = []
     others: list[XmlElement] = []

@@ -1,18 +1,21 @@
 """Passive torques of a figure and of the figure that its model brings back, side by side."""
 
 import re
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from generator.figure import Figure, Joint, SiteRef
+from generator.figure import Figure, Joint, Location, Rotation, SiteRef
+from generator.figure_file import read_figure
 from generator.joint_chain import Chain
 from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import FRAME
 from generator.model_files.fit_error import joint_ranges
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array, unit_vector
+from generator.springs_file.read import read_springs
 from springs import JointSprings, SpringSet
 from springs.spherical import elastic_torque
 
@@ -21,6 +24,32 @@ _VALUES = 7
 
 LARGEST_FACTOR = float(np.sqrt(3.0) * 0.5 * np.pi)
 """Of the errors of three axes in a torque: across a rotation vector it is (a/2)/sin(a/2) larger."""
+
+
+REVERSED = "clavicles, joints reversed and turned"
+
+NAMES = ("prototype", "clavicles", REVERSED)
+
+
+def sprung_figure(name: str) -> tuple[Figure, SpringSet]:
+    """A figure by its name, and its springs."""
+    figure = read_figure(name.partition(",")[0])
+    springs = read_springs(None, figure)
+    if name == REVERSED:
+        joints = {
+            each: replace(figure.joints[each], parent=joint.child, child=joint.parent)
+            for each in ("waist", "left_hip_joint", "left_clavicle")
+            for joint in (figure.joints[each],)
+        }
+        figure = replace(figure, joints={**figure.joints, **joints})
+        for ref in figure.joints["right_hip_joint"].ends:
+            segment = figure.segments[ref.segment]
+            site = segment.sites[ref.site]
+            location = Location((Rotation((0.3, -0.5, 0.7)), *site.location.factors))
+            site = replace(site, location=location)
+            turned = replace(segment, sites={**segment.sites, ref.site: site})
+            figure = figure.with_parts(turned)
+    return figure, springs
 
 
 class Comparison(NamedTuple):

@@ -12,7 +12,7 @@ from generator.diagnostics import Diagnostics
 from generator.figure import AxisKind
 from generator.inertia import MassProperties
 from generator.losses import Losses
-from generator.model_files.body_tree.joints import group_dofs
+from generator.model_files.body_tree.joints import group_dofs, rotation_group
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -181,6 +181,22 @@ def test_a_ball_stays_whole_whatever_stands_beside_it():
         [DegreeOfFreedom("hinge", AxisKind.ROTATION, (1.0, 0, 0)), *ball], separate=True
     )
     assert [len(group.dofs) for group in groups] == [1, 3]
+
+
+def test_rotations_are_one_joint_about_axes_where_all_of_them_are_across():
+    def group(*axes):
+        hinges = [DegreeOfFreedom(f"q{k}", AxisKind.ROTATION, axis) for k, axis in enumerate(axes)]
+        slide = DegreeOfFreedom("slide", AxisKind.TRANSLATION, (0.0, 0.0, 1.0))
+        return rotation_group([slide, *hinges], "joint")
+
+    x, y, z, slant = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.8, 0.0)
+    for axes in ((x, y, z), (z, slant)):
+        found = group(*axes)
+        assert found is not None
+        assert [dof.axis for dof in found.rotations] == list(axes)
+        assert {dof.joint for dof in found.rotations} == {"joint"}
+    for axes in ((x,), (x, slant), (x, y, x)):
+        assert group(*axes) is None
 
 
 def test_massless_bodies_that_branch_stay():

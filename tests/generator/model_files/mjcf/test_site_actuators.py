@@ -11,13 +11,11 @@ import pytest
 
 from generator.diagnostics import Source
 from generator.figure import Figure
-from generator.figure_file import read_figure
 from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf.spring_fit import Ramp, axis_ramps
 from generator.model_files.mjcf.write import format_files
 from generator.rotations import Array
-from generator.springs_file.read import read_springs
 from springs import SpringSet
 from tests.generator.model_files.imported_models import (
     lost,
@@ -26,7 +24,9 @@ from tests.generator.model_files.imported_models import (
 )
 from tests.generator.model_files.resaved import (
     LARGEST_FACTOR,
+    NAMES,
     compare,
+    sprung_figure,
     stated,
 )
 
@@ -65,16 +65,15 @@ def as_ramps(figure: Figure, springs: SpringSet) -> SpringSet:
 
 def written(name: str, folder: Path) -> Path:
     """A model without the figure and the springs that it carries."""
-    figure, path = read_figure(name), folder / f"{name}.xml"
-    format_files(figure, read_springs(None, figure), path).write()
+    path = folder / "model.xml"
+    format_files(*sprung_figure(name), path).write()
     path.write_text(without_carried_texts(path.read_text(encoding="utf-8")), encoding="utf-8")
     return path
 
 
 def differing_joints(name: str, imported: Imported, folder: Path) -> set[str]:
     """Joints whose torques are not those of the ramps, or whose damping is another."""
-    figure = read_figure(name)
-    springs = read_springs(None, figure)
+    figure, springs = sprung_figure(name)
     back_figure, back = written_and_read(imported, folder)
     fits = format_files(figure, springs, folder / "again.xml").losses
     model = as_ramps(figure, springs)
@@ -90,7 +89,7 @@ def differing_joints(name: str, imported: Imported, folder: Path) -> set[str]:
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("name", ["prototype", "clavicles"])
+@pytest.mark.parametrize("name", NAMES)
 def test_models_that_mujoco_saves_keep_the_torques_of_the_ramps(name: str, tmp_path: Path):
     api: Any = pytest.importorskip("mujoco")
     model, saved = api.MjModel.from_xml_path(str(written(name, tmp_path))), tmp_path / "saved.xml"

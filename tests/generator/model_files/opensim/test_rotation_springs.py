@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from generator.figure_file import read_figure
 from generator.model_files.formats import read_model
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.write import format_files
@@ -17,7 +16,13 @@ from tests.generator.model_files.imported_models import (
     without_carried_texts,
     written_and_read,
 )
-from tests.generator.model_files.resaved import LARGEST_FACTOR, compare, stated
+from tests.generator.model_files.resaved import (
+    LARGEST_FACTOR,
+    NAMES,
+    compare,
+    sprung_figure,
+    stated,
+)
 
 RELATIVE = 1e-6
 """Difference of torques besides the stated errors of tables, relative to the largest."""
@@ -30,15 +35,15 @@ LOST = "along paths"
 
 def written(name: str, folder: Path, joining: Joining = Joining.CONSERVATIVE) -> Path:
     """A model without the figure and the springs that it carries, as other programs save it."""
-    figure, path = read_figure(name), folder / f"{name}.osim"
-    format_files(figure, replace(read_springs(None, figure), joining=joining), path).write()
+    (figure, springs), path = sprung_figure(name), folder / "model.osim"
+    format_files(figure, replace(springs, joining=joining), path).write()
     path.write_text(without_carried_texts(path.read_text(encoding="utf-8")), encoding="utf-8")
     return path
 
 
 def check_torques(name: str, imported: Imported, folder: Path, joining: Joining) -> None:
-    figure = read_figure(name)
-    springs = replace(read_springs(None, figure), joining=joining)
+    figure, springs = sprung_figure(name)
+    springs = replace(springs, joining=joining)
     folder.mkdir()
     back_figure, back = written_and_read(imported, folder)
     assert back.joining is joining
@@ -50,7 +55,7 @@ def check_torques(name: str, imported: Imported, folder: Path, joining: Joining)
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("name", ["prototype", "clavicles"])
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("joining", Joining)
 def test_models_that_opensim_saves_keep_their_torques(name: str, joining: Joining, tmp_path: Path):
     api = pytest.importorskip("opensim")
@@ -91,8 +96,7 @@ def test_a_force_that_is_no_law_about_an_axis_is_a_loss_and_the_others_stay(
     path.write_text(text.replace(force[0], changed), encoding="utf-8")
     imported = read_model(path)
     assert lost(imported, LOST) == ("waist_x_spring",)
-    figure = read_figure("prototype")
-    springs = read_springs(None, figure)
+    figure, springs = sprung_figure("prototype")
     back_figure, back = written_and_read(imported, tmp_path)
     axes = {axis.direction: axis.elastic for axis in back.joints["waist"].axes}
     assert not axes[1.0, 0.0, 0.0]
@@ -110,8 +114,7 @@ def test_an_edited_spring_has_its_new_law_and_the_others_theirs(tmp_path: Path):
     edited = tension.sub(r"\g<1>7*s\g<3>", text[start:], count=1)
     path.write_text(text[:start] + edited, encoding="utf-8")
     imported = read_model(path)
-    figure = read_figure("prototype")
-    springs = read_springs(None, figure)
+    figure, springs = sprung_figure("prototype")
     back_figure, back = written_and_read(imported, tmp_path)
     for joint in springs.joints:
         found = compare(figure, springs, back_figure, back, joint)
@@ -119,3 +122,16 @@ def test_an_edited_spring_has_its_new_law_and_the_others_theirs(tmp_path: Path):
         assert (found.difference <= allowed) == (joint != "waist"), joint
     (x,) = (axis for axis in back.joints["waist"].axes if axis.direction == (1.0, 0.0, 0.0))
     assert float(x.elastic[0].torque(0.3)) == pytest.approx(-2.1)
+
+
+def test_laws_over_several_joints_are_losses_and_the_others_stay(tmp_path: Path):
+    figure, path = sprung_figure("prototype")[0], tmp_path / "model.osim"
+    springs = read_springs("coupled", figure)
+    format_files(figure, springs, path).write()
+    path.write_text(without_carried_texts(path.read_text(encoding="utf-8")), encoding="utf-8")
+    imported = read_model(path)
+    names = {re.sub(r"_\d+$", "", name) for name in lost(imported, LOST)}
+    assert names == {f"{side}_hip_joint_{side}_knee_spring" for side in ("left", "right")}
+    back_figure, back = written_and_read(imported, tmp_path)
+    found = compare(figure, springs, back_figure, back, "waist")
+    assert found.difference <= LARGEST_FACTOR * stated(imported.losses, "waist")
