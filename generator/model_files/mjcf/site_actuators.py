@@ -142,7 +142,7 @@ def _parse(
     limited = (whole.get("forcelimited") or "auto") != "false"
     low, high = _numbers(whole, "forcerange", 2, ignored)
     ends = (low, high) if limited and low < high else (-inf, inf)
-    if terms[2] and ends != (-inf, inf):
+    if terms[2] > 0.0 or (terms[2] and ends != (-inf, inf)):
         return None
     on_body = True
     (moved, turn), (other, other_turn) = (sites[word] for word in words)

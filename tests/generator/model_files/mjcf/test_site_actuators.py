@@ -118,11 +118,18 @@ MODEL = """<mujoco><compiler angle="radian"/><option gravity="0 -9.81 0"/><world
 <body name="b"><joint name="j" type="ball"/><geom size=".1"/><site name="tip" quat="{turn}"/></body>
 </worldbody><actuator>
 <general name="one" site="tip" refsite="base" gear="0 0 0 {axis}" gainprm="0" biastype="affine"
- biasprm="1 -3 -.2" {more}/>
+ biasprm="1 -3 {rate}" {more}/>
 <general name="two" site="base" refsite="tip" gear="0 0 0 {opposite}" gainprm="0" biastype="affine"
- biasprm="1 -3 -.2" {more_of_two}/></actuator></mujoco>"""
+ biasprm="1 -3 {rate}" {more_of_two}/></actuator></mujoco>"""
 
-PAIR = {"axis": "1 0 0", "opposite": "-1 0 0", "turn": "1 0 0 0", "more": "", "more_of_two": ""}
+PAIR = {
+    "axis": "1 0 0",
+    "opposite": "-1 0 0",
+    "turn": "1 0 0 0",
+    "rate": "-.2",
+    "more": "",
+    "more_of_two": "",
+}
 
 
 def read(**changes: str) -> Imported:
@@ -144,6 +151,7 @@ def test_a_pair_is_a_spring_about_the_axis_of_the_sites(turn: str, tmp_path: Pat
 
 OTHERS = {
     "one has no equal": {"more": 'forcerange="-1 1"'},
+    "they drive the rate": {"rate": ".2"},
     "they act about the same axis": {"opposite": "1 0 0"},
     "they take control": {"more": 'ctrlrange="-1 1"', "more_of_two": 'ctrlrange="-1 1"'},
     "the torque is along no axis of the joint": {"axis": ".6 .8 .1", "opposite": "-.6 -.8 -.1"},
