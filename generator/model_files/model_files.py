@@ -1,6 +1,6 @@
 """The files of an exported model, with the meshes of its segments (`.stl`), and their losses."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
 from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
+from generator.names import plain_names
 from generator.text_io import write_atomic
 
 
@@ -69,18 +70,37 @@ class MeshFile:
     colour: Colour
 
 
-def segment_meshes(
-    figure: Figure, names: Mapping[str, str], path: Path
-) -> tuple[dict[str, MeshFile], tuple[Loss, ...]]:
+def format_with_meshes(
+    figure: Figure,
+    path: Path,
+    format_text: Callable[[Mapping[str, MeshFile]], tuple[str, Losses]],
+    folder: Path | None = None,
+) -> ModelFiles:
+    """Format a model at `path` that refers to mesh files of its segments.
+
+    Args:
+        figure: the figure.
+        path: of the model.
+        format_text: returns the text of the model with these meshes, by segment, and its losses.
+        folder: of the meshes; None for `geometry_folder`.
+    """
+    meshes, mesh_losses = segment_meshes(figure, folder or geometry_folder(path))
+    text, losses = format_text(meshes)
+    for loss in mesh_losses:
+        losses.add_loss(loss)
+    contents = {mesh.path: mesh.content for mesh in meshes.values()}
+    return ModelFiles(path, {**contents, path: text}, losses)
+
+
+def segment_meshes(figure: Figure, folder: Path) -> tuple[dict[str, MeshFile], tuple[Loss, ...]]:
     """Return the meshes of a figure's segments in the segments' frames, and the losses.
 
     Args:
         figure: the figure.
-        names: of the files, by segment.
-        path: of the model, beside which their folder is.
+        folder: of their files, which are named after the segments.
     """
     appearances, losses = segment_appearances(figure)
-    folder = geometry_folder(path)
+    names = plain_names(figure.segments)
     meshes: dict[str, MeshFile] = {}
     for name, one in appearances.items():
         file = folder / f"{names[name]}.stl"

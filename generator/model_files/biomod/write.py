@@ -9,6 +9,7 @@ joint moves is fixed to it.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from itertools import permutations
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from generator.model_files.biomod.passive_torque import (
     LinearTorque,
     passive_torques,
 )
-from generator.model_files.curves_csv import format_curves, has_curves, springs_table
+from generator.model_files.curves_csv import with_curves
 from generator.model_files.displacement_torques import COUPLING_LOSS
 from generator.model_files.export_model import (
     ExportModel,
@@ -36,7 +37,12 @@ from generator.model_files.export_model import (
     tree_joint_springs,
 )
 from generator.model_files.fit_error import FitErrors, format_range, joint_ranges
-from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
+from generator.model_files.model_files import (
+    MeshFile,
+    ModelFiles,
+    format_with_meshes,
+    geometry_folder,
+)
 from generator.names import plain_names, reserve_name
 from generator.rotations import (
     Array,
@@ -69,14 +75,10 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
     beside = path.with_name("_".join(path.name.split()))  # a blank ends a word of the format
-    meshes, mesh_losses = segment_meshes(figure, plain_names(figure.segments), beside)
-    text, losses = format_biomod(figure, springs, meshes)
-    for loss in mesh_losses:
-        losses.add_loss(loss)
-    contents: dict[Path, str | bytes] = {mesh.path: mesh.content for mesh in meshes.values()}
-    if has_curves(springs):
-        contents[springs_table(path)] = format_curves(figure, springs)[0]
-    return ModelFiles(path, contents | {path: text}, losses)
+    files = format_with_meshes(
+        figure, path, partial(format_biomod, figure, springs), geometry_folder(beside)
+    )
+    return with_curves(files, figure, springs)
 
 
 def format_biomod(

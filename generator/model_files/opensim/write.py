@@ -11,7 +11,7 @@ child is nearer to the ground. Joints that close loops are constraints.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from operator import add
 from pathlib import Path
 
@@ -31,7 +31,7 @@ from generator.model_files.export_model import (
     split_joint_laws,
 )
 from generator.model_files.fit_error import joint_limits, normal_ends
-from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
+from generator.model_files.model_files import MeshFile, ModelFiles, format_with_meshes
 from generator.model_files.opensim.expression import (
     EXPRESSION_OPERATIONS,
     Expression,
@@ -61,12 +61,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 
     Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
-    meshes, mesh_losses = segment_meshes(figure, plain_names(figure.segments), path)
-    text, losses = format_osim(figure, springs, meshes)
-    for loss in mesh_losses:
-        losses.add_loss(loss)
-    contents: dict[Path, str | bytes] = {mesh.path: mesh.content for mesh in meshes.values()}
-    return ModelFiles(path, contents | {path: text}, losses)
+    return format_with_meshes(figure, path, partial(format_osim, figure, springs))
 
 
 def format_osim(

@@ -12,6 +12,7 @@ segments are turned in it, so that their frames and all further out are the figu
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import assert_never
 
@@ -22,7 +23,7 @@ from generator.geometry.appearance import Colour
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
-from generator.model_files.curves_csv import FAST, format_curves, has_curves, springs_table
+from generator.model_files.curves_csv import FAST, with_curves
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
@@ -34,7 +35,7 @@ from generator.model_files.export_model import (
     tree_joint_springs,
 )
 from generator.model_files.fit_error import Ends, joint_limits
-from generator.model_files.model_files import MeshFile, ModelFiles, segment_meshes
+from generator.model_files.model_files import MeshFile, ModelFiles, format_with_meshes
 from generator.model_files.xml import (
     Element,
     add_element,
@@ -42,7 +43,7 @@ from generator.model_files.xml import (
     format_numbers,
     roll_pitch_yaw,
 )
-from generator.names import plain_names, reserve_name
+from generator.names import reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
 from springs import AxisSpring, JointSprings, SpringSet, Stop
 from springs.elastic import total_friction
@@ -61,14 +62,8 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 
     Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
-    meshes, mesh_losses = segment_meshes(figure, plain_names(figure.segments), path)
-    text, losses = format_urdf(figure, springs, meshes)
-    for loss in mesh_losses:
-        losses.add_loss(loss)
-    contents: dict[Path, str | bytes] = {mesh.path: mesh.content for mesh in meshes.values()}
-    if has_curves(springs):
-        contents[springs_table(path)] = format_curves(figure, springs)[0]
-    return ModelFiles(path, contents | {path: text}, losses)
+    files = format_with_meshes(figure, path, partial(format_urdf, figure, springs))
+    return with_curves(files, figure, springs)
 
 
 def format_urdf(

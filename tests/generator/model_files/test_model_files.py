@@ -17,7 +17,6 @@ from generator.model_files.model_files import (
     geometry_folder,
     segment_meshes,
 )
-from generator.names import plain_names
 
 CORNERS = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]])
 CONCAVE = Surface.from_faces(CORNERS, [(0, 1, 2, 3, 4)], "concave")
@@ -47,7 +46,7 @@ def test_makes_no_folder_for_a_model_in_a_folder_that_is_missing(tmp_path: Path)
 @pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum"])
 def test_the_files_are_read_as_the_surfaces(name: str, tmp_path: Path):
     drawn = read_figure(name)
-    meshes, losses = segment_meshes(drawn, plain_names(drawn.segments), tmp_path / "a.model")
+    meshes, losses = segment_meshes(drawn, tmp_path / "a_geometry")
     appearances, lost = segment_appearances(drawn)
     assert meshes.keys() == appearances.keys()
     assert losses == lost
