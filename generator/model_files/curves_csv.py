@@ -154,7 +154,7 @@ def format_curves(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     return text.getvalue(), _losses(figure, springs, curves)
 
 
-def _has_curves(springs: SpringSet) -> bool:
+def has_curves(springs: SpringSet) -> bool:
     """Return whether there are springs of which a table can be written."""
     return bool(springs.coupled) or any(
         axis.elastic or axis.damping.viscous or axis.damping.coulomb
@@ -165,7 +165,7 @@ def _has_curves(springs: SpringSet) -> bool:
 
 def with_curves(files: ModelFiles, figure: Figure, springs: SpringSet) -> ModelFiles:
     """Add the table of a figure's springs, `arm_springs.csv` beside `arm.urdf`, if it has any."""
-    if not _has_curves(springs):
+    if not has_curves(springs):
         return files
     table = files.path.with_name(f"{files.path.stem}_springs.csv")
     contents = {table: format_curves(figure, springs)[0], **files.contents}

@@ -195,15 +195,13 @@ def add_common_losses(
     springs: SpringSet,
     losses: Losses,
     *,
-    has_references: bool = False,
     has_coupled: bool = False,
     has_loops: bool = False,
 ) -> None:
-    """Report what no format holds, laws over several joints, springs of loops, and references.
+    """Report the parts that no format holds, laws over several joints and springs of loops.
 
-    `has_references` is True for a model with the references of the springs in it or beside it,
-    `has_coupled` for one with the laws over several joints of the tree, and `has_loops` for one
-    whose writer reports the springs that close loops.
+    `has_coupled` is True for a model with the laws over several joints of the tree, `has_loops`
+    for one whose writer reports the springs that close loops.
     """
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres:
@@ -219,8 +217,6 @@ def add_common_losses(
             continue
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
         losses.add("laws over several joints", " and ".join(joints))
-    if springs.references and not has_references:
-        losses.add("the references of the springs")
 
 
 def add_tree_losses(model: ExportModel, losses: Losses) -> None:

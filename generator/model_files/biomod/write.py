@@ -412,6 +412,6 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         limited = joint.lower_limit is not None or joint.upper_limit is not None
         if limited and model.tree.chains[joint.name].rotations[1:]:
             losses.add(LIMITS_LOSS, joint.name)
-    add_common_losses(model, springs, losses, has_references=True)
+    add_common_losses(model, springs, losses)
     add_tree_losses(model, losses)
     losses.add("the orientations of sites: a marker is a point")

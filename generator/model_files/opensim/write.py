@@ -102,7 +102,7 @@ def format_osim(
     loops = _LoopWriter(model, frames, losses)
     loops.add_constraints(constraints)
     loops.add_springs(springs, force_writer)
-    add_common_losses(model, springs, losses, has_references=True, has_coupled=True, has_loops=True)
+    add_common_losses(model, springs, losses, has_coupled=True, has_loops=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 

@@ -303,7 +303,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("limits of several rotations", name)
         else:
             losses.add("the stiffness of stops: the limits of the file are rigid", name)
-    add_common_losses(model, springs, losses, has_references=True)
+    add_common_losses(model, springs, losses)
     add_tree_losses(model, losses)
     losses.add("sites other than those of joints")
 

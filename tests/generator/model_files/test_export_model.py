@@ -125,7 +125,7 @@ def test_in_mujoco_the_prototype_falls_alike_on_its_own_hinges_and_equal_balls()
     balls = [n for n in own_springs(PROTOTYPE).joints if len(PROTOTYPE.joints[n].chain) == 3]
     springs = spring_set(*own_hinges(), *(equal(PROTOTYPE, name, 40.0, 0.08) for name in balls))
     loaded = MuJoCo(PROTOTYPE, springs)
-    assert [loss.what for loss in loaded.losses.entries] == ["the references of the springs"]
+    assert not loaded.losses.entries
     loaded.model.opt.timestep /= 4
     assert apart(moved(loaded, 0.2), ours(PROTOTYPE, springs, 0.2).poses) < AGREEMENT
 
