@@ -140,7 +140,7 @@ def format_curves(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The table of the passive curves, and its losses; raises InputError as `format_files`."""
     curves = [*_rotation_curves(figure, springs), *_slide_curves(figure, springs)]
     if not curves:
-        message = "the figure has no springs, so there are no passive curves to write"
+        message = "the figure has no springs and therefore no passive curves"
         raise InputError([error(message, hint="name springs with --springs")])
     order = {name: k for k, name in enumerate(plain_names(figure.joints).values())}
     curves.sort(key=lambda curve: order[curve.joint])

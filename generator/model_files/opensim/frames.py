@@ -54,7 +54,7 @@ class FrameIndex:
     ) -> tuple[str, Array] | None:
         """Return the body to which the frame of a socket is fixed, and the frame's pose in it.
 
-        The ground is called `ground`. None, with the fault noted, where there is no such frame;
+        The ground is called `ground`. None, with an error, for a frame that does not exist;
         `default` is the frame of a component without the socket.
         """
         pose = np.eye(4)

@@ -243,7 +243,7 @@ def test_numpy_reads_the_table():
 
 def test_a_figure_without_springs_has_no_table():
     drawn = read_figure("fourbar")
-    with pytest.raises(InputError, match="no springs, so there are no passive curves"):
+    with pytest.raises(InputError, match="no springs and therefore no passive curves"):
         format_curves(drawn, SpringSet())
     assert not has_curves(SpringSet())
 
@@ -272,5 +272,5 @@ def test_the_command_writes_curves_of_a_figure_and_motions_of_a_motion(tmp_path:
 def test_the_command_says_that_a_figure_has_no_springs(tmp_path: Path):
     done = mover("convert", "fourbar", tmp_path / "a.csv")
     assert done.exit_code != 0
-    assert "the figure has no springs, so there are no passive curves to write" in done.stderr
+    assert "the figure has no springs and therefore no passive curves" in done.stderr
     assert not (tmp_path / "a.csv").exists()
