@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -279,7 +280,8 @@ def _strip_span(span: Span) -> Span:
     return Span(span.source, start, max(start, span.start + len(text.rstrip())))
 
 
-_USUAL_DIGITS = 12
+_USUAL_DIGITS = (12, 15, 16, 17)
+"""Numbers of digits of a coordinate that are tried first."""
 
 
 def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
@@ -301,7 +303,9 @@ def write_psurf(surface: Surface, path: str | Path) -> None:
 
 def _format_coordinate(value: float, unit: Fraction) -> str:
     """Return a number that reads back as `value`, the shortest one in nearly all cases."""
-    text = f"{value / float(unit):.{_USUAL_DIGITS}g}"
-    if text != "inf" and convert_to_si(text, unit) == value:
-        return text
+    quotient = value / float(unit)
+    for digits in _USUAL_DIGITS if isfinite(quotient) else ():
+        text = f"{quotient:.{digits}g}"
+        if convert_to_si(text, unit) == value:
+            return text
     return shortest_decimal(value, unit)

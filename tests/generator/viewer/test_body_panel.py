@@ -64,7 +64,7 @@ def test_balance_is_drawn_in_the_colour_of_the_pose(run_viewer, open_page):
 
     # a click on the chest shows its numbers, and draws its ellipsoid
     running.call(lambda: viewer.show(first))
-    (client,) = running.server.get_clients().values()
+    (client,) = wait_until(running.server.get_clients).values()
     client.camera.position = np.array([30.0, 0.0, 0.0])
     page.get_by_role("button", name="Frame the figure").click()
     wait_until(lambda: np.linalg.norm(client.camera.position) < 10.0)

@@ -68,7 +68,7 @@ def test_a_hand_is_dragged_and_a_page_that_leaves_in_mid_drag_does_no_harm(run_v
         wait_until(begins)
 
     first = open_page(running)
-    (client,) = running.server.get_clients().values()
+    (client,) = wait_until(running.server.get_clients).values()
     first.get_by_label("Segment").click()
     first.get_by_role("option", name=ARM).click()
     wait_until(lambda: gizmo_is_at_the_hand(first))
