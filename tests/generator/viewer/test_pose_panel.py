@@ -168,7 +168,7 @@ def test_marks_change_with_the_springs(run_viewer):
     springs = viewer.springs
     others = {name: each for name, each in springs.joints.items() if name != "left_elbow"}
     running.call(lambda: viewer.set_springs(replace(springs, joints=others)))
-    wait_until(lambda: panel.sliders[ELBOW] is not before)
+    wait_until(lambda: panel.sliders.get(ELBOW, before) is not before)
     assert panel.sliders[ELBOW].label == "About y [deg]"
     assert panel.sliders[ELBOW].min == pytest.approx(-180.0)
 
