@@ -1,9 +1,9 @@
 """The passive curves of a figure as a table for any program (`.csv`).
 
 A row is an angle of a joint about one axis; rows of one curve follow one another, and the first has
-its reference. The first line has the titles, with units; there are no comments, so that
-spreadsheets and `pandas.read_csv` read it as it is. Columns of sliding joints exist only if a
-sliding joint has springs.
+its reference. The titles, with units, are the first line, so that spreadsheets and
+`pandas.read_csv` read it as it is. Columns of sliding joints exist only if a sliding joint has
+springs.
 """
 
 import csv

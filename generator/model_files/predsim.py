@@ -111,7 +111,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
             errors.add(COUPLING_LOSS, name, coupling)
     errors.report(losses)
     if not count:
-        message = "the figure has no springs of rotations, so there are no limit torques to write"
+        message = "the figure has no springs of rotations and therefore no limit torques"
         raise InputError([error(message, hint="name springs with --springs")])
     for spring in springs.coupled:
         joints = dict.fromkeys(axis.joint for axis in spring.axes)

@@ -350,7 +350,7 @@ def _parse_header(
     if diagnostics.has_errors:
         return None
     place = Span(source, 0, min(1, len(source.text)))
-    diagnostics.error(f"there is no line `{END_OF_HEADER}` in this file", place,
+    diagnostics.error(f"the line `{END_OF_HEADER}` is missing", place,
                       "it ends the header of OpenSim's tables")  # fmt: skip
     return None
 

@@ -294,7 +294,7 @@ class GeomReader:
         element = self._meshes.get(name)
         if element is None:
             self.diagnostics.error(
-                f"there is no mesh `{shorten(name)}`",
+                f"unknown mesh `{shorten(name)}`",
                 geom.span_of("mesh"),
                 spelling_hint(name, self._meshes),
             )

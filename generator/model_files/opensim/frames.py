@@ -74,7 +74,7 @@ class FrameIndex:
                 return GROUND, pose
             if frame is None:
                 self.diagnostics.error(
-                    f"there is no frame `{shorten(reference.text.text)}`",
+                    f"unknown frame `{shorten(reference.text.text)}`",
                     reference.text.span,
                     spelling_hint(reference.text.text.rsplit("/", 1)[-1], self.by_name),
                 )

@@ -298,7 +298,7 @@ def test_huge_tables_are_refused(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.undo()
     monkeypatch.setattr(opensim_table, "MAX_HEADER_LINES", 6)
     (fault,) = parse_text(text, parse_coordinates, "table.sto").diagnostics
-    assert fault.message == "there is no line `endheader` in this file"
+    assert fault.message == "the line `endheader` is missing"
 
 
 @given(

@@ -187,7 +187,7 @@ def test_a_mesh_file_that_cannot_be_read_is_a_loss(
 @pytest.mark.parametrize(
     ("geom", "assets", "message"),
     [
-        ('<geom type="mesh" mesh="n"/>', "", "there is no mesh `n`"),
+        ('<geom type="mesh" mesh="n"/>', "", "unknown mesh `n`"),
         ('<geom type="mesh" mesh="n"/>', '<mesh name="n" vertex="1 2 3 4 5 6 7 8 9 1"/>', "three"),
         (
             '<geom type="mesh" mesh="n"/>',
