@@ -1,0 +1,1 @@
+"""A person of today: a figure scaled to sex, stature, mass and measured dimensions."""
