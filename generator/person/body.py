@@ -1,9 +1,9 @@
 """The body of a person: segments with their masses, and the places of the joint centres.
 
-Frames: a limb's origin is at its proximal joint, x forward, y to the right, z down along the limb;
-a part of the trunk and the head have theirs at the lower joint, x forward, y left, z up; a foot has
-it at the ankle, x forward, y right, z down. Segments stand here without side: a left one and a right
-one are equal in their own frames.
+Frames: the origin of a limb segment is at its proximal joint, x forward, y to the right, z down
+along the limb; that of a foot at the ankle, x forward along the foot, y right, z down. The parts of
+the trunk and the head have theirs at the lower joint, x forward, y left, z up. Segments are named
+without side: the left and the right one are equal in their own frames.
 """
 
 from collections.abc import Mapping
