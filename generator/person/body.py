@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 from generator.diagnostics import ModelError
 from generator.figure import Vector
-from generator.person.measures import Measures, Sex
+from generator.person.measures import Measures
 from generator.person.segment_table import SegmentRow, SegmentTable, de_leva_table
 from generator.person.sources import Origin, SourcedNumber
+from generator.person.survey import Sex, survey
 from springs.published.reference import Reference, Sureness
 
 TRUNK_SEGMENTS = ("lower_torso", "middle_torso", "upper_torso", "head")
@@ -162,23 +163,24 @@ _LENGTH_DIMENSIONS = {
     "hand": "hand_length",
     "foot": "foot_length",
 }
-"""Measured dimensions that change the length of a segment by their ratio."""
+"""Dimensions that change the length of a segment by their ratio to the expected ones."""
 
 
 def build_body(measures: Measures) -> Body:
-    """Build the body of a person: de Leva's segments, with legs and trunk that close the stature.
+    """Build the body of a person: de Leva's segments, with legs that close the stature.
 
     Raises:
         ModelError: for dimensions that do not fit each other or the stature.
     """
     table = de_leva_table(measures.sex)
     skeleton = _build_skeleton(measures, table)
+    fractions = {part.name: table.mass_fraction(part.segment) for part in _PARTS}
+    total = sum(fractions[part.name] * (2 if part.is_limb else 1) for part in _PARTS)
     heel_distance = HEEL_DISTANCE_OVER_FOOT_LENGTH * skeleton.lengths["foot"]
-    total = sum(table.mass_fraction(part.segment) * (2 if part.is_limb else 1) for part in _PARTS)
     segments: dict[str, BodySegment] = {}
     for part in _PARTS:
         row, length = table.row(part.segment, *part.ends), skeleton.lengths[part.name]
-        mass = measures.mass * table.mass_fraction(part.segment) / total
+        mass = measures.mass * fractions[part.name] / total
         moments = [mass * (radius * length) ** 2 for radius in row.radii]
         x, y, z = (moments[axis] for axis in part.axes)
         along = (row.centre if part.is_limb else 1 - row.centre) * length
@@ -186,17 +188,21 @@ def build_body(measures: Measures) -> Body:
         if part.name == "foot":
             centre = (along - heel_distance, 0.0, skeleton.ankle_height / 2)
         segments[part.name] = BodySegment(part.name, length, mass, centre, (x, y, z))
+    neck_height = measures.stature - segments["head"].length
+    thorax_height = neck_height - segments["upper_torso"].length
+    shoulder_height = measures.length("acromial_height") - SHOULDER_BELOW_ACROMION - thorax_height
     body = Body(
         measures=measures,
         segments=segments,
         hip_spacing=HIP_SPACING_OVER_STATURE * measures.stature,
         shoulder_spacing=measures.length("biacromial_breadth") - 2 * SHOULDER_INSIDE_ACROMION,
-        shoulder_height=_shoulder_height(measures, skeleton),
+        shoulder_height=shoulder_height,
         ankle_height=skeleton.ankle_height,
         heel_distance=heel_distance,
     )
     _check_shoulders(body)
-    return replace(body, sources=tuple(_list_sources(body, table, skeleton, total)))
+    sources = (*_segment_sources(body, table, skeleton, total), *_joint_sources(body, table))
+    return replace(body, sources=sources)
 
 
 @dataclass(frozen=True)
@@ -205,9 +211,9 @@ class _Skeleton:
 
     Attributes:
         lengths: of the segments [m].
-        expected: lengths by stature and mass alone [m].
+        expected: lengths by sex, stature and mass alone [m].
         ankle_height: of the ankle centres above the sole [m].
-        leg_factor: of thigh and shank of the table, scaled to the stature, by stature and mass.
+        leg_factor: of the expected thigh and shank, over the table's scaled to the stature.
     """
 
     lengths: Mapping[str, float]
@@ -221,50 +227,35 @@ def _build_skeleton(measures: Measures, table: SegmentTable) -> _Skeleton:
     stature, scale = measures.stature, measures.stature / table.stature
     expected = {part.name: scale * table.row(part.segment, *part.ends).length for part in _PARTS}
     malleolus = measures.dimensions["lateral_malleolus_height"]
-    expected_ankle = malleolus.expected - ANKLE_BELOW_MALLEOLUS
-    expected_hip = stature - sum(expected[name] for name in TRUNK_SEGMENTS)
-    legs = expected["upper_leg"] + expected["lower_leg"]
-    leg_factor = (expected_hip - expected_ankle) / legs
+    ankle = malleolus.expected - ANKLE_BELOW_MALLEOLUS
+    hip = stature - sum(expected[name] for name in TRUNK_SEGMENTS)
+    leg_factor = (hip - ankle) / (expected["upper_leg"] + expected["lower_leg"])
     expected["upper_leg"] *= leg_factor
     expected["lower_leg"] *= leg_factor
+    knee, waist = ankle + expected["lower_leg"], hip + expected["lower_torso"]
 
-    lengths = dict(expected)
+    # Each joint of legs and trunk is moved as the landmark at its height.
+    ankle = malleolus.value - ANKLE_BELOW_MALLEOLUS
+    knee *= measures.ratio("lateral_femoral_epicondyle_height")
+    hip *= measures.ratio("trochanterion_height")
+    waist *= measures.ratio("waist_height")
+    cervicale = measures.dimensions["cervicale_height"]
+    head = expected["head"] * (stature - cervicale.value) / (stature - cervicale.expected)
+    above_waist = expected["middle_torso"] + expected["upper_torso"]
+    chest_factor = (stature - head - waist) / above_waist
+    lengths = {
+        **expected,
+        "lower_torso": waist - hip,
+        "middle_torso": chest_factor * expected["middle_torso"],
+        "upper_torso": chest_factor * expected["upper_torso"],
+        "head": head,
+        "upper_leg": hip - knee,
+        "lower_leg": knee - ankle,
+    }
     for name, dimension in _LENGTH_DIMENSIONS.items():
         lengths[name] *= measures.ratio(dimension)
-    cervicale = measures.dimensions["cervicale_height"]
-    if cervicale.is_measured:
-        lengths["head"] *= (stature - cervicale.value) / (stature - cervicale.expected)
-
-    hip = expected_hip * measures.ratio("trochanterion_height")
-    cervical = stature - lengths["head"]
-    trunk = ("lower_torso", "middle_torso", "upper_torso")
-    lengths |= _divide(cervical - hip, trunk, expected)
-    if measures.dimensions["waist_height"].is_measured:
-        navel = (expected_hip + expected["lower_torso"]) * measures.ratio("waist_height")
-        lengths["lower_torso"] = navel - hip
-        lengths |= _divide(cervical - navel, trunk[1:], expected)
-
-    ankle = malleolus.value - ANKLE_BELOW_MALLEOLUS
-    lengths |= _divide(hip - ankle, ("upper_leg", "lower_leg"), expected)
-    knee_ratios = [
-        measures.ratio(name)
-        for name in ("tibial_height", "lateral_femoral_epicondyle_height")
-        if measures.dimensions[name].is_measured
-    ]
-    if knee_ratios:
-        expected_knee = expected_ankle + expected["lower_leg"]
-        knee = expected_knee * sum(knee_ratios) / len(knee_ratios)
-        lengths["upper_leg"], lengths["lower_leg"] = hip - knee, knee - ankle
     _check_lengths({**lengths, "ankle_height": ankle}, stature)
     return _Skeleton(lengths, expected, ankle, leg_factor)
-
-
-def _divide(
-    total: float, names: tuple[str, ...], expected: Mapping[str, float]
-) -> dict[str, float]:
-    """Lengths of consecutive segments that sum to `total`, in proportion to the expected ones."""
-    factor = total / sum(expected[name] for name in names)
-    return {name: factor * expected[name] for name in names}
 
 
 def _check_lengths(lengths: Mapping[str, float], stature: float) -> None:
@@ -277,139 +268,116 @@ def _check_lengths(lengths: Mapping[str, float], stature: float) -> None:
             )
 
 
-def _shoulder_height(measures: Measures, skeleton: _Skeleton) -> float:
-    """Height of the shoulder centres above the thorax joint [m].
-
-    Without a measured acromial height it is a fixed fraction of the upper torso's length.
-    """
-    acromion = measures.dimensions["acromial_height"]
-    if acromion.is_measured:
-        above = skeleton.lengths["head"] + skeleton.lengths["upper_torso"]
-        return acromion.value - SHOULDER_BELOW_ACROMION - (measures.stature - above)
-    above = skeleton.expected["head"] + skeleton.expected["upper_torso"]
-    expected = acromion.expected - SHOULDER_BELOW_ACROMION - (measures.stature - above)
-    return expected * skeleton.lengths["upper_torso"] / skeleton.expected["upper_torso"]
-
-
 def _check_shoulders(body: Body) -> None:
-    """Raise ModelError for shoulders beyond the upper torso or on one another."""
+    """Raise ModelError for shoulders beyond the upper torso or without a distance."""
     length = body.segments["upper_torso"].length
     if not 0 < body.shoulder_height < length:
         raise ModelError(
-            f"the acromial height does not fit the other dimensions: the shoulders would be "
+            "the acromial height does not fit the other dimensions: the shoulders would be "
             f"{body.shoulder_height:.3g} m above the lower end of the upper torso, "
             f"which is {length:.3g} m long"
         )
     if not body.shoulder_spacing > 0:
         raise ModelError(
-            f"the biacromial breadth is too small: "
+            "the biacromial breadth is too small: "
             f"the shoulder centres would be {body.shoulder_spacing:.3g} m from each other"
         )
 
 
-def _list_sources(
+def _segment_sources(
     body: Body, table: SegmentTable, skeleton: _Skeleton, total: float
 ) -> Iterator[SourcedNumber]:
-    """Sources of the numbers of a body."""
+    """Sources of masses, lengths, centres and moments of inertia, and of the legs' factor.
+
+    `total` is the sum of the fractions of mass.
+    """
+    published, by_sum = table.reference, ""
+    if abs(total - 1) > 1e-9:
+        by_sum = f", over the sum of all segments, {100 * total:.4g} %"
+    yield SourcedNumber(
+        *("person", "length factor of the legs", skeleton.leg_factor, "", Origin.SCALED, published),
+        "one factor of thigh and shank brings the ankle from the hip to its height; "
+        "the table's lengths alone do not sum to the stature",
+    )
     for part in _PARTS:
         row, segment = table.row(part.segment, *part.ends), body.segments[part.name]
-        yield from _list_segment_sources(part, row, segment, body, table, skeleton, total)
-    yield from _list_joint_sources(body, table, skeleton)
+        ends = "-".join(row.ends)
+        percent = 100 * table.mass_fraction(part.segment)
+        yield SourcedNumber(
+            *(part.name, "mass", segment.mass, "kg", Origin.PUBLISHED, published),
+            f"{percent:.4g} % of the body's mass{by_sum}",
+        )
+        yield SourcedNumber(
+            *(part.name, "length", segment.length, "m", Origin.SCALED, published),
+            _length_rule(part, row, table, skeleton),
+        )
+        centre = f"{100 * row.centre:.2f} % of the length from {row.ends[0]} ({ends})"
+        if part.name == "foot":
+            yield SourcedNumber(
+                *(part.name, "centre of mass in front of the ankle centre", segment.centre[0]),
+                *("m", Origin.ESTIMATE, published),
+                f"{centre}; the distance from heel to ankle is an estimate",
+            )
+            yield SourcedNumber(
+                *(part.name, "centre of mass below the ankle centre", segment.centre[2]),
+                *("m", Origin.ESTIMATE, None),
+                "midway between ankle centre and sole; not published",
+            )
+        else:
+            side = "below" if part.is_limb else "above"
+            yield SourcedNumber(
+                *(part.name, f"centre of mass {side} its own joint", segment.centre[2], "m"),
+                *(Origin.PUBLISHED, published, centre),
+            )
+        for axis, index, moment in zip("xyz", part.axes, segment.inertia, strict=True):
+            yield SourcedNumber(
+                *(part.name, f"moment of inertia about {axis}", moment, "kg m2"),
+                *(Origin.PUBLISHED, published),
+                f"mass times the square of {100 * row.radii[index]:.1f} % of the length "
+                f"({ends}), the {_AXIS_NAMES[index]} radius of gyration",
+            )
 
 
-def _list_segment_sources(
-    part: _Part,
-    row: SegmentRow,
-    segment: BodySegment,
-    body: Body,
-    table: SegmentTable,
-    skeleton: _Skeleton,
-    total: float,
-) -> Iterator[SourcedNumber]:
-    """Sources of mass, length, centre and moments of inertia of one segment."""
-    published, ends = table.reference, f"{row.ends[0]}-{row.ends[1]}"
-    fraction = table.mass_fraction(part.segment)
-    rule = f"{100 * fraction:.4g} % of the body's mass"
-    if abs(total - 1) > 1e-9:
-        rule += f", divided by {100 * total:.4g} %, the sum over all segments"
-    yield SourcedNumber(part.name, "mass", segment.mass, "kg", Origin.PUBLISHED, published, rule)
-
+def _length_rule(part: _Part, row: SegmentRow, table: SegmentTable, skeleton: _Skeleton) -> str:
+    """Computation of a segment's length in words."""
     rule = (
-        f"{ends} of the reference body, {1000 * row.length:.1f} mm, "
+        f"{'-'.join(row.ends)} of the reference body, {1000 * row.length:.1f} mm, "
         f"times the stature over {table.stature} m"
     )
     if part.name in ("upper_leg", "lower_leg"):
-        rule += f", times {skeleton.leg_factor:.4f}, so that the legs reach the ankle's height"
-    change = segment.length / skeleton.expected[part.name]
-    if abs(change - 1) > 1e-9:
-        rule += f", times {change:.4f} by measured dimensions"
-    yield SourcedNumber(part.name, "length", segment.length, "m", Origin.SCALED, published, rule)
-
-    centre = f"{100 * row.centre:.2f} % of the length from {row.ends[0]} ({ends})"
-    if part.name == "foot":
-        yield SourcedNumber(
-            *(part.name, "centre of mass in front of the ankle centre", segment.centre[0], "m"),
-            *(
-                Origin.ESTIMATE,
-                published,
-                f"{centre}; the ankle's place in the foot is an estimate",
-            ),
-        )
-        yield SourcedNumber(
-            *(part.name, "centre of mass below the ankle centre", segment.centre[2], "m"),
-            *(Origin.ESTIMATE, None, "midway between ankle centre and sole; not published"),
-        )
-    else:
-        side = "below" if part.is_limb else "above"
-        yield SourcedNumber(
-            *(part.name, f"centre of mass {side} its own joint", segment.centre[2], "m"),
-            *(Origin.PUBLISHED, published, centre),
-        )
-
-    for axis, index, moment in zip("xyz", part.axes, segment.inertia, strict=True):
-        yield SourcedNumber(
-            *(part.name, f"moment of inertia about {axis}", moment, "kg m2", Origin.PUBLISHED),
-            published,
-            f"mass times the square of {100 * row.radii[index]:.1f} % of the length ({ends}), "
-            f"{_AXIS_NAMES[index]}",
-        )
+        rule += f", times {skeleton.leg_factor:.4f}, the length factor of the legs"
+    change = skeleton.lengths[part.name] / skeleton.expected[part.name]
+    return rule if abs(change - 1) < 1e-9 else f"{rule}, times {change:.4f} by measured dimensions"
 
 
-def _list_joint_sources(
-    body: Body, table: SegmentTable, skeleton: _Skeleton
-) -> Iterator[SourcedNumber]:
+def _joint_sources(body: Body, table: SegmentTable) -> Iterator[SourcedNumber]:
     """Sources of the places of the joint centres."""
-    shoulders = Reference(table.reference.text, Sureness.ONE_CODE, table.reference.doi, "table 2")
-    men_only = "" if body.measures.sex is Sex.MALE else "; measured in men only"
-    yield SourcedNumber(
-        *("person", "length factor of the legs", skeleton.leg_factor, "", Origin.SCALED),
-        table.reference,
-        "one factor of thigh and shank closes the chain from the vertex to the ankle centre: "
-        "the table's legs do not",
-    )
     yield SourcedNumber(
         *("foot", "height of the ankle centre", body.ankle_height, "m", Origin.PUBLISHED),
-        table.reference,
-        f"lateral malleolus height of ANSUR II less {1000 * ANKLE_BELOW_MALLEOLUS:g} mm, "
-        "the shank's length to the ankle centre less that to the malleolus",
+        survey().reference,
+        f"lateral malleolus height less {1000 * ANKLE_BELOW_MALLEOLUS:g} mm "
+        "(de Leva 1996: KJC-AJC less KJC-LMAL)",
     )
     yield SourcedNumber(
         *("foot", "distance of the heel behind the ankle centre", body.heel_distance, "m"),
         *(Origin.ESTIMATE, None, f"{HEEL_DISTANCE_OVER_FOOT_LENGTH:g} of the foot's length"),
     )
     yield SourcedNumber(
-        *("lower_torso", "distance of the hip centres", body.hip_spacing, "m", Origin.ESTIMATE),
-        None,
-        f"{HIP_SPACING_OVER_STATURE:g} of the stature, from regressions of men on the breadth of "
-        "the pelvis that spread by 0.006",
+        *("lower_torso", "distance of the hip centres", body.hip_spacing, "m"),
+        *(Origin.ESTIMATE, None),
+        f"{HIP_SPACING_OVER_STATURE:g} of the stature; regressions of the hip centre "
+        "(Bell 1990, Harrington 2007, Hara 2016) give 0.099 to 0.106 in a man of mean size",
     )
     yield SourcedNumber(
         *("upper_torso", "distance of the shoulder centres", body.shoulder_spacing, "m"),
         *(Origin.ESTIMATE, None),
         f"biacromial breadth less twice {1000 * SHOULDER_INSIDE_ACROMION:g} mm",
     )
+    is_male = body.measures.sex is Sex.MALE
     yield SourcedNumber(
         *("upper_torso", "height of the shoulder centres above its own joint"),
-        *(body.shoulder_height, "m", Origin.ESTIMATE if men_only else Origin.SCALED, shoulders),
-        f"acromial height of ANSUR II less {1000 * SHOULDER_BELOW_ACROMION:g} mm{men_only}",
+        *(body.shoulder_height, "m", Origin.PUBLISHED if is_male else Origin.ESTIMATE),
+        Reference(table.reference.text, Sureness.ONE_CODE, table.reference.doi, "table 2"),
+        f"acromial height less {1000 * SHOULDER_BELOW_ACROMION:g} mm"
+        + ("" if is_male else ", which was measured in men only"),
     )

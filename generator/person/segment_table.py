@@ -4,16 +4,15 @@ A segment may have several rows that differ by their end points. Fractions of a 
 length between its own end points only.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from generator.named_mapping import UnknownNameError
-from generator.person.measures import Sex
-from springs.published.reference import Reference, Sureness
+from generator.person.data_files import DataFile, load_data_file
+from generator.person.survey import Sex
+from springs.published.reference import Reference
 
 
 @dataclass(frozen=True)
@@ -76,26 +75,19 @@ class SegmentTable:
 @cache
 def de_leva_table(sex: Sex) -> SegmentTable:
     """Table of de Leva 1996 (adjusted numbers of Zatsiorsky and Seluyanov)."""
-    file = files("generator").joinpath("person", "data", "de_leva_1996.toml")
-    return parse_segment_table(file.read_text(encoding="utf-8"), sex)
+    return _parse_table(load_data_file("de_leva_1996"), sex)
 
 
-def parse_segment_table(text: str, sex: Sex) -> SegmentTable:
-    """Parse the rows of one sex; the text is one of our own, so that its form is not checked."""
-    document = tomllib.loads(text)
-    body = document[sex.value]
+def _parse_table(data: DataFile, sex: Sex) -> SegmentTable:
+    """Parse the rows of one sex."""
+    body = data.content[sex]
     return SegmentTable(
         sex,
         body["stature_m"],
         body["mass_kg"],
-        tuple(_parse_row(row, row[sex.value]) for row in document["segment"]),
-        document["end_points"],
-        Reference(
-            document["reference"],
-            Sureness(document["sureness"]),
-            document["doi"],
-            document["place"],
-        ),
+        tuple(_parse_row(row, row[sex]) for row in data.content["segment"]),
+        data.content["end_points"],
+        data.reference,
     )
 
 

@@ -7,8 +7,8 @@ from math import sqrt
 import pytest
 
 from generator.named_mapping import UnknownNameError
-from generator.person.measures import Sex
 from generator.person.segment_table import SegmentRow, SegmentTable, de_leva_table
+from generator.person.survey import Sex
 
 PAIRED = {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}
 
