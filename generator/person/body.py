@@ -145,6 +145,9 @@ _AXIS_NAMES = ("sagittal", "transverse", "longitudinal")
 ANKLE_BELOW_MALLEOLUS = 0.006
 """Ankle centre below the tip of the lateral malleolus [m]: lengths KJC-AJC less KJC-LMAL."""
 
+WRIST_BEYOND_STYLION = 0.002
+"""Wrist centre beyond the radial stylion [m]: length STYL-DAC3 less WJC-DAC3."""
+
 SHOULDER_BELOW_ACROMION = 0.0345
 """Shoulder centre below the acromion [m], of men."""
 
@@ -165,6 +168,16 @@ _LENGTH_DIMENSIONS = {
 }
 """Dimensions that change the length of a segment by their ratio to the expected ones."""
 
+_SURVEYED_LENGTHS = {
+    "hand": f"hand length less {1000 * WRIST_BEYOND_STYLION:g} mm (de Leva 1996: STYL-DAC3 less "
+    "WJC-DAC3)",
+    "foot": "foot length",
+}
+"""Lengths that are the survey's: those of the table are 9 to 13 % shorter in women.
+
+Centres of mass are the table's fractions of them; radii of gyration are in metres the table's.
+"""
+
 
 def build_body(measures: Measures) -> Body:
     """Build the body of a person: de Leva's segments, with legs that close the stature.
@@ -181,7 +194,7 @@ def build_body(measures: Measures) -> Body:
     for part in _PARTS:
         row, length = table.row(part.segment, *part.ends), skeleton.lengths[part.name]
         mass = measures.mass * fractions[part.name] / total
-        moments = [mass * (radius * length) ** 2 for radius in row.radii]
+        moments = [mass * (radius * skeleton.table_lengths[part.name]) ** 2 for radius in row.radii]
         x, y, z = (moments[axis] for axis in part.axes)
         along = (row.centre if part.is_limb else 1 - row.centre) * length
         centre = (0.0, 0.0, along)
@@ -211,12 +224,15 @@ class _Skeleton:
 
     Attributes:
         lengths: of the segments [m].
-        expected: lengths by sex, stature and mass alone [m].
+        table_lengths: of the table, to which its radii of gyration refer, changed as the segments
+            [m]; those of hand and foot differ from the lengths.
+        expected: of `table_lengths` by sex, stature and mass alone [m].
         ankle_height: of the ankle centres above the sole [m].
         leg_factor: of the expected thigh and shank, over the table's scaled to the stature.
     """
 
     lengths: Mapping[str, float]
+    table_lengths: Mapping[str, float]
     expected: Mapping[str, float]
     ankle_height: float
     leg_factor: float
@@ -243,7 +259,7 @@ def _build_skeleton(measures: Measures, table: SegmentTable) -> _Skeleton:
     head = expected["head"] * (stature - cervicale.value) / (stature - cervicale.expected)
     above_waist = expected["middle_torso"] + expected["upper_torso"]
     chest_factor = (stature - head - waist) / above_waist
-    lengths = {
+    table_lengths = {
         **expected,
         "lower_torso": waist - hip,
         "middle_torso": chest_factor * expected["middle_torso"],
@@ -253,9 +269,14 @@ def _build_skeleton(measures: Measures, table: SegmentTable) -> _Skeleton:
         "lower_leg": knee - ankle,
     }
     for name, dimension in _LENGTH_DIMENSIONS.items():
-        lengths[name] *= measures.ratio(dimension)
+        table_lengths[name] *= measures.ratio(dimension)
+    lengths = {
+        **table_lengths,
+        "hand": measures.length("hand_length") - WRIST_BEYOND_STYLION,
+        "foot": measures.length("foot_length"),
+    }
     _check_lengths({**lengths, "ankle_height": ankle}, stature)
-    return _Skeleton(lengths, expected, ankle, leg_factor)
+    return _Skeleton(lengths, table_lengths, expected, ankle, leg_factor)
 
 
 def _check_lengths(lengths: Mapping[str, float], stature: float) -> None:
@@ -307,10 +328,21 @@ def _segment_sources(
             *(part.name, "mass", segment.mass, "kg", Origin.PUBLISHED, published),
             f"{percent:.4g} % of the body's mass{by_sum}",
         )
-        yield SourcedNumber(
-            *(part.name, "length", segment.length, "m", Origin.SCALED, published),
-            _length_rule(part, row, table, skeleton),
-        )
+        rule, measured = _length_rule(part, row, table, skeleton), _SURVEYED_LENGTHS.get(part.name)
+        if measured is None:
+            yield SourcedNumber(
+                *(part.name, "length", segment.length, "m", Origin.SCALED, published, rule)
+            )
+        else:
+            table_length = skeleton.table_lengths[part.name]
+            yield SourcedNumber(
+                *(part.name, "length", segment.length, "m", Origin.PUBLISHED),
+                *(survey().reference, measured),
+            )
+            yield SourcedNumber(
+                *(part.name, "length of the radii of gyration", table_length, "m"),
+                *(Origin.SCALED, published, rule),
+            )
         centre = f"{100 * row.centre:.2f} % of the length from {row.ends[0]} ({ends})"
         if part.name == "foot":
             yield SourcedNumber(
@@ -333,8 +365,9 @@ def _segment_sources(
             yield SourcedNumber(
                 *(part.name, f"moment of inertia about {axis}", moment, "kg m2"),
                 *(Origin.PUBLISHED, published),
-                f"mass times the square of {100 * row.radii[index]:.1f} % of the length "
-                f"({ends}), the {_AXIS_NAMES[index]} radius of gyration",
+                f"mass times the square of {100 * row.radii[index]:.1f} % of the "
+                f"{'length' if measured is None else 'length of the radii of gyration'} "
+                f"({ends}), the {_AXIS_NAMES[index]} radius",
             )
 
 
@@ -346,7 +379,7 @@ def _length_rule(part: _Part, row: SegmentRow, table: SegmentTable, skeleton: _S
     )
     if part.name in ("upper_leg", "lower_leg"):
         rule += f", times {skeleton.leg_factor:.4f}, the length factor of the legs"
-    change = skeleton.lengths[part.name] / skeleton.expected[part.name]
+    change = skeleton.table_lengths[part.name] / skeleton.expected[part.name]
     return rule if abs(change - 1) < 1e-9 else f"{rule}, times {change:.4f} by measured dimensions"
 
 
