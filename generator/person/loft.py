@@ -72,74 +72,120 @@ def section_girth(section: Section) -> float:
     return float(np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum())
 
 
-def sections_between(sections: Sequence[Section], places: Array) -> list[Section]:
-    """Return the sections at positions along the axis, by monotone cubics."""
-    from scipy.interpolate import PchipInterpolator
-
-    table = np.stack([section.numbers for section in sections])
-    return [Section(*map(float, row)) for row in PchipInterpolator(table[:, 0], table)(places)]
-
-
 @dataclass(frozen=True)
 class Cap:
-    """Round end of a loft.
+    """Round end of a part of a loft.
 
     Attributes:
         height: from the last section to the pole [m].
         exponent: of the superellipse of its outline: 2 is a half ellipsoid.
         rings: of vertices between the last section and the pole.
-        centre: of the pole, forward [m]; None for that of the section's outline.
+        pole: position forward of the pole [m]; None for the middle of the last section.
     """
 
     height: float
     exponent: float = 2.0
     rings: int = 4
-    centre: float | None = None
+    pole: float | None = None
 
 
 @dataclass(frozen=True)
+class Relief:
+    """Smooth rise or hollow in the front or the back of a loft, the same on both sides.
+
+    Attributes:
+        at: position of its middle along the axis [m].
+        across: distance of its middle from the plane of symmetry [m].
+        height: outward [m]; negative for a hollow.
+        above: its extent towards higher positions, as a standard deviation [m].
+        below: its extent towards lower positions [m].
+        breadth: its extent across [m].
+        is_behind: whether it is in the back.
+    """
+
+    at: float
+    across: float
+    height: float
+    above: float
+    below: float
+    breadth: float
+    is_behind: bool = False
+
+    def rise(self, ring: Array, section: Section) -> Array:
+        """Displacement forward of the points of a section's ring [m], shape (n,)."""
+        along = section.at - self.at
+        along /= self.above if along > 0.0 else self.below
+        sign = -1.0 if self.is_behind else 1.0
+        depth = section.back if self.is_behind else section.front
+        # Zero at the widest line, where front and back meet.
+        facing = np.clip(sign * (ring[:, 0] - section.centre) / depth, 0.0, 1.0)
+        away = (np.abs(ring[:, 1]) - self.across) / self.breadth
+        return sign * self.height * facing * np.exp(-0.5 * (along**2 + away**2))
+
+
+@dataclass(frozen=True, eq=False)
 class Loft:
-    """Surface through sections along an axis.
+    """Sections along an axis, with reliefs on them.
 
     Attributes:
         sections: in ascending order along the axis.
-        places: of the rings of vertices, the first and the last those of the end sections [m].
-        sides: corners of each ring, an even number.
-        low_cap: round end at the first section.
-        high_cap: round end at the last section.
+        sides: corners of each ring of vertices, an even number.
+        reliefs: on the sections.
     """
 
     sections: Sequence[Section]
-    places: Array
     sides: int
-    low_cap: Cap
-    high_cap: Cap
+    reliefs: Sequence[Relief] = ()
 
-    def outlines(self) -> tuple[Array, Array]:
-        """Rings of points (forward, across, along), and the two poles [m].
+    def ring(self, at: float) -> Array:
+        """Points forward, across, along at a position [m], shape (sides, 3).
 
-        Shapes (rings, sides, 3) and (2, 3).
+        Beyond the first and the last section the outlines are theirs.
         """
-        middle = [
-            np.column_stack([section_outline(section, self.sides), np.full(self.sides, section.at)])
-            for section in sections_between(self.sections, self.places)
-        ]
-        low, low_pole = _cap_rings(middle[0], self.low_cap, -1.0)
-        high, high_pole = _cap_rings(middle[-1], self.high_cap, 1.0)
+        from scipy.interpolate import PchipInterpolator
+
+        table = np.stack([section.numbers for section in self.sections])
+        numbers = PchipInterpolator(table[:, 0], table)(np.clip(at, *table[[0, -1], 0]))
+        section = Section(at, *map(float, numbers[1:]))
+        ring = np.column_stack([section_outline(section, self.sides), np.full(self.sides, at)])
+        ring[:, 0] += sum(relief.rise(ring, section) for relief in self.reliefs)
+        return ring
+
+    def part(self, places: Array, low_cap: Cap, high_cap: Cap) -> tuple[Array, Array]:
+        """Rings of points forward, across, along, and the two poles [m].
+
+        Args:
+            places: of rings along the axis, ascending [m].
+            low_cap: round end before the first place.
+            high_cap: round end behind the last place.
+
+        Returns:
+            Arrays of shapes (rings, sides, 3) and (2, 3).
+        """
+        low, low_pole = self._cap_rings(float(places[0]), low_cap, -1.0)
+        high, high_pole = self._cap_rings(float(places[-1]), high_cap, 1.0)
+        middle = [self.ring(at) for at in places.tolist()]
         return np.array([*low[::-1], *middle, *high]), np.array([low_pole, high_pole])
 
+    def _cap_rings(self, end: float, cap: Cap, sign: float) -> tuple[list[Array], Array]:
+        """Return the rings of a cap from its section on, and its pole.
 
-def _cap_rings(last: Array, cap: Cap, sign: float) -> tuple[list[Array], Array]:
-    """Return the rings of a cap from the last section on, and its pole."""
-    forward = 0.5 * (last[:, 0].min() + last[:, 0].max()) if cap.centre is None else cap.centre
-    middle = np.array([forward, 0.0, last[0, 2]])
-    axis = np.array([0.0, 0.0, sign * cap.height])
-    rings: list[Array] = []
-    for turn in 0.5 * np.pi * np.arange(1, cap.rings + 1) / (cap.rings + 1):
-        c, s = np.cos(turn), np.sin(turn)
-        reach = (c**cap.exponent + s**cap.exponent) ** (-1.0 / cap.exponent)
-        rings.append(middle + reach * c * (last - middle) + reach * s * axis)
-    return rings, middle + axis
+        They are the sections beyond the end, the smaller the nearer to the pole: so the cap lies
+        within the next part of the loft, and is tangent to it at their common section.
+        """
+        last = self.ring(end)
+        forward = 0.5 * (last[:, 0].min() + last[:, 0].max()) if cap.pole is None else cap.pole
+        rings: list[Array] = []
+        for part in np.arange(1, cap.rings + 1) / (cap.rings + 1):
+            # Rings are closer where the cap begins, so that its shade there is that of the limb.
+            turn = 0.5 * np.pi * part**1.5
+            c, s = np.cos(turn), np.sin(turn)
+            reach = (c**cap.exponent + s**cap.exponent) ** (-1.0 / cap.exponent)
+            ring = self.ring(end + sign * reach * s * cap.height)
+            ring[:, 0] = forward + reach * c * (ring[:, 0] - forward)
+            ring[:, 1] *= reach * c
+            rings.append(ring)
+        return rings, np.array([forward, 0.0, end + sign * cap.height])
 
 
 def loft_surface(rings: Array, poles: Array, axes: Array, name: str) -> Surface:

@@ -6,14 +6,15 @@ section at their joint, and each ends beyond it in a round cap within the other,
 stay closed. Limbs are symmetric about their sagittal plane: left and right share one surface.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 
 from generator.geometry.surface import Array, Surface
 from generator.person.body import Body
-from generator.person.loft import Cap, Loft, Section, loft_surface, section_girth
+from generator.person.loft import Cap, Loft, Relief, Section, loft_surface, section_girth
 from generator.person.measures import Sex
 
 LIMB_SIDES, TRUNK_SIDES = 20, 28
@@ -28,16 +29,18 @@ FOOT_AXES = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 RELAXED_BICEPS, RELAXED_FOREARM = 0.93, 0.95
 """Girth of the relaxed arm relative to the flexed one that is measured; estimates."""
 
+ACROMION_ABOVE_SHOULDER, ACROMION_OUTSIDE_SHOULDER = 0.0197, 0.010
+"""Acromion relative to the shoulder centre, over the stature; the second is an estimate."""
+
+SPINE_ABOVE_HIP = 0.045
+"""Upper end of the thigh above the hip centre, over the stature: the pelvis's front spine, where
+the published tables divide thigh and trunk."""
+
 
 def body_surfaces(body: Body) -> Mapping[str, Surface]:
     """Return closed surfaces that point outward, in the segments' frames [m], by their names."""
-    return {name: build(body) for name, build in _BUILDERS.items()}
-
-
-def hip_height(body: Body) -> float:
-    """Height of the hip centres above the soles [m]."""
-    legs = body.segments["upper_leg"].length + body.segments["lower_leg"].length
-    return body.ankle_height + legs
+    surfaces = (*_trunk(body), _head(body), *_arm(body), *_leg(body), _foot(body))
+    return {surface.name: surface for surface in surfaces}
 
 
 def _half_axis(girth: float, other: float) -> float:
@@ -65,7 +68,7 @@ def _exponent(girth: float, breadth: float, depth: float) -> float:
 
 
 def _ring(
-    at: float, girth: float, flatness: float = 1.0, forward: float = 0.5, centre: float = 0.0
+    at: float, girth: float, flatness: float = 1.0, forward: float = 0.0, tip: float = 2.0
 ) -> Section:
     """Elliptic section of a girth.
 
@@ -73,14 +76,21 @@ def _ring(
         at: position along the axis [m].
         girth: [m].
         flatness: depth over breadth.
-        forward: part of the depth in front of the axis.
-        centre: of the section, forward [m].
+        forward: of its middle, over half of its depth.
+        tip: exponent of its front and back.
     """
-    radius = girth / (2.0 * pi)
-    half_breadth = radius * (2.0 / (1.0 + flatness**2)) ** 0.5
-    depth = 2.0 * half_breadth * flatness
-    middle = centre + (2.0 * forward - 1.0) * 0.5 * depth
-    return Section(at, 2.0 * half_breadth, depth / 2.0, depth / 2.0, middle)
+    half_breadth = girth / (2.0 * pi) * (2.0 / (1.0 + flatness**2)) ** 0.5
+    half_depth = half_breadth * flatness
+    section = Section(
+        at, 2.0 * half_breadth, half_depth, half_depth, forward * half_depth, tip, tip
+    )
+    factor = girth / section_girth(section)
+    return replace(
+        section,
+        breadth=factor * section.breadth,
+        front=factor * section.front,
+        back=factor * section.back,
+    )
 
 
 def _places(first: float, last: float, spacing: float) -> Array:
@@ -98,81 +108,164 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     shoulder = thorax + body.shoulder_height
     crotch = length("crotch_height") - length("trochanterion_height") - 0.003
 
-    hip_breadth, buttock = length("hip_breadth"), length("buttock_depth")
-    waist_breadth, waist_depth = length("waist_breadth"), length("waist_depth")
-    chest_depth = length("chest_depth")
-    hip_exponent = _exponent(length("buttock_circumference"), hip_breadth, buttock)
-    waist_exponent = _exponent(length("waist_circumference"), waist_breadth, waist_depth)
-    chest_girth = length("chest_circumference")
-    full = 2.0 * _half_axis(chest_girth / 1.06, chest_depth / 2.0)
-    chest_breadth = 0.5 * (length("chest_breadth") + full)
-    slim = 0.90 if is_female else 0.97
-    neck_radius = length("neck_circumference") / (2.0 * pi)
-    spacing = body.shoulder_spacing
+    hip, buttock = length("hip_breadth"), length("buttock_depth")
+    belly, belly_depth = length("waist_breadth"), length("waist_depth")
+    depth = length("chest_depth")
+    hip_exponent = _exponent(length("buttock_circumference"), hip, buttock)
+    belly_exponent = _exponent(length("waist_circumference"), belly, belly_depth)
+    chest = _chest_breadth(body)
+    slim = 0.88 if is_female else 0.97
+    radius = length("neck_circumference") / (2.0 * pi)
+    acromion = shoulder + ACROMION_ABOVE_SHOULDER * stature
+    across = body.shoulder_spacing
+    bust = 0.72 if is_female else 1.0
 
     def section(
-        at: float, breadth: float, depth: float, forward: float, exponent: float
+        at: float, breadth: float, front: float, back: float, n: float, m: float | None = None
     ) -> Section:
-        return Section(
-            at, breadth, forward * depth, (1.0 - forward) * depth, 0.0, exponent, exponent
-        )
+        return Section(at, breadth, front, back, 0.0, n, m or n)
 
+    middle_depth = slim * 0.5 * (belly_depth + depth)
     return (
-        section(crotch, 0.30 * hip_breadth, 0.50 * buttock, 0.5, 2.0),
-        section(0.55 * crotch, 0.58 * hip_breadth, 0.80 * buttock, 0.46, 2.2),
-        section(0.0, 0.84 * hip_breadth, buttock, 0.45, hip_exponent),
+        section(crotch, 0.26 * hip, 0.22 * buttock, 0.24 * buttock, 2.0),
+        section(0.5 * crotch, 0.62 * hip, 0.34 * buttock, 0.40 * buttock, 2.2),
+        section(0.0, 0.85 * hip, 0.41 * buttock, 0.49 * buttock, hip_exponent),
+        section(0.3 * waist, 0.95 * hip, 0.45 * buttock, 0.50 * buttock, hip_exponent),
         section(
-            0.55 * waist,
-            0.5 * (hip_breadth + waist_breadth),
-            0.97 * (0.5 * buttock + 0.5 * waist_depth),
-            0.48,
-            0.5 * (hip_exponent + waist_exponent),
+            0.65 * waist,
+            0.5 * (0.97 * hip + belly),
+            0.25 * buttock + 0.26 * belly_depth,
+            0.22 * buttock + 0.23 * belly_depth,
+            0.5 * (hip_exponent + belly_exponent),
         ),
-        section(waist, waist_breadth, waist_depth, 0.52, waist_exponent),
+        section(waist, belly, 0.55 * belly_depth, 0.45 * belly_depth, belly_exponent),
         section(
-            waist + 0.5 * (thorax - waist),
-            slim * 0.5 * (waist_breadth + chest_breadth),
-            slim * 0.5 * (waist_depth + chest_depth),
-            0.51,
-            2.4,
+            waist + 0.45 * (thorax - waist),
+            slim * 0.5 * (belly + chest),
+            0.53 * middle_depth,
+            0.47 * middle_depth,
+            2.5,
         ),
-        section(thorax + 0.006 * stature, chest_breadth, chest_depth, 0.5, 3.0),
-        section(shoulder - 0.045 * stature, 1.04 * chest_breadth, 0.93 * chest_depth, 0.48, 2.6),
-        section(shoulder, spacing + 0.012 * stature, 0.66 * chest_depth, 0.47, 2.2),
-        section(shoulder + 0.0197 * stature, 0.88 * spacing, 0.52 * chest_depth, 0.44, 2.0),
-        section(0.45 * shoulder + 0.55 * neck, 2.7 * neck_radius, 2.0 * neck_radius, 0.42, 2.0),
-        section(neck, 1.9 * neck_radius, 1.7 * neck_radius, 0.4, 2.0),
+        section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, 2.8),
+        section(
+            0.5 * (thorax + shoulder),
+            1.05 * chest,
+            0.46 * (0.5 + 0.5 * bust) * depth,
+            0.53 * depth,
+            2.6,
+        ),
+        section(
+            shoulder - 0.025 * stature,
+            0.5 * (1.06 * chest + across),
+            0.35 * depth,
+            0.48 * depth,
+            2.5,
+        ),
+        section(shoulder, across + 0.016 * stature, 0.29 * depth, 0.42 * depth, 2.4),
+        section(
+            acromion,
+            across + ACROMION_OUTSIDE_SHOULDER * stature,
+            0.19 * depth,
+            0.33 * depth,
+            2.1,
+        ),
+        section(
+            acromion + 0.35 * (neck - acromion),
+            0.5 * across + 1.1 * radius,
+            0.17 * depth,
+            0.30 * depth,
+            2.0,
+        ),
+        section(acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.6 * radius, 1.08 * radius, 2.0),
+        section(neck, 1.85 * radius, 0.5 * radius, 0.95 * radius, 2.0),
     )
 
 
-def _trunk_part(body: Body, name: str, low: float, high: float, caps: tuple[Cap, Cap]) -> Surface:
-    """Surface of the trunk between two heights above the hip centres, in a frame at the lower."""
-    origin = {"lower_torso": 0.0}.get(name, low)
-    loft = Loft(_trunk_sections(body), _places(low, high, 0.022), TRUNK_SIDES, *caps)
-    rings, poles = loft.outlines()
+def _chest_breadth(body: Body) -> float:
+    """Breadth of the chest with its muscles [m].
+
+    The survey's breadth and depth are too small for its girth, which has the muscles below the
+    armpits: the mean of that breadth and the one of girth and depth.
+    """
+    length = body.measures.length
+    full = 2.0 * _half_axis(length("chest_circumference") / 1.06, length("chest_depth") / 2.0)
+    return 0.5 * (length("chest_breadth") + full)
+
+
+def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
+    """Breast, shoulder blades, groove of the spine and buttocks."""
+    length, stature = body.measures.length, body.measures.stature
+    waist = body.segments["lower_torso"].length
+    thorax = waist + body.segments["middle_torso"].length
+    shoulder = thorax + body.shoulder_height
+    depth, hip, buttock = length("chest_depth"), length("hip_breadth"), length("buttock_depth")
+    chest = _chest_breadth(body)
+    if body.measures.sex is Sex.FEMALE:
+        level = thorax - 0.002 * stature
+        breast = Relief(
+            level, 0.23 * chest, 0.19 * depth, 0.036 * stature, 0.020 * stature, 0.13 * chest
+        )
+    else:
+        level = thorax + 0.022 * stature
+        breast = Relief(
+            level, 0.22 * chest, 0.045 * depth, 0.032 * stature, 0.012 * stature, 0.14 * chest
+        )
+    middle = 0.5 * (waist + shoulder)
+    return (
+        breast,
+        Relief(
+            0.6 * (shoulder - thorax) + thorax,
+            0.24 * chest,
+            0.03 * depth,
+            0.03 * stature,
+            0.03 * stature,
+            0.12 * chest,
+            True,
+        ),
+        Relief(middle, 0.0, -0.05 * depth, 0.11 * stature, 0.11 * stature, 0.07 * chest, True),
+        Relief(0.0, 0.23 * hip, 0.12 * buttock, 0.040 * stature, 0.020 * stature, 0.13 * hip, True),
+    )
+
+
+def _part(
+    name: str,
+    loft: Loft,
+    span: tuple[float, float],
+    origin: float,
+    caps: tuple[Cap, Cap],
+    spacing: float,
+) -> Surface:
+    """Surface of a part of a loft along z, with rings near a spacing [m].
+
+    Args:
+        name: of the segment.
+        loft: of the trunk or a limb.
+        span: first and last position of the part.
+        origin: position of the segment's frame.
+        caps: round ends.
+        spacing: of the rings.
+    """
+    rings, poles = loft.part(_places(*span, spacing), *caps)
     shift = np.array([0.0, 0.0, origin])
     return loft_surface(rings - shift, poles - shift, UPWARD, name)
 
 
-def _lower_torso(body: Body) -> Surface:
-    low = _trunk_sections(body)[0].at
-    waist = body.segments["lower_torso"].length
-    depth = body.measures.length("waist_depth")
-    return _trunk_part(body, "lower_torso", low, waist, (Cap(0.012), Cap(0.35 * depth)))
-
-
-def _middle_torso(body: Body) -> Surface:
-    waist = body.segments["lower_torso"].length
-    thorax = waist + body.segments["middle_torso"].length
-    below, above = body.measures.length("waist_depth"), body.measures.length("chest_depth")
-    return _trunk_part(body, "middle_torso", waist, thorax, (Cap(0.35 * below), Cap(0.35 * above)))
-
-
-def _upper_torso(body: Body) -> Surface:
-    thorax = body.segments["lower_torso"].length + body.segments["middle_torso"].length
-    neck = thorax + body.segments["upper_torso"].length
-    below = body.measures.length("chest_depth")
-    return _trunk_part(body, "upper_torso", thorax, neck, (Cap(0.35 * below), Cap(0.02)))
+def _trunk(body: Body) -> Iterator[Surface]:
+    """Surfaces of the three parts of the trunk."""
+    loft = Loft(_trunk_sections(body), TRUNK_SIDES, _trunk_reliefs(body))
+    length, segments = body.measures.length, body.segments
+    waist = segments["lower_torso"].length
+    thorax = waist + segments["middle_torso"].length
+    neck = thorax + segments["upper_torso"].length
+    at_waist, at_thorax = Cap(0.3 * length("waist_depth")), Cap(0.3 * length("chest_depth"))
+    crotch = loft.sections[0].at
+    parts = (
+        ("lower_torso", crotch, waist, 0.0, Cap(0.012, rings=2), at_waist),
+        ("middle_torso", waist, thorax, waist, at_waist, at_thorax),
+        ("upper_torso", thorax, neck, thorax, at_thorax, Cap(0.02, rings=2)),
+    )
+    for name, low, high, origin, *caps in parts:
+        yield _part(name, loft, (low, high), origin, (caps[0], caps[1]), 0.024)
 
 
 def _head(body: Body) -> Surface:
@@ -189,154 +282,136 @@ def _head(body: Body) -> Surface:
     def skull(at: float, breadth: float, front: float, back: float, n: float, m: float) -> Section:
         return Section(at, breadth * broad, front * deep, back * deep, centre, n, m)
 
-    def neck(at: float, size: float, forward: float) -> Section:
-        return Section(at, 2.0 * size * radius, size * radius, size * radius, forward)
+    def neck(at: float, size: float, centre: float) -> Section:
+        return Section(at, 2.0 * size * radius, size * radius, size * radius, centre * radius)
 
-    low = -0.25 * top
+    throat = min(-0.004, chin - 0.06 * face)
+    nape = (radius + centre) / deep
+    jaw = min(1.0, 2.0 * radius / broad)
     sections = (
-        neck(low, 1.12, 0.06 * deep),
-        neck(0.45 * low, 1.03, 0.04 * deep),
-        neck(min(-0.004, chin - 0.07 * face), 1.0, 0.04 * deep),
-        skull(chin + 0.02 * face, 0.72, 0.40, 0.30, 2.0, 2.0),
-        skull(chin + 0.16 * face, 0.78, 0.44, 0.36, 2.3, 2.0),
-        skull(chin + 0.42 * face, 0.87, 0.46, 0.42, 2.2, 2.0),
-        skull(top - tragion, 0.95, 0.47, 0.50, 2.1, 2.0),
-        skull(sellion, 0.985, 0.475, 0.515, 2.1, 2.1),
-        skull(top - 0.68 * tragion, 1.0, 0.48, 0.52, 2.2, 2.1),
+        neck(throat - 0.34 * top, 0.80, -0.30),
+        neck(throat - 0.18 * top, 0.98, -0.14),
+        neck(throat, 0.98, 0.06),
+        skull(chin + 0.02 * face, 0.5 * jaw + 0.30, 0.40, nape, 1.75, 2.0),
+        skull(chin + 0.20 * face, 0.82, 0.44, nape, 1.9, 2.0),
+        skull(chin + 0.50 * face, 0.90, 0.46, 0.5 * nape + 0.24, 2.1, 2.0),
+        skull(top - tragion, 0.96, 0.465, 0.50, 2.1, 2.0),
+        skull(sellion + 0.14 * face, 1.0, 0.48, 0.52, 2.15, 2.1),
+        skull(top - 0.62 * tragion, 1.0, 0.475, 0.52, 2.2, 2.1),
     )
-    loft = Loft(
-        sections,
-        _places(low, sections[-1].at, 0.013),
-        TRUNK_SIDES,
-        Cap(0.35 * radius),
-        Cap(0.68 * tragion, 2.15, 6),
+    reliefs = (
+        Relief(sellion - 0.34 * face, 0.0, 0.11 * deep, 0.16 * face, 0.05 * face, 0.055 * broad),
+        Relief(
+            sellion - 0.06 * face,
+            0.23 * broad,
+            -0.04 * deep,
+            0.06 * face,
+            0.09 * face,
+            0.09 * broad,
+        ),
+        Relief(chin + 0.10 * face, 0.0, 0.035 * deep, 0.08 * face, 0.06 * face, 0.13 * broad),
+        Relief(chin + 0.36 * face, 0.0, 0.02 * deep, 0.05 * face, 0.05 * face, 0.12 * broad),
     )
-    return loft_surface(*loft.outlines(), UPWARD, "head")
+    places = np.concatenate(
+        [
+            _places(sections[0].at, throat, 0.02),
+            _places(sections[3].at, sections[-1].at, 0.0095),
+        ]
+    )
+    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
+    rings, poles = Loft(sections, TRUNK_SIDES, reliefs).part(places, *caps)
+    return loft_surface(rings, poles, UPWARD, "head")
 
 
-def _upper_arm(body: Body) -> Surface:
-    measures, span = body.measures, body.segments["upper_arm"].length
-    length = measures.length
-    biceps = RELAXED_BICEPS * length("biceps_circumference_flexed")
-    elbow = _elbow(body)
+def _arm(body: Body) -> Iterator[Surface]:
+    """Surfaces of upper arm, forearm and hand, from one loft; positions are below the shoulder."""
+    stature, length = body.measures.stature, body.measures.length
+    segments = body.segments
+    elbow = segments["upper_arm"].length
+    wrist = elbow + segments["lower_arm"].length
+    finger = wrist + segments["hand"].length
     deltoid = length("bideltoid_breadth") - body.shoulder_spacing
-    sections = (
-        Section(0.0, deltoid, 0.5 * deltoid, 0.5 * deltoid),
-        _ring(0.28 * span, 1.06 * biceps, 1.08),
-        _ring(0.55 * span, biceps, 1.1),
-        _ring(0.82 * span, 0.5 * (biceps + elbow), 1.0),
-        _ring(span, elbow, 1.0),
-    )
-    loft = Loft(
-        sections,
-        _places(0.0, span, 0.025),
-        LIMB_SIDES,
-        Cap(0.028 * measures.stature, 2.2),
-        Cap(elbow / (2.0 * pi)),
-    )
-    return loft_surface(*loft.outlines(), UPWARD, "upper_arm")
-
-
-def _elbow(body: Body) -> float:
-    """Girth at the elbow [m]; an estimate."""
-    return 0.92 * RELAXED_FOREARM * body.measures.length("forearm_circumference_flexed")
-
-
-def _wrist(body: Body, at: float) -> Section:
-    return _ring(at, body.measures.length("wrist_circumference"), 1.4)
-
-
-def _lower_arm(body: Body) -> Surface:
-    span = body.segments["lower_arm"].length
-    forearm = RELAXED_FOREARM * body.measures.length("forearm_circumference_flexed")
-    wrist = body.measures.length("wrist_circumference")
-    elbow = _elbow(body)
-    sections = (
-        _ring(0.0, elbow, 1.0),
-        _ring(0.2 * span, forearm, 1.08),
-        _ring(0.5 * span, 0.55 * forearm + 0.45 * wrist, 1.15),
-        _ring(0.82 * span, 0.12 * forearm + 0.88 * wrist, 1.3),
-        _wrist(body, span),
-    )
-    loft = Loft(
-        sections, _places(0.0, span, 0.025), LIMB_SIDES, Cap(elbow / (2.0 * pi)), Cap(0.12 * wrist)
-    )
-    return loft_surface(*loft.outlines(), UPWARD, "lower_arm")
-
-
-def _hand(body: Body) -> Surface:
-    """The hand, thumb forward beside the palm, fingers straight."""
-    length, span = body.measures.length, body.segments["hand"].length
+    biceps = RELAXED_BICEPS * length("biceps_circumference_flexed")
+    forearm = RELAXED_FOREARM * length("forearm_circumference_flexed")
+    elbow_girth, wrist_girth = 0.92 * forearm, length("wrist_circumference")
     broad, palm = length("hand_breadth"), length("palm_length") / length("hand_length")
 
-    def section(at: float, thickness: float, front: float, back: float) -> Section:
-        return Section(at * span, thickness * broad, front * broad, back * broad, 0.0, 2.4, 2.4)
+    def upper(part: float) -> float:
+        return part * elbow
+
+    def lower(part: float) -> float:
+        return elbow + part * (wrist - elbow)
+
+    def hand(part: float, thickness: float, front: float, back: float) -> Section:
+        at = wrist + part * (finger - wrist)
+        return Section(at, thickness * broad, front * broad, back * broad, 0.0, 2.4, 2.4)
 
     sections = (
-        _wrist(body, 0.0),
-        section(0.22, 0.40, 0.50, 0.42),
-        section(0.70 * palm, 0.40, 0.72, 0.50),
-        section(0.93 * palm, 0.32, 0.66, 0.50),
-        section(1.12 * palm, 0.25, 0.47, 0.49),
-        section(0.85, 0.20, 0.42, 0.44),
-        section(0.93, 0.18, 0.36, 0.38),
+        Section(0.0, 0.94 * deltoid, 0.46 * deltoid, 0.48 * deltoid),
+        Section(upper(0.12), deltoid, 0.48 * deltoid, 0.50 * deltoid),
+        _ring(upper(0.32), 1.05 * biceps, 1.06),
+        _ring(upper(0.55), biceps, 1.12),
+        _ring(upper(0.82), 0.4 * biceps + 0.6 * elbow_girth, 1.06),
+        _ring(elbow, elbow_girth, 1.0),
+        _ring(lower(0.2), forearm, 1.08, 0.06),
+        _ring(lower(0.5), 0.58 * forearm + 0.42 * wrist_girth, 1.15),
+        _ring(lower(0.82), 0.12 * forearm + 0.88 * wrist_girth, 1.3),
+        _ring(wrist, wrist_girth, 1.4),
+        hand(0.35 * palm, 0.46, 0.54, 0.44),
+        hand(0.70 * palm, 0.44, 0.73, 0.50),
+        hand(0.92 * palm, 0.36, 0.73, 0.51),
+        hand(1.06 * palm, 0.29, 0.58, 0.50),
+        hand(1.16 * palm, 0.26, 0.47, 0.49),
+        hand(0.85, 0.22, 0.43, 0.44),
+        hand(0.94, 0.19, 0.35, 0.37),
     )
-    loft = Loft(
-        sections,
-        _places(0.0, 0.93 * span, 0.013),
-        LIMB_SIDES,
-        Cap(0.1 * length("wrist_circumference")),
-        Cap(0.07 * span, 2.0, 3),
-    )
-    return loft_surface(*loft.outlines(), UPWARD, "hand")
+    loft = Loft(sections, LIMB_SIDES)
+    top = Cap((ACROMION_ABOVE_SHOULDER + 0.004) * stature)
+    at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth, rings=2)
+    tip = Cap(0.06 * (finger - wrist), rings=3)
+    yield _part("upper_arm", loft, (0.0, elbow), 0.0, (top, at_elbow), 0.027)
+    yield _part("lower_arm", loft, (elbow, wrist), elbow, (at_elbow, at_wrist), 0.027)
+    yield _part("hand", loft, (wrist, sections[-1].at), wrist, (at_wrist, tip), 0.014)
 
 
-def _knee(body: Body) -> float:
-    """Girth at the knee [m]; an estimate."""
-    return 0.94 * body.measures.length("lower_thigh_circumference")
+def _leg(body: Body) -> Iterator[Surface]:
+    """Surfaces of thigh and shank, from one loft; positions are below the hip.
 
-
-def _upper_leg(body: Body) -> Surface:
-    """The thigh, which reaches to the pelvis's front spine as the segment of the tables does."""
-    length, span = body.measures.length, body.segments["upper_leg"].length
-    hip = length("hip_breadth") - body.hip_spacing
+    The thigh reaches to the pelvis's front spine, as the segment of the published tables does.
+    """
+    length, segments = body.measures.length, body.segments
+    knee = segments["upper_leg"].length
+    ankle = knee + segments["lower_leg"].length
+    breadth = length("hip_breadth") - body.hip_spacing
     thigh, low = length("thigh_circumference"), length("lower_thigh_circumference")
+    knee_girth, calf = 0.94 * low, length("calf_circumference")
+    ankle_girth, malleoli = length("ankle_circumference"), length("bimalleolar_breadth")
     fold = length("trochanterion_height") - length("crotch_height") + 0.003
-    knee = _knee(body)
-    depth = _half_axis(thigh, hip / 2.0)
-    sections = (
-        Section(0.0, hip, 0.9 * depth, 1.0 * depth, -0.05 * depth),
-        Section(fold, 1.02 * hip, 0.98 * depth, 0.98 * depth, -0.05 * depth),
-        _ring(0.5 * span, 0.6 * thigh + 0.4 * low, 1.08, 0.52),
-        _ring(0.85 * span, low, 1.04, 0.52),
-        _ring(span, knee, 1.02),
-    )
-    loft = Loft(
-        sections,
-        _places(0.0, span, 0.026),
-        LIMB_SIDES,
-        Cap(0.045 * body.measures.stature),
-        Cap(knee / (2.0 * pi)),
-    )
-    return loft_surface(*loft.outlines(), UPWARD, "upper_leg")
+    depth = _half_axis(thigh, breadth / 2.0)
+    buttock = 0.54 * length("buttock_depth")
 
+    def upper(part: float) -> float:
+        return part * knee
 
-def _lower_leg(body: Body) -> Surface:
-    length, span = body.measures.length, body.segments["lower_leg"].length
-    knee, calf, ankle = _knee(body), length("calf_circumference"), length("ankle_circumference")
-    malleoli = length("bimalleolar_breadth")
+    def lower(part: float) -> float:
+        return knee + part * (ankle - knee)
+
     sections = (
-        _ring(0.0, knee, 1.02),
-        _ring(0.11 * span, 0.94 * calf, 1.04, 0.46),
-        _ring(0.3 * span, calf, 1.06, 0.40),
-        _ring(0.62 * span, 0.5 * (calf + ankle), 1.1, 0.45),
-        _ring(0.87 * span, ankle, 1.2, 0.48),
-        Section(span, malleoli, 0.6 * malleoli, 0.6 * malleoli),
+        Section(0.0, breadth, 0.90 * depth, buttock),
+        Section(fold, breadth, 0.96 * depth, 1.04 * depth),
+        _ring(upper(0.5), 0.62 * thigh + 0.38 * low, 1.08, 0.02),
+        _ring(upper(0.85), low, 1.04, 0.04),
+        _ring(knee, knee_girth, 1.04, 0.03),
+        _ring(lower(0.10), 0.5 * (knee_girth + calf), 1.06, -0.06),
+        _ring(lower(0.29), calf, 1.06, -0.22),
+        _ring(lower(0.62), 0.45 * calf + 0.55 * ankle_girth, 1.12, -0.14),
+        _ring(lower(0.87), ankle_girth, 1.2, -0.10),
+        Section(ankle, malleoli, 0.58 * malleoli, 0.62 * malleoli),
     )
-    loft = Loft(
-        sections, _places(0.0, span, 0.026), LIMB_SIDES, Cap(knee / (2.0 * pi)), Cap(0.5 * malleoli)
-    )
-    return loft_surface(*loft.outlines(), UPWARD, "lower_leg")
+    loft = Loft(sections, LIMB_SIDES)
+    top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature), Cap(knee_girth / (2.0 * pi))
+    yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee), 0.03)
+    yield _part("lower_leg", loft, (knee, ankle), knee, (at_knee, Cap(0.45 * malleoli)), 0.03)
 
 
 def _foot(body: Body) -> Surface:
@@ -349,42 +424,23 @@ def _foot(body: Body) -> Surface:
     at_ankle = behind / span
 
     def section(at: float, breadth: float, top: float, roundness: float = 2.0) -> Section:
-        """Section whose height is `top`; lower parts are below its widest line."""
+        """Section whose height is `top`; its widest line is low."""
         widest = 0.35 * top
         return Section(
             at * span - behind, breadth, top - widest, widest * 1.06, widest - ankle, roundness, 5.0
         )
 
     sections = (
-        section(0.12, 0.94 * heel, 0.85 * ankle),
-        section(at_ankle, 1.0 * heel, ankle + 0.5 * malleoli),
-        section(at_ankle + 0.13, 0.97 * heel, 1.18 * ankle),
-        section(0.58, 0.90 * broad, 0.85 * ankle, 2.1),
+        section(0.11, 0.94 * heel, 0.95 * ankle),
+        section(at_ankle, heel, ankle + 0.50 * malleoli),
+        section(at_ankle + 0.13, 0.98 * heel, 1.20 * ankle),
+        section(0.58, 0.92 * broad, 0.84 * ankle, 2.1),
         section(ball, broad, 0.58 * ankle, 2.3),
         section(0.88, 0.92 * broad, 0.40 * ankle, 2.5),
         section(0.95, 0.74 * broad, 0.34 * ankle, 2.5),
     )
-    loft = Loft(
-        sections,
-        _places(sections[0].at, sections[-1].at, 0.015),
-        LIMB_SIDES,
-        Cap(0.12 * span, 2.4, 4, 0.4 * ankle - ankle),
-        Cap(0.05 * span, 2.3, 3, 0.12 * ankle - ankle),
-    )
-    rings, poles = loft.outlines()
+    places = _places(sections[0].at, sections[-1].at, 0.015)
+    caps = Cap(0.11 * span, 2.4, 4, -0.6 * ankle), Cap(0.05 * span, 2.3, 3, -0.88 * ankle)
+    rings, poles = Loft(sections, LIMB_SIDES).part(places, *caps)
     rings[..., 0] = np.maximum(rings[..., 0], -ankle)
     return loft_surface(rings, poles, FOOT_AXES, "foot")
-
-
-_BUILDERS: Mapping[str, Callable[[Body], Surface]] = {
-    "lower_torso": _lower_torso,
-    "middle_torso": _middle_torso,
-    "upper_torso": _upper_torso,
-    "head": _head,
-    "upper_arm": _upper_arm,
-    "lower_arm": _lower_arm,
-    "hand": _hand,
-    "upper_leg": _upper_leg,
-    "lower_leg": _lower_leg,
-    "foot": _foot,
-}
