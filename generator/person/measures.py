@@ -1,17 +1,79 @@
-"""Measures of a person: sex, stature, mass, and the dimensions that follow or were measured."""
+"""Measures of a person: sex, stature, mass, and the dimensions that follow or were measured.
 
-from collections.abc import Mapping
+A dimension is the value expected of the person's sex, stature and mass (`survey`), or the measured
+one. Other dimensions of the body follow the measured ones:
+
+- those of one level (chest, waist, hip, head, hand, foot, ...) by the mean ratio of measured to
+  expected values;
+- heights of the leg so that the distances between measured heights are divided as expected, and
+  those above the last measured one by its ratio;
+- heights of the trunk so that they divide the distance from the trochanterion to the cervicale as
+  expected. The cervicale and the stature stay where they are.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
+from math import hypot, isfinite, prod
 
+from generator.diagnostics import UsageError, spelling_hint
 from generator.named_mapping import NamedMapping
+from generator.person.sources import Origin, SourcedNumber
+from generator.person.survey import Sex, SurveySample, survey
+from springs.published.reference import Reference
 
+MIN_STATURE, MAX_STATURE = 0.3, 3.0
+"""Statures beyond these are mistakes [m]."""
 
-class Sex(StrEnum):
-    """Sex of the sample from which the numbers of a person come."""
+MIN_MASS, MAX_MASS = 1.0, 1000.0
+"""Masses beyond these are mistakes [kg]."""
 
-    MALE = "male"
-    FEMALE = "female"
+MIN_MASS_INDEX, MAX_MASS_INDEX = 8.0, 250.0
+"""Masses over squared statures beyond these are mistakes [kg/m2]."""
+
+MAX_ERRORS = 3.0
+"""Standard errors of the regression beyond which a measured dimension gets a warning."""
+
+MIN_RATIO, MAX_RATIO = 0.4, 2.5
+"""Ratios of a measured dimension to the expected one beyond which it is a mistake."""
+
+_GIRTH_TOLERANCE = 1.1
+"""Factor by which a circumference may miss the bounds that breadth and depth set: the survey
+measured them at slightly different heights and breaths."""
+
+_MIN_DEPTH_RATIO, _MAX_DEPTH_RATIO = 0.4, 1.6
+"""Depth of the trunk over its breadth."""
+
+_LEG_LEVEL, _TRUNK_LEVEL = "leg", "trunk"
+_TROCHANTERION, _CERVICALE = "trochanterion_height", "cervicale_height"
+
+_ASCENDING = (
+    ("lateral_malleolus_height", "tibial_height"),
+    ("tibial_height", "lateral_femoral_epicondyle_height"),
+    ("lateral_femoral_epicondyle_height", "crotch_height"),
+    ("crotch_height", "trochanterion_height"),
+    ("trochanterion_height", "iliocristale_height"),
+    ("trochanterion_height", "waist_height"),
+    ("iliocristale_height", "suprasternale_height"),
+    ("waist_height", "suprasternale_height"),
+    ("iliocristale_height", "acromial_height"),
+    ("suprasternale_height", "cervicale_height"),
+    ("acromial_height", "cervicale_height"),
+    ("cervicale_height", "stature"),
+    ("biacromial_breadth", "bideltoid_breadth"),
+    ("bicristal_breadth", "hip_breadth"),
+    ("palm_length", "hand_length"),
+    ("hand_breadth", "hand_length"),
+    ("ball_of_foot_length", "foot_length"),
+    ("heel_breadth", "foot_length"),
+    ("tragion_to_top_of_head", "head_length"),
+)
+"""Pairs of which the second is the larger one in every person."""
+
+_LEVELS_OF_GIRTH = (
+    ("chest_breadth", "chest_depth", "chest_circumference"),
+    ("waist_breadth", "waist_depth", "waist_circumference"),
+    ("hip_breadth", "buttock_depth", "buttock_circumference"),
+)
 
 
 @dataclass(frozen=True)
@@ -21,8 +83,8 @@ class BodyDimension:
     Attributes:
         name: of ANSUR II, in words joined by "_" ("chest_breadth", "lateral_malleolus_height").
         value: [m].
-        expected: value of the regression on stature and mass [m].
-        standard_error: of the regression [m].
+        expected: of the person's sex, stature and mass [m].
+        standard_error: of the expected value [m].
         is_measured: whether the user stated the value.
     """
 
@@ -34,8 +96,8 @@ class BodyDimension:
 
     @property
     def ratio(self) -> float:
-        """Value over the expected one; 1 unless it was measured."""
-        return self.value / self.expected if self.is_measured else 1.0
+        """Value over the expected one; 1 unless it, or one that it follows, was measured."""
+        return self.value / self.expected
 
 
 @dataclass(frozen=True)
@@ -66,5 +128,227 @@ class Measures:
         return self.dimensions[name].value
 
     def ratio(self, name: str) -> float:
-        """Measured over expected value of a dimension; 1 unless it was measured."""
+        """Ratio of a dimension to the expected one; 1 without measured ones that it follows."""
         return self.dimensions[name].ratio
+
+
+def estimate_measures(
+    sex: Sex, stature: float, mass: float, measured: Mapping[str, float] | None = None
+) -> Measures:
+    """Estimate all dimensions of a person.
+
+    Args:
+        sex: of the sample.
+        stature: [m].
+        mass: [kg].
+        measured: dimensions by name [m], as `read_measures` returns them.
+
+    Raises:
+        UsageError: for an impossible stature or mass, and for measured dimensions that are unknown,
+            impossible, or contradict each other.
+    """
+    measured = measured or {}
+    _check_person(stature, mass)
+    expected = {name: survey().expected(name, sex, stature, mass) for name in survey().dimensions}
+    _raise_problems(_find_impossible(measured, expected))
+    values = _follow({name: value for name, (value, _) in expected.items()}, measured, stature)
+    _raise_problems(_find_contradictions(values, measured, stature))
+    dimensions = {
+        name: BodyDimension(name, values[name], *expected[name], name in measured)
+        for name in expected
+    }
+    warnings = (
+        *_sample_warnings(sex, stature, mass),
+        *_dimension_warnings(dimensions[name] for name in measured),
+    )
+    return Measures(sex, stature, mass, dimensions, warnings)
+
+
+def _check_person(stature: float, mass: float) -> None:
+    """Raise UsageError for a stature or a mass of which nobody is."""
+    if not MIN_STATURE <= stature <= MAX_STATURE:
+        raise UsageError(
+            f"a stature of {stature:g} m is impossible; "
+            f"it must be from {MIN_STATURE:g} m to {MAX_STATURE:g} m"
+        )
+    if not MIN_MASS <= mass <= MAX_MASS:
+        raise UsageError(
+            f"a mass of {mass:g} kg is impossible; "
+            f"it must be from {MIN_MASS:g} kg to {MAX_MASS:g} kg"
+        )
+    least, largest = (index * stature**2 for index in (MIN_MASS_INDEX, MAX_MASS_INDEX))
+    if not least <= mass <= largest:
+        raise UsageError(
+            f"a mass of {mass:g} kg is impossible at a stature of {stature:g} m; "
+            f"it must be from {least:.3g} kg to {largest:.3g} kg"
+        )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """A sentence on a measured dimension, and a hint."""
+
+    name: str
+    message: str
+    hint: str
+
+
+def _raise_problems(problems: Iterable[_Problem]) -> None:
+    sentences = [f"{problem.message}; {problem.hint}" for problem in problems]
+    if sentences:
+        raise UsageError("\n".join(sentences))
+
+
+def _find_impossible(
+    measured: Mapping[str, float], expected: Mapping[str, tuple[float, float]]
+) -> Iterator[_Problem]:
+    """Unknown names, and values that nobody has."""
+    for name, value in measured.items():
+        if name not in expected:
+            hint = spelling_hint(name, expected)
+            yield _Problem(name, f"a person has no dimension `{name}`", hint)
+            continue
+        least, largest = (ratio * expected[name][0] for ratio in (MIN_RATIO, MAX_RATIO))
+        if not (isfinite(value) and least <= value <= largest):
+            hint = f"from {least:.3g} m to {largest:.3g} m at this stature and mass"
+            yield _Problem(name, f"`{name}` cannot be {value:.4g} m", hint)
+
+
+def _follow(
+    expected: Mapping[str, float], measured: Mapping[str, float], stature: float
+) -> dict[str, float]:
+    """All dimensions [m]: those measured, and the others as expected or following them."""
+    values = {**expected, **measured}
+    levels: dict[str, list[str]] = {}
+    for row in survey().dimensions.values():
+        if row.level:
+            levels.setdefault(row.level, []).append(row.name)
+    for level, names in levels.items():
+        known = [name for name in names if name in measured]
+        others = [name for name in names if name not in measured]
+        if level in (_LEG_LEVEL, _TRUNK_LEVEL):
+            if level == _TRUNK_LEVEL:
+                # The legs have been changed before: rows of the survey run upwards.
+                known = [_TROCHANTERION, *known]
+                if _CERVICALE in others:
+                    others.remove(_CERVICALE)
+                    known.append(_CERVICALE)
+            anchors = [(expected[name], values[name]) for name in known]
+            if all(old == new for old, new in anchors):
+                continue
+            anchors = [(0.0, 0.0), *sorted(anchors)]
+            if level == _TRUNK_LEVEL:
+                anchors.append((stature, stature))
+            for name in others:
+                values[name] = _interpolate(expected[name], anchors)
+        elif known:
+            ratio = prod(measured[name] / expected[name] for name in known) ** (1 / len(known))
+            for name in others:
+                values[name] = ratio * expected[name]
+    return values
+
+
+def _interpolate(height: float, anchors: list[tuple[float, float]]) -> float:
+    """New height of a point, from pairs of expected and new heights that begin with (0, 0)."""
+    for (old, new), (next_old, next_new) in zip(anchors, anchors[1:], strict=False):
+        if height < next_old:
+            return new + (height - old) * (next_new - new) / (next_old - old)
+    last_old, last_new = anchors[-1]
+    return height * last_new / last_old
+
+
+def _find_contradictions(
+    values: Mapping[str, float], measured: Mapping[str, float], stature: float
+) -> Iterator[_Problem]:
+    """Dimensions that no body has at once; only those that a measured one changed."""
+    if not measured:
+        return
+    values = {**values, "stature": stature}
+
+    def quote(name: str) -> str:
+        return f"`{name}` ({values[name]:.4g} m{'' if name in measured else ', estimated'})"
+
+    def culprit(*names: str) -> str:
+        return next((name for name in reversed(names) if name in measured), names[0])
+
+    for small, large in _ASCENDING:
+        if values[small] >= values[large]:
+            message = f"{quote(small)} must be smaller than {quote(large)}"
+            yield _Problem(culprit(small, large), message, "measure both again")
+    arm = [
+        *("acromion_radiale_length", "radiale_stylion_length", "hand_length"),
+    ]
+    length = sum(values[name] for name in arm)
+    if length >= values["acromial_height"]:
+        message = f"an arm of {length:.3g} m reaches the floor from {quote('acromial_height')}"
+        yield _Problem(culprit("acromial_height", *arm), message, "measure them again")
+    for breadth, depth, girth in _LEVELS_OF_GIRTH:
+        b, d = values[breadth], values[depth]
+        if not _MIN_DEPTH_RATIO * b <= d <= _MAX_DEPTH_RATIO * b:
+            message = f"{quote(depth)} does not fit {quote(breadth)}"
+            hint = f"the depth is from {_MIN_DEPTH_RATIO * b:.3g} m to {_MAX_DEPTH_RATIO * b:.3g} m"
+            yield _Problem(culprit(breadth, depth), message, hint)
+        # A closed convex curve that touches all sides of a rectangle is no shorter than its
+        # diamond, and no longer than the rectangle itself.
+        least, largest = 2 * hypot(b, d) / _GIRTH_TOLERANCE, 2 * (b + d) * _GIRTH_TOLERANCE
+        if not least <= values[girth] <= largest:
+            message = f"{quote(girth)} does not fit {quote(breadth)} and {quote(depth)}"
+            hint = f"the circumference is from {least:.3g} m to {largest:.3g} m"
+            yield _Problem(culprit(breadth, depth, girth), message, hint)
+
+
+def _sample_warnings(sex: Sex, stature: float, mass: float) -> Iterator[str]:
+    sample = survey().samples[sex]
+    for noun, value, spread, unit in (
+        ("stature", stature, sample.stature, "m"),
+        ("mass", mass, sample.mass, "kg"),
+    ):
+        lower, upper = spread.limits
+        if not lower <= value <= upper:
+            yield (
+                f"a {noun} of {value:g} {unit} is beyond the {lower:.3g} to {upper:.3g} {unit} "
+                f"(mean and two standard deviations) of {describe_sample(sex, sample)}; "
+                "dimensions are scaled from the nearest limit"
+            )
+
+
+def describe_sample(sex: Sex, sample: SurveySample) -> str:
+    """The people of one sex who were measured, in words."""
+    return f"{sample.subjects} {'men' if sex is Sex.MALE else 'women'} of the US Army"
+
+
+def _dimension_warnings(dimensions: Iterable[BodyDimension]) -> Iterator[str]:
+    for one in dimensions:
+        errors = (one.value - one.expected) / one.standard_error
+        if abs(errors) > MAX_ERRORS:
+            yield (
+                f"`{one.name}` of {one.value:.4g} m is {abs(errors):.1f} standard errors "
+                f"{'above' if errors > 0 else 'below'} the {one.expected:.4g} m "
+                "expected of this sex, stature and mass"
+            )
+
+
+def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
+    """Sources of stature, mass and all dimensions."""
+    sex, sample = measures.sex, survey().samples[measures.sex]
+    cited = survey().reference
+    place = f"regression computed from the public rows of {describe_sample(sex, sample)}"
+    reference = Reference(cited.text, cited.sureness, cited.doi, place)
+    is_scaled = bool(tuple(_sample_warnings(sex, measures.stature, measures.mass)))
+    sources = [
+        SourcedNumber("person", "stature", measures.stature, "m", Origin.GIVEN),
+        SourcedNumber("person", "mass", measures.mass, "kg", Origin.GIVEN),
+    ]
+    for name, one in measures.dimensions.items():
+        row = survey().dimensions[name]
+        origin, rule = Origin.PUBLISHED, str(row.fits[sex])
+        if one.is_measured:
+            origin, rule = Origin.GIVEN, ""
+        elif one.value != one.expected:
+            origin, rule = Origin.SCALED, f"{rule}; then by {one.ratio:.4g}, as measured ones near"
+        elif is_scaled:
+            origin, rule = Origin.SCALED, f"{rule}; beyond the sample scaled as a {row.scaling}"
+        quantity = name.replace("_", " ")
+        cited = None if one.is_measured else reference
+        sources.append(SourcedNumber("person", quantity, one.value, "m", origin, cited, rule))
+    return tuple(sources)

@@ -25,8 +25,10 @@ ENERGY_HINT = "a passive joint feeds no energy"
 
 Pair = tuple[float, float]
 
-_UNIT_FACTORS: Mapping[str, Fraction] = {"deg": parse_unit("deg").factor}
-"""SI value of 1 for keys that end in `_deg`; the other keys are in SI already."""
+_UNIT_FACTORS: Mapping[str, Fraction] = {
+    unit: parse_unit(unit).factor for unit in ("deg", "mm", "cm", "in", "ft")
+}
+"""SI value of 1 for keys that end in `_deg` or `_cm`; keys of other endings are in SI already."""
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def parse_publication(text: str, name: str = "<text>") -> Publication:
 
     return Publication(
         name,
-        _parse_row(name, head, _SHARED_KEYS, _parse_reference),
+        _parse_row(name, head, _SHARED_KEYS, parse_reference),
         head.get("note", ""),
         {row.name: row for row in parse_rows("curve", _parse_curve)},
         {row.name: row for row in parse_rows("coupled", _parse_coupled_law)},
@@ -112,7 +112,11 @@ def _refuse_unknown(names: Iterable[str], known: Iterable[str]) -> None:
         raise ValueError(f"unknown `{unknown[0]}`; known are {', '.join(words)}")
 
 
-def _parse_reference(row: _Row) -> Reference:
+def parse_reference(row: _Row) -> Reference:
+    """Reference of a table with the keys `reference`, `sureness`, `doi` and `place`.
+
+    Raises KeyError for a missing key, ValueError for an unknown sureness.
+    """
     return Reference(
         row["reference"], Sureness(row["sureness"]), row.get("doi", ""), row.get("place", "")
     )
@@ -152,7 +156,7 @@ def _parse_curve(row: _Row) -> PublishedCurve:
         motion=row["motion"],
         formula=formula,
         printed=printed,
-        reference=_parse_reference(row),
+        reference=parse_reference(row),
         convention=row.get("convention", ""),
         angle_sign=_SIGNS[row.get("angle_sign", 1)],
         moment_sign=_SIGNS[row.get("moment_sign", 1)],
@@ -187,7 +191,7 @@ def _parse_coupled_law(row: _Row) -> PublishedCoupledLaw:
         name=row["name"],
         law=law,
         formula=row["formula"],
-        reference=_parse_reference(row),
+        reference=parse_reference(row),
         convention=row.get("convention", ""),
         reversed_coordinates=turned,
         range_is_measured="measured_deg" in row,
@@ -227,7 +231,7 @@ _TERM_PARSERS: Mapping[str, Callable[[_Row, list[str], float], CoupledTerm]] = {
 
 
 def _parse_rhythm(row: _Row) -> PublishedRhythm:
-    law, reference = _parse_bone_angle(row), _parse_reference(row)
+    law, reference = _parse_bone_angle(row), parse_reference(row)
     plane = row.get("plane", "")
     sample = _parse_sample(row)
     return PublishedRhythm(row["name"], row["bone"], plane, law, reference, sample, row["note"])
@@ -257,7 +261,7 @@ def _parse_motion_range(row: _Row) -> MotionRange:
     return MotionRange(
         motion=row["motion"],
         limit=radians(row["deg"]),
-        reference=_parse_reference(row),
+        reference=parse_reference(row),
         sample=_parse_sample(row),
         at_least=row.get("at_least", False),
         deviation=None if deviation is None else radians(deviation),

@@ -1,24 +1,43 @@
 """The normal range of motion of a joint about one of its axes, as published."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from springs.published.reference import Reference, Sample
-from springs.published.tables import publication
+from springs.published.reference import Reference, Sample, SampleKind
+from springs.published.tables import publication, split_motion
 
-PREFERRED_PUBLICATIONS = ("soucie_2011", "boone_azen_1979", "kouyoumdjian_2012", "aaos")
+PREFERRED_PUBLICATIONS = (
+    *("soucie_2011", "boone_azen_1979", "kouyoumdjian_2012", "sforza_2002", "spine_shares"),
+    *("alazzawi_2017", "family_practice_notebook", "aaos"),
+)
 """Publications with ranges of adults by preference: the first moved the joints passively and
 gives the ages."""
 
+PUBLICATIONS_OF_WOMEN = ("macedo_magee_2009", "tommasi_2009")
+"""Publications that measured women only, by preference."""
+
 _OPPOSITES: Mapping[str, tuple[str, ...]] = {
     "flexion": ("extension", "hyperextension"),
+    "extension": ("flexion",),
     "abduction": ("adduction",),
+    "adduction": ("abduction",),
     "medial rotation": ("lateral rotation",),
+    "lateral rotation": ("medial rotation",),
     "pronation": ("supination",),
+    "supination": ("pronation",),
+    "dorsiflexion": ("plantarflexion",),
+    "plantarflexion": ("dorsiflexion",),
+    "inversion": ("eversion",),
+    "eversion": ("inversion",),
+    "radial deviation": ("ulnar deviation",),
+    "ulnar deviation": ("radial deviation",),
     "lateral bend": ("lateral bend",),
     "twist": ("twist",),
 }
-"""Names of the opposite motions; the trunk's two sides are published as one."""
+"""Names of the opposite motions; the spine's two sides are published as one."""
+
+_OTHER_NAMES: Mapping[str, tuple[str, ...]] = {"extension": ("extension", "hyperextension")}
+"""Names under which the end of a motion is published, where these are several."""
 
 
 @dataclass(frozen=True)
@@ -39,26 +58,38 @@ class RangeEnd:
     reference: Reference
     sample: Sample = field(default_factory=Sample)
 
+    @property
+    def is_estimate(self) -> bool:
+        """True for a number that follows from published ones by a rule that was not measured."""
+        return self.sample.kind is SampleKind.ESTIMATE
 
-def normal_range(joint: str, motion: str) -> tuple[RangeEnd | None, RangeEnd | None]:
+
+def normal_range(
+    joint: str, motion: str, publications: Sequence[str] = PREFERRED_PUBLICATIONS
+) -> tuple[RangeEnd | None, RangeEnd | None]:
     """Lower and upper end of a joint's normal range; None where no verified number is known.
 
     Args:
         joint: name of the joint in its figure; one of its words says which it is ("left_elbow").
-        motion: name of a positive angle ("flexion", "twist to the left").
+        motion: name of a positive angle ("flexion", "twist to the left"). A part of the body before
+            it ("lumbar flexion", "forearm pronation") takes precedence over the joint's words.
+        publications: those in which it is looked for, the preferred first.
     """
-    kind = motion.partition(" to the ")[0]
+    parts, kind = split_motion(joint, motion)
     if kind not in _OPPOSITES:
         return None, None
-    words = joint.lower().split("_")
-    upper = _first_published_end(words, (kind,), 1.0)
-    return _first_published_end(words, _OPPOSITES[kind], -1.0), upper
+    lower = _first_published_end(parts, _OPPOSITES[kind], -1.0, publications)
+    upper = _first_published_end(parts, _OTHER_NAMES.get(kind, (kind,)), 1.0, publications)
+    return lower, upper
 
 
-def _first_published_end(words: list[str], kinds: tuple[str, ...], sign: float) -> RangeEnd | None:
-    wanted = {f"{word} {kind}" for word in words for kind in kinds}
-    for name in PREFERRED_PUBLICATIONS:
-        for row in publication(name).ranges:
-            if row.motion in wanted:
-                return RangeEnd(row.motion, sign * row.limit, name, row.reference, row.sample)
+def _first_published_end(
+    parts: Sequence[Sequence[str]], kinds: tuple[str, ...], sign: float, publications: Sequence[str]
+) -> RangeEnd | None:
+    for words in parts:
+        wanted = {f"{word} {kind}" for word in words for kind in kinds}
+        for name in publications:
+            for row in publication(name).ranges:
+                if row.motion in wanted:
+                    return RangeEnd(row.motion, sign * row.limit, name, row.reference, row.sample)
     return None

@@ -22,6 +22,12 @@ _SUFFIX = ".toml"
 
 _RowType = TypeVar("_RowType")
 
+_BODY_PARTS = (
+    *("ankle", "elbow", "forearm", "hip", "knee", "lumbar", "neck", "shoulder", "thorax", "waist"),
+    "wrist",
+)
+"""Words before a motion that name what moves."""
+
 
 def publications() -> tuple[str, ...]:
     """Names of all publications, in alphabetical order."""
@@ -53,8 +59,8 @@ def curves_of_motion(joint: str, motion: str) -> list[tuple[str, PublishedCurve]
         joint: name of the joint in its figure; one of its words says which it is ("left_elbow").
         motion: name of a positive angle ("flexion", "twist to the left").
     """
-    kind = motion.partition(" to the ")[0]
-    wanted = {f"{word} {kind}" for word in joint.lower().split("_")}
+    parts, kind = split_motion(joint, motion)
+    wanted = {f"{word} {kind}" for words in parts for word in words}
     found: list[tuple[str, PublishedCurve]] = []
     for name in publications():
         rows = publication(name).curves.values()
@@ -62,6 +68,18 @@ def curves_of_motion(joint: str, motion: str) -> list[tuple[str, PublishedCurve]
         if row is not None:
             found.append((f"{name}/{row.name}", row))
     return sorted(found, key=lambda one: bool(one[1].obstacle))
+
+
+def split_motion(joint: str, motion: str) -> tuple[tuple[tuple[str, ...], ...], str]:
+    """Split what moves from how: words of the part of the body, the preferred ones first.
+
+    The part is a word before the motion ("lumbar flexion"); else one of the joint's words.
+    """
+    kind, words = motion.partition(" to the ")[0], tuple(joint.lower().split("_"))
+    part, _, rest = kind.partition(" ")
+    if part in _BODY_PARTS:
+        return ((part,), words), rest
+    return (words,), kind
 
 
 def coupled_law(key: str) -> PublishedCoupledLaw:

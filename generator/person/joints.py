@@ -1,0 +1,294 @@
+"""The figure of a person: segments with sites, joints with axes and limits.
+
+Joints are at the borders of de Leva's segments. Elbows and knees are hinges about the axis across
+the limb: the carrying angle of the elbow is not modelled. Ankles turn about two axes; all other
+joints are spherical. The forearm turns at the wrist, so that the elbow stays an exact hinge.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import pi
+
+from generator.figure import (
+    CENTRE_OF_MASS_SITE,
+    Attribute,
+    AxisKind,
+    Figure,
+    Joint,
+    JointAxis,
+    Location,
+    Rotation,
+    Segment,
+    Site,
+    SiteRef,
+    Translation,
+    Vector,
+)
+from generator.named_mapping import by_name
+from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, BodySegment
+from generator.person.measures import Sex
+from generator.person.sources import Origin, SourcedNumber
+from springs.published.range_of_motion import (
+    PREFERRED_PUBLICATIONS,
+    PUBLICATIONS_OF_WOMEN,
+    RangeEnd,
+    normal_range,
+)
+
+SIDES = ("left", "right")
+
+GROUND_SEGMENT = "body_root"
+"""Segment of the ground at the hips' height, by which the figure stands on the world's origin."""
+
+_UPRIGHT = Rotation((-pi / 2.0, 0.0, -pi / 2.0))
+"""Axes of the trunk (x forward, y left, z up) in the world's (x left, y up, z forward)."""
+
+_DOWNWARDS = Rotation((-pi, 0.0, 0.0))
+"""Axes of a limb (x forward, y right, z down) in those of the trunk."""
+
+_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class JointRotation:
+    """A rotation of a joint.
+
+    Attributes:
+        motion: name of a positive angle, with the part of the body where that is not the joint's.
+        axis: in the joint's frame; of the left one for a joint of both sides.
+    """
+
+    motion: str
+    axis: Vector
+
+    @property
+    def axis_name(self) -> str:
+        """Letter of the axis, as springs name it."""
+        return "xyz"[[abs(part) for part in self.axis].index(1.0)]
+
+
+@dataclass(frozen=True)
+class PersonJoint:
+    """A joint of a person.
+
+    Attributes:
+        name: in the figure, without side.
+        parent: segment and site, without side; a site of the trunk is `llateral` for the left.
+        child: likewise.
+        rotations: innermost first.
+        has_sides: whether there is a left and a right one.
+    """
+
+    name: str
+    parent: tuple[str, str]
+    child: tuple[str, str]
+    rotations: tuple[JointRotation, ...]
+    has_sides: bool = True
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints in the figure."""
+        return tuple(f"{side}_{self.name}" for side in SIDES) if self.has_sides else (self.name,)
+
+
+def _trunk_joint(name: str, below: str, above: str, part: str = "") -> PersonJoint:
+    """A joint of the spine; `part` precedes its motions."""
+    rotations = (
+        JointRotation(f"{part}twist to the left", _Z),
+        JointRotation(f"{part}lateral bend to the right", _X),
+        JointRotation(f"{part}flexion", _Y),
+    )
+    return PersonJoint(name, (below, "distal"), (above, "proximal"), rotations, has_sides=False)
+
+
+_BALL = (
+    JointRotation("medial rotation", _Z),
+    JointRotation("abduction", _X),
+    JointRotation("flexion", _Y),
+)
+
+_ROOT_JOINT = PersonJoint(
+    "root_torso",
+    (GROUND_SEGMENT, "distal"),
+    ("lower_torso", "proximal"),
+    (JointRotation("", _X), JointRotation("", _Y), JointRotation("", _Z)),
+    has_sides=False,
+)
+
+PERSON_JOINTS: tuple[PersonJoint, ...] = (
+    _trunk_joint("waist", "lower_torso", "middle_torso", "lumbar "),
+    _trunk_joint("thorax", "middle_torso", "upper_torso"),
+    _trunk_joint("neck", "upper_torso", "head"),
+    PersonJoint("shoulder", ("upper_torso", "cl_lateral"), ("upper_arm", "proximal"), _BALL),
+    PersonJoint(
+        "elbow", ("upper_arm", "distal"), ("lower_arm", "proximal"), (JointRotation("flexion", _Y),)
+    ),
+    PersonJoint(
+        "wrist",
+        ("lower_arm", "distal"),
+        ("hand", "proximal"),
+        (
+            JointRotation("flexion", (-1.0, 0.0, 0.0)),
+            JointRotation("radial deviation", _Y),
+            JointRotation("forearm pronation", _Z),
+        ),
+    ),
+    PersonJoint("hip_joint", ("lower_torso", "lateral"), ("upper_leg", "proximal"), _BALL),
+    PersonJoint(
+        "knee",
+        ("upper_leg", "distal"),
+        ("lower_leg", "proximal"),
+        (JointRotation("flexion", (0.0, -1.0, 0.0)),),
+    ),
+    PersonJoint(
+        "ankle",
+        ("lower_leg", "distal"),
+        ("foot", "proximal"),
+        (JointRotation("inversion", (-1.0, 0.0, 0.0)), JointRotation("dorsiflexion", _Y)),
+    ),
+)
+"""The joints between the segments, without that to the ground."""
+
+
+def person_figure(body: Body) -> Figure:
+    """Return the figure of a person, standing upright at the world's origin."""
+    segments = [_trunk_segment(body, body.segments[name]) for name in TRUNK_SEGMENTS]
+    for name in LIMB_SEGMENTS:
+        segments += [_limb_segment(body, body.segments[name], side) for side in SIDES]
+    joints = [_joint(_ROOT_JOINT, "", body)]
+    for joint in PERSON_JOINTS:
+        joints += [_joint(joint, side, body) for side in (SIDES if joint.has_sides else ("",))]
+    return Figure(
+        segments=by_name(*segments, _ground_segment(body)),
+        joints=by_name(*joints),
+        root=SiteRef(GROUND_SEGMENT, "base"),
+        attributes=by_name(*_attributes(body)),
+    )
+
+
+def hip_height(body: Body) -> float:
+    """Height of the hip centres above the soles [m]."""
+    legs = sum(body.segments[name].length for name in ("upper_leg", "lower_leg"))
+    return legs + body.ankle_height
+
+
+def motion_range(
+    joint: PersonJoint, rotation: JointRotation, sex: Sex
+) -> tuple[RangeEnd, RangeEnd]:
+    """Ends of the normal range of a rotation, for women of women where these were measured."""
+    women = PUBLICATIONS_OF_WOMEN if sex is Sex.FEMALE else ()
+    low, high = normal_range(joint.name, rotation.motion, (*women, *PREFERRED_PUBLICATIONS))
+    if low is None or high is None:
+        raise ValueError(f"the normal range of {joint.name} {rotation.motion} is not known")
+    return low, high
+
+
+def limit_sources(body: Body) -> tuple[SourcedNumber, ...]:
+    """Return the limits of the joints with their sources."""
+    return tuple(
+        SourcedNumber(
+            joint.name,
+            f"limit of {end.motion}",
+            end.angle,
+            "rad",
+            Origin.ESTIMATE if end.is_estimate else Origin.PUBLISHED,
+            end.reference,
+            _limit_rule(end, body.measures.sex),
+        )
+        for joint in PERSON_JOINTS
+        for rotation in joint.rotations
+        for end in motion_range(joint, rotation, body.measures.sex)
+    )
+
+
+def _limit_rule(end: RangeEnd, sex: Sex) -> str:
+    rule = "end of the normal range of motion"
+    if sex is Sex.FEMALE and end.source not in PUBLICATIONS_OF_WOMEN:
+        rule += "; not measured in women, who move more in nearly every joint"
+    return rule
+
+
+def _attributes(body: Body) -> tuple[Attribute, ...]:
+    person: dict[str, tuple[float, ...] | str] = {
+        "sex": str(body.measures.sex),
+        "stature_m": (body.measures.stature,),
+    }
+    return (
+        Attribute("person", person),
+        Attribute("clothing", {"rgb": (0.25, 0.35, 0.55)}),
+        Attribute("skin", {"rgb": (0.87, 0.68, 0.55)}),
+    )
+
+
+def _ground_segment(body: Body) -> Segment:
+    height = hip_height(body)
+    sites = by_name(
+        Site("distal", Location((_UPRIGHT,))), Site("base", Location.at(0.0, -height, 0.0))
+    )
+    return Segment(GROUND_SEGMENT, mass=-1e-3, sites=sites)
+
+
+def _trunk_segment(body: Body, part: BodySegment) -> Segment:
+    """A part of the trunk, or the head, with the sites of the limbs."""
+    sites = [Site("proximal"), Site("distal", Location.at(0.0, 0.0, part.length))]
+    if part.name == "lower_torso":
+        sites += _lateral_sites("lateral", body.hip_spacing, 0.0)
+    elif part.name == "upper_torso":
+        sites += _lateral_sites("cl_lateral", body.shoulder_spacing, body.shoulder_height)
+    colour = "skin" if part.name == "head" else "clothing"
+    return _moving_segment(part.name, part, sites, colour)
+
+
+def _lateral_sites(name: str, spacing: float, height: float) -> Iterator[Site]:
+    """Sites of a pair of limbs on the trunk, with the axes of the limbs."""
+    for side, sign in zip(SIDES, (0.5, -0.5), strict=True):
+        offset = Translation((0.0, sign * spacing, height))
+        yield Site(f"{side[0]}{name}", Location((_DOWNWARDS, offset)))
+
+
+def _limb_segment(body: Body, part: BodySegment, side: str) -> Segment:
+    sites = [Site("proximal")]
+    if part.name == "foot":
+        toe = part.length - body.heel_distance
+        sites += [
+            Site("distal", Location.at(toe, 0.0, body.ankle_height)),
+            Site("heel", Location.at(-body.heel_distance, 0.0, body.ankle_height)),
+            Site("sole", Location.at(0.0, 0.0, body.ankle_height)),
+        ]
+    else:
+        sites.append(Site("distal", Location.at(0.0, 0.0, part.length)))
+    bare = part.name in ("lower_arm", "hand")
+    colour = "skin" if bare else "clothing"
+    return _moving_segment(f"{side}_{part.name}", part, sites, colour)
+
+
+def _moving_segment(name: str, part: BodySegment, sites: list[Site], colour: str) -> Segment:
+    centre = Site(CENTRE_OF_MASS_SITE, Location.at(*part.centre))
+    return Segment(name, part.mass, part.inertia, None, (colour,), by_name(*sites, centre))
+
+
+def _joint(joint: PersonJoint, side: str, body: Body) -> Joint:
+    prefix = f"{side}_" if side else ""
+
+    def site(ref: tuple[str, str]) -> SiteRef:
+        segment, name = ref
+        if name.endswith("lateral"):
+            return SiteRef(segment, f"{side[0]}{name}")
+        return SiteRef(f"{prefix if segment in LIMB_SEGMENTS else ''}{segment}", name)
+
+    chain = tuple(
+        JointAxis(AxisKind.ROTATION, _mirrored(each.axis) if side == "right" else each.axis)
+        for each in joint.rotations
+    )
+    figure_joint = Joint(f"{prefix}{joint.name}", site(joint.parent), site(joint.child), chain)
+    if joint is _ROOT_JOINT:
+        return figure_joint
+    ends = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
+    lower, upper = (tuple(end.angle for end in row) for row in zip(*ends, strict=True))
+    return replace(figure_joint, lower_limit=lower, upper_limit=upper)
+
+
+def _mirrored(axis: Vector) -> Vector:
+    """Axis of the right joint of which that of the left one is `axis`, both in limb axes."""
+    x, y, z = axis
+    return 0.0 - x, y, 0.0 - z
