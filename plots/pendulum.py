@@ -7,41 +7,34 @@ from numpy.typing import NDArray
 
 from springs.backends import Array
 
-_REST_RATE = 1e-3
-"""Largest rate at rest, relative to the drop from start to rest [1/s]."""
-
 
 @dataclass(frozen=True, eq=False)
 class Swing:
-    """Swing of a joint that is released at rest and comes to rest.
+    """Swing of a joint that is released at rest.
 
     Attributes:
         times: shape (n,) [s].
-        angles: shape (n,) [rad]; the first is that of the release, the last that of rest.
+        angles: shape (n,) [rad]; the first is that of the release.
         rates: shape (n,) [rad/s].
+        rest: angle at which the joint comes to rest [rad].
     """
 
     times: Array
     angles: Array
     rates: Array
+    rest: float
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a motion that is not a swing which ends at rest."""
+        """Raise ValueError for a motion that is not a swing from rest."""
         if not np.abs(self.rates[0]) <= 1e-9:
             raise ValueError("a swing begins at rest")
-        drop = abs(self.start - self.rest)
-        if not abs(self.rates[-1]) < _REST_RATE * drop or not len(self.turning_times):
-            raise ValueError("the swing does not come to rest: record it for longer")
+        if not len(self._turns):
+            raise ValueError("the swing does not reverse: record it for longer")
 
     @property
     def start(self) -> float:
         """Angle at the release [rad]."""
         return float(self.angles[0])
-
-    @property
-    def rest(self) -> float:
-        """Angle at rest [rad]."""
-        return float(self.angles[-1])
 
     @property
     def _turns(self) -> NDArray[np.int64]:
@@ -81,8 +74,14 @@ class Swing:
         return float((across[count] - across[0]) / count) if len(across) > count else float("nan")
 
     def swings(self, amplitude: float) -> int:
-        """Number of turning points across from the release that lie further than this from rest."""
-        return int(np.sum(np.abs(self.turning_angles[::2] - self.rest) > amplitude))
+        """Number of turning points across from the release that lie further than this from rest.
+
+        Raises ValueError if the last turning points do.
+        """
+        distances = np.abs(self.turning_angles - self.rest)
+        if distances[-2:].max() > amplitude:
+            raise ValueError("the swing goes on: record it for longer")
+        return int(np.sum(distances[::2] > amplitude))
 
     @property
     def peak_rates(self) -> Array:
