@@ -100,6 +100,7 @@ INPUT_BOUNDS: Mapping[Dimension, InputBound] = {
     for bound in (
         InputBound(Dimension.LENGTH, 1e9, "1e9 m"),
         InputBound(Dimension.ANGLE, float(10**6 * PI / 180), "1e6 deg"),
+        InputBound(Dimension.MASS, 1e9, "1e9 kg"),
         InputBound(Dimension.DENSITY, 1e6, "1e6 kg/m3"),
     )
 }

@@ -14,6 +14,7 @@ from generator.cli.inputs import (
     placements_of_motion,
 )
 from generator.cli.options import (
+    CM,
     FigureName,
     JointValues,
     MotionFile,
@@ -29,6 +30,7 @@ from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.placement import Placement
 from generator.motion_files import FigureMotion
 from generator.motion_files.action import display_unit, format_displacement
+from generator.person.identity import identity_of
 from generator.rotations import Array
 from generator.units import parse_unit
 
@@ -87,11 +89,18 @@ def _pose_result(
         for segment, mass, where in zip(masses.segments, masses.masses, centres, strict=True)
     ]
     title = f"{name}: the centre of mass of {masses.total:.4g} kg is at {xyz_cm(centre)}"
+    height = float(centre[1])
+    person = identity_of(placement.tree.figure)
+    relative = None if person is None else height / person.stature
+    if relative is not None:
+        title += f"; its height is {relative:.3f} of the stature"
     return CommandResult(
         text=f"{title}\n\n{format_table(rows)}",
         data={
             "figure": name,
             "centre_of_mass_cm": in_cm(centre),
+            "height_cm": height / CM,
+            "height_over_stature": relative,
             "mass_kg": masses.total,
             "segments": [
                 {"name": segment, "mass_kg": float(mass), "centre_of_mass_cm": in_cm(where)}

@@ -48,13 +48,9 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.input_files.pose import POSE_SUFFIX
 from generator.kinematics.placement import Placement
+from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
-from generator.model_files.imported import (
-    Imported,
-    format_imported_springs,
-    imported_files,
-    springs_path,
-)
+from generator.model_files.imported import Imported, format_imported_springs, imported_files
 from generator.model_files.model_files import ModelFiles
 from generator.motion_files import MOTION_FORMATS, motion_writer
 from generator.motion_files.resample import resample

@@ -10,6 +10,7 @@ from generator.diagnostics import Diagnostic, InputError
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment
 from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
 from generator.motion_files.action import display_unit, format_chain
+from generator.person.identity import identity_of
 from generator.simulation.preconditions import simulation_obstacles
 from springs import SpringSet
 
@@ -53,11 +54,13 @@ def joint_kind(chain: Sequence[JointAxis]) -> str:
 
 
 def _title(name: str, figure: Figure) -> str:
+    person = identity_of(figure)
+    who = "" if person is None else f"\n{person.sex.value}, stature {person.stature:.4g} m"
     return (
         f"{name}: {format_count(len(figure.bodies), 'moving segment')}, "
         f"{format_count(len(figure.joints), 'joint')}, "
         f"{figure.degrees_of_freedom} degrees of freedom, {figure.total_mass:.4g} kg\n"
-        f"root {figure.root}"
+        f"root {figure.root}{who}"
     )
 
 
@@ -154,10 +157,13 @@ def _format_displacement(joint: Joint) -> str:
 def _data(
     name: str, figure: Figure, springs: SpringSet, spheres: Mapping[str, SegmentSpheres]
 ) -> dict[str, object]:
+    person = identity_of(figure)
     return {
         "figure": name,
         "file": None if figure.path is None else str(figure.path),
         "name": figure.name,
+        "sex": None if person is None else person.sex.value,
+        "stature_m": None if person is None else person.stature,
         "root": str(figure.root),
         "degrees_of_freedom": figure.degrees_of_freedom,
         "total_mass_kg": figure.total_mass,

@@ -269,9 +269,14 @@ def density_from_option(option: str, text: str) -> float:
     return density
 
 
-def length_from_option(option: str, text: str) -> float:
-    """Parse a length [m] such as `1cm`; zero needs no unit. Raises UsageError."""
-    return _quantity_from_option(option, text, Dimension.LENGTH, "1cm")
+def length_from_option(option: str, text: str, example: str = "1cm") -> float:
+    """Parse a length [m] such as the example; zero needs no unit. Raises UsageError."""
+    return _quantity_from_option(option, text, Dimension.LENGTH, example)
+
+
+def mass_from_option(option: str, text: str) -> float:
+    """Parse a mass [kg] such as `75kg`; zero needs no unit. Raises UsageError."""
+    return _quantity_from_option(option, text, Dimension.MASS, "75kg")
 
 
 def angle_from_option(option: str, text: str) -> float:

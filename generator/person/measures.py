@@ -11,14 +11,33 @@ one. Other dimensions of the body follow the measured ones:
   expected. The cervicale and the stature stay where they are.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import hypot, isfinite, prod
+from pathlib import Path
+from typing import Any
 
-from generator.diagnostics import UsageError, spelling_hint
+from generator.diagnostics import (
+    Diagnostics,
+    InputError,
+    Parsed,
+    Source,
+    Span,
+    UsageError,
+    closest_match,
+    error,
+    shorten,
+    spelling_hint,
+)
 from generator.named_mapping import NamedMapping
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, SurveySample, survey
+from generator.springs_file.toml_spans import locate_keys
+from generator.springs_file.toml_table import TableReader, parse_document
+from generator.text_io import parse_file
+from generator.units import parse_unit
 from springs.published.reference import Reference
 
 MIN_STATURE, MAX_STATURE = 0.3, 3.0
@@ -35,6 +54,27 @@ MAX_ERRORS = 3.0
 
 MIN_RATIO, MAX_RATIO = 0.4, 2.5
 """Ratios of a measured dimension to the expected one beyond which it is a mistake."""
+
+LENGTH_UNITS = ("mm", "cm", "m", "in", "ft")
+"""Units in which the keys of a file of measured dimensions may end."""
+
+MAX_DIMENSION = 3.0
+"""Largest dimension in a file [m]."""
+
+_FILE_KIND = "measures file"
+_EXAMPLE = "write `waist_circumference_cm = 94`, for example"
+_KEY = re.compile(rf"(.+)_({'|'.join(LENGTH_UNITS)})", re.DOTALL)
+_OPTIONS: Mapping[str, str] = {
+    "sex": "sex",
+    "stature": "stature",
+    "height": "stature",
+    "mass": "mass",
+    "weight": "mass",
+}
+"""Options of the command for what a newcomer may write into the file."""
+
+_LIKELY_RATIOS = (0.7, 1.4)
+"""Ratios of a dimension to the expected one for which another unit is suggested."""
 
 _GIRTH_TOLERANCE = 1.1
 """Factor by which a circumference may miss the bounds that breadth and depth set: the survey
@@ -100,6 +140,33 @@ class BodyDimension:
         return self.value / self.expected
 
 
+@dataclass(frozen=True, eq=False)
+class MeasuredDimensions(Mapping[str, float]):
+    """Dimensions of a measures file [m], by name, with their places.
+
+    Attributes:
+        lengths: by name [m].
+        units: of the file's keys, by name.
+        spans: of the file's values, by name.
+    """
+
+    lengths: Mapping[str, float]
+    units: Mapping[str, str] = field(default_factory=dict[str, str], repr=False)
+    spans: Mapping[str, Span] = field(default_factory=dict[str, Span], repr=False)
+
+    def __getitem__(self, name: str) -> float:
+        """The dimension [m]."""
+        return self.lengths[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self.lengths)
+
+    def __len__(self) -> int:
+        """Number of the dimensions."""
+        return len(self.lengths)
+
+
 @dataclass(frozen=True)
 class Measures:
     """Measures of a person.
@@ -146,13 +213,14 @@ def estimate_measures(
     Raises:
         UsageError: for an impossible stature or mass, and for measured dimensions that are unknown,
             impossible, or contradict each other.
+        InputError: instead of it for the dimensions of a file, with their places.
     """
     measured = measured or {}
     _check_person(stature, mass)
     expected = {name: survey().expected(name, sex, stature, mass) for name in survey().dimensions}
-    _raise_problems(_find_impossible(measured, expected))
+    _raise_problems(_find_impossible(measured, expected), measured)
     values = _follow({name: value for name, (value, _) in expected.items()}, measured, stature)
-    _raise_problems(_find_contradictions(values, measured, stature))
+    _raise_problems(_find_contradictions(values, measured, stature), measured)
     dimensions = {
         name: BodyDimension(name, values[name], *expected[name], name in measured)
         for name in expected
@@ -193,7 +261,14 @@ class _Problem:
     hint: str
 
 
-def _raise_problems(problems: Iterable[_Problem]) -> None:
+def _raise_problems(problems: Iterable[_Problem], measured: Mapping[str, float]) -> None:
+    """Raise all problems at once, if there are any."""
+    problems = list(problems)
+    if problems and isinstance(measured, MeasuredDimensions):
+        raise InputError(
+            error(problem.message, measured.spans.get(problem.name), problem.hint)
+            for problem in problems
+        )
     sentences = [f"{problem.message}; {problem.hint}" for problem in problems]
     if sentences:
         raise UsageError("\n".join(sentences))
@@ -211,7 +286,21 @@ def _find_impossible(
         least, largest = (ratio * expected[name][0] for ratio in (MIN_RATIO, MAX_RATIO))
         if not (isfinite(value) and least <= value <= largest):
             hint = f"from {least:.3g} m to {largest:.3g} m at this stature and mass"
+            unit = _suggest_unit(name, expected[name][0], measured)
+            if unit is not None:
+                hint = f"did you mean `{name}_{unit}`?"
             yield _Problem(name, f"`{name}` cannot be {value:.4g} m", hint)
+
+
+def _suggest_unit(name: str, expected: float, measured: Mapping[str, float]) -> str | None:
+    """Return the unit in which a number of a file would be likely."""
+    if not isinstance(measured, MeasuredDimensions) or name not in measured.units:
+        return None
+    number = measured[name] / float(parse_unit(measured.units[name]).factor)
+    least, largest = (ratio * expected for ratio in _LIKELY_RATIOS)
+    factors = {unit: float(parse_unit(unit).factor) for unit in LENGTH_UNITS}
+    likely = (unit for unit in LENGTH_UNITS if least <= number * factors[unit] <= largest)
+    return next(likely, None)
 
 
 def _follow(
@@ -250,7 +339,7 @@ def _follow(
 
 def _interpolate(height: float, anchors: list[tuple[float, float]]) -> float:
     """New height of a point, from pairs of expected and new heights that begin with (0, 0)."""
-    for (old, new), (next_old, next_new) in zip(anchors, anchors[1:], strict=False):
+    for (old, new), (next_old, next_new) in pairwise(anchors):
         if height < next_old:
             return new + (height - old) * (next_new - new) / (next_old - old)
     last_old, last_new = anchors[-1]
@@ -266,7 +355,8 @@ def _find_contradictions(
     values = {**values, "stature": stature}
 
     def quote(name: str) -> str:
-        return f"`{name}` ({values[name]:.4g} m{'' if name in measured else ', estimated'})"
+        note = ", estimated" if name in survey().dimensions and name not in measured else ""
+        return f"`{name}` ({values[name]:.4g} m{note})"
 
     def culprit(*names: str) -> str:
         return next((name for name in reversed(names) if name in measured), names[0])
@@ -274,14 +364,12 @@ def _find_contradictions(
     for small, large in _ASCENDING:
         if values[small] >= values[large]:
             message = f"{quote(small)} must be smaller than {quote(large)}"
-            yield _Problem(culprit(small, large), message, "measure both again")
-    arm = [
-        *("acromion_radiale_length", "radiale_stylion_length", "hand_length"),
-    ]
+            yield _Problem(culprit(small, large), message, "one of them is wrong")
+    arm = ("acromion_radiale_length", "radiale_stylion_length", "hand_length")
     length = sum(values[name] for name in arm)
     if length >= values["acromial_height"]:
         message = f"an arm of {length:.3g} m reaches the floor from {quote('acromial_height')}"
-        yield _Problem(culprit("acromial_height", *arm), message, "measure them again")
+        yield _Problem(culprit("acromial_height", *arm), message, "one of them is wrong")
     for breadth, depth, girth in _LEVELS_OF_GIRTH:
         b, d = values[breadth], values[depth]
         if not _MIN_DEPTH_RATIO * b <= d <= _MAX_DEPTH_RATIO * b:
@@ -306,9 +394,9 @@ def _sample_warnings(sex: Sex, stature: float, mass: float) -> Iterator[str]:
         lower, upper = spread.limits
         if not lower <= value <= upper:
             yield (
-                f"a {noun} of {value:g} {unit} is beyond the {lower:.3g} to {upper:.3g} {unit} "
-                f"(mean and two standard deviations) of {describe_sample(sex, sample)}; "
-                "dimensions are scaled from the nearest limit"
+                f"a {noun} of {value:g} {unit} is beyond {lower:.3g} to {upper:.3g} {unit}, "
+                f"two standard deviations of {describe_sample(sex, sample)}; "
+                "dimensions are extrapolated"
             )
 
 
@@ -342,13 +430,106 @@ def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
     for name, one in measures.dimensions.items():
         row = survey().dimensions[name]
         origin, rule = Origin.PUBLISHED, str(row.fits[sex])
+        if is_scaled:
+            origin, rule = Origin.SCALED, f"{rule}; beyond the sample as a {row.scaling.value}"
         if one.is_measured:
             origin, rule = Origin.GIVEN, ""
         elif one.value != one.expected:
-            origin, rule = Origin.SCALED, f"{rule}; then by {one.ratio:.4g}, as measured ones near"
-        elif is_scaled:
-            origin, rule = Origin.SCALED, f"{rule}; beyond the sample scaled as a {row.scaling}"
+            origin, rule = Origin.SCALED, f"{rule}; times {one.ratio:.4g} as measured ones near it"
         quantity = name.replace("_", " ")
         cited = None if one.is_measured else reference
         sources.append(SourcedNumber("person", quantity, one.value, "m", origin, cited, rule))
     return tuple(sources)
+
+
+def read_measures(path: str | Path) -> MeasuredDimensions:
+    """Dimensions of a file with lines such as `waist_circumference_cm = 94`.
+
+    Raises InputError with all diagnostics on any error.
+    """
+    return parse_measures_file(path).require_value()
+
+
+def parse_measures_file(path: str | Path) -> Parsed[MeasuredDimensions]:
+    """Dimensions of a file, with all diagnostics; bad input raises nothing."""
+    return parse_file(path, parse_measures_source)
+
+
+def parse_measures_source(source: Source, diagnostics: Diagnostics) -> MeasuredDimensions | None:
+    """Dimensions of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
+    document = parse_document(source, _FILE_KIND, diagnostics)
+    if document is None:
+        return None
+    spans = locate_keys(source)
+    if not document:
+        diagnostics.error("there is no dimension in this file", spans.table(""), _EXAMPLE)
+    table = TableReader(document, "", 0, spans, diagnostics)
+    lengths: dict[str, float] = {}
+    units: dict[str, str] = {}
+    for key in document:
+        parsed = _parse_key(table, key)
+        value = None if parsed is None else _parse_length(table, key)
+        if parsed is None or value is None:
+            continue
+        name, unit = parsed
+        if name in lengths:
+            first = spans.key("", 0, f"{name}_{units[name]}")
+            hint = f"the first is in line {first.line}"
+            diagnostics.error(f"a second value of `{name}`", spans.key("", 0, key), hint)
+            continue
+        lengths[name], units[name] = value, unit
+    places = {name: table.span(f"{name}_{unit}") for name, unit in units.items()}
+    return MeasuredDimensions(lengths, units, places)
+
+
+def _parse_key(table: TableReader, key: str) -> tuple[str, str] | None:
+    """Name and unit of a key; None, with an error noted, if one of them is wrong."""
+    match = _KEY.fullmatch(key)
+    name, unit = (key, "") if match is None else (match[1], match[2])
+    known, shown = survey().dimensions, shorten(key)
+    if unit and name in known:
+        return name, unit
+    content: Any = table.content[key]
+    if isinstance(content, dict):
+        message, hint = f"unknown table `{shown}`", f"{_EXAMPLE}, without a header"
+    elif name in survey().validation:
+        message = f"`{name}` does not change a person"
+        hint = "it is only compared with that of a finished person; leave it out"
+    elif key.partition("_")[0] in _OPTIONS and name.count("_") <= 1:
+        message = f"`{shown}` is not a dimension of this file"
+        hint = f"it is an option of the command: `--{_OPTIONS[key.partition('_')[0]]}`"
+    elif (whole := _longest_known_prefix(key)) is not None:
+        message = f"`{shown}` does not end in a unit of length"
+        hint = f"write `{whole}_cm`; the units are {', '.join(LENGTH_UNITS)}"
+    else:
+        message, hint = f"unknown dimension `{shown}`", _suggest_dimension(name, unit or "cm")
+    table.diagnostics.error(message, table.spans.key("", 0, key), hint)
+    return None
+
+
+def _suggest_dimension(name: str, unit: str) -> str:
+    """Hint for an unknown dimension: those with its only word, or the nearest name."""
+    known = survey().dimensions
+    near = [other for other in known if name in other.split("_")]
+    if not near:
+        match = closest_match(name, known)
+        near = [] if match is None else [match]
+    if not near:
+        return "docs/person.md lists the names"
+    listed = ", ".join(f"`{other}_{unit}`" for other in near)
+    return f"did you mean {listed}?" if len(near) == 1 else f"one of {listed}"
+
+
+def _longest_known_prefix(key: str) -> str | None:
+    """Name of a dimension that a key is, or begins with before "_"."""
+    found = (name for name in survey().dimensions if f"{key}_".startswith(f"{name}_"))
+    return max(found, key=len, default=None)
+
+
+def _parse_length(table: TableReader, key: str) -> float | None:
+    """A positive length [m]; None, with an error noted, if it is wrong."""
+    value = table.number(key, negative=False, zero=False, hint="it is a length")
+    if value is not None and value > MAX_DIMENSION:
+        table.error(key, f"`{key}` is too large", f"at most {MAX_DIMENSION:g} m")
+        return None
+    return value

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+from generator.figure_file import read_figure
+from generator.figure_file.write import write_figure
 from generator.kinematics.centre_of_mass import centre_of_mass
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.person.identity import Identity
+from generator.person.measures import Sex
 from tests.command import answer, run
 from tests.paths import FIGURES
 
@@ -24,6 +28,20 @@ def test_the_centre_of_mass_of_a_pose(prototype):
     mean = sum(mass * np.array(where) for mass, where in parts) / said["mass_kg"]
     assert mean == pytest.approx(expected)
     assert "49.28 kg" in run("com", "prototype").stdout
+
+
+def test_the_height_of_the_centre_of_mass_over_the_stature(tmp_path):
+    said = answer("com", "prototype")
+    assert said["height_cm"] == pytest.approx(said["centre_of_mass_cm"][1])
+    assert said["height_over_stature"] is None
+    assert "of the stature" not in run("com", "prototype").stdout
+    path = tmp_path / "me.fig"
+    person = Identity(Sex.FEMALE, 1.6).attribute
+    path.write_text(write_figure(read_figure("prototype").with_parts(person)), encoding="utf-8")
+    said = answer("com", path)
+    assert said["height_over_stature"] == pytest.approx(said["height_cm"] / 160.0)
+    ratio = f"{said['height_over_stature']:.3f}"
+    assert f"cm; its height is {ratio} of the stature\n" in run("com", path).stdout
 
 
 def test_a_slope_is_the_change_for_a_degree_more():

@@ -4,7 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from generator.figure_file import read_figure
+from generator.figure_file.write import write_figure
 from generator.geometry.contact_spheres import LARGEST_ERROR
+from generator.person.identity import Identity
+from generator.person.measures import Sex
 from tests.command import answer, run
 from tests.paths import FIGURES
 
@@ -25,6 +29,17 @@ def test_the_prototype_is_described():
     assert law["sense"] == -1
     assert law["dead_zone_deg"] == pytest.approx([0.0, 89.0], abs=0.1)
     assert "root_torso" not in said["springs"]["joints"]
+
+
+def test_sex_and_stature_of_a_person_are_described(tmp_path: Path):
+    said = answer("describe", "prototype")
+    assert said["sex"] is said["stature_m"] is None
+    path = tmp_path / "me.fig"
+    person = Identity(Sex.FEMALE, 1.628).attribute
+    path.write_text(write_figure(read_figure("pendulum").with_parts(person)), encoding="utf-8")
+    said = answer("describe", path)
+    assert (said["sex"], said["stature_m"]) == ("female", 1.628)
+    assert "\nfemale, stature 1.628 m\n" in run("describe", path).stdout
 
 
 def test_the_contact_spheres_of_a_figure_are_described():

@@ -4,12 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from generator.figure_file import read_figure
 from generator.geometry.read import read_segment_surface
+from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import read_model
-from generator.model_files.imported import imported_files, psurf_folder, springs_path
+from generator.model_files.imported import imported_files
 from tests.generator.model_files.imported_models import MODELS
 
 
@@ -42,20 +42,3 @@ def test_a_springs_file_of_another_figure_is_reported(tmp_path: Path):
     springs_path(tmp_path / "leg.fig").write_text("")
     losses = imported_files(imported, tmp_path / "leg.fig").losses
     assert "an older springs file" in losses.entries[-1].what
-
-
-@pytest.mark.parametrize("name", ['a "fine" \u00e9\\name', "long" * 50])
-def test_any_name_of_a_file_has_a_folder_that_the_figure_can_name(name: str, tmp_path: Path):
-    path = tmp_path / f"{name}.fig"
-    imported_files(read_model(MODELS / "humanoid.xml"), path).write()
-    figure = read_figure(path)
-    drawn = [segment for segment in figure.segments.values() if segment.psurf is not None]
-    assert drawn
-    for segment in drawn:
-        assert read_segment_surface(figure, segment).face_count > 0
-
-
-def test_two_figures_have_two_folders(tmp_path: Path):
-    names = ["\u5de6", "\u53f3", "__", "long" * 50 + "a", "long" * 50 + "b"]
-    folders = {psurf_folder(tmp_path / f"{name}.fig") for name in names}
-    assert len(folders) == len(names)

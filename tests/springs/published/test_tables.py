@@ -405,31 +405,45 @@ def test_readings_end_where_they_were_read():
 
 
 RANGE_SOURCES = (
-    *("aaos", "boone_azen_1979", "ama", "soucie_2011"),
-    *("kouyoumdjian_2012", "van_arkel_2015"),
+    *("aaos", "boone_azen_1979", "ama", "macedo_magee_2009", "soucie_2011", "kouyoumdjian_2012"),
+    *("van_arkel_2015", "sforza_2002", "tommasi_2009", "alazzawi_2017"),
+    "family_practice_notebook",
 )
 LIMITS = """
-shoulder flexion             180    167    180  168.8      -      -
-shoulder extension            60     62     50      -      -      -
-shoulder abduction           180    184    170      -      -      -
-shoulder medial rotation      70     69     80      -      -      -
-shoulder lateral rotation     90    104     60      -      -      -
-elbow flexion                150    143    140  144.6      -      -
-elbow hyperextension           0      1      0    0.8      -      -
-forearm pronation             80     76     80   76.9      -      -
-forearm supination            80     82     80   85.0      -      -
-hip abduction                 45      -      -      -      -     30
-hip adduction                 30      -      -      -      -     40
-hip flexion                    -      -      -  130.4      -      -
-hip extension                  -      -      -   17.4      -     12
-hip medial rotation            -      -      -      -   35.2      -
-hip lateral rotation           -      -      -      -   41.8      -
-knee flexion                   -      -      -  137.7      -      -
-knee hyperextension            -      -      -    1.0      -      -
-waist flexion                 80      -      -      -      -      -
-waist extension               25      -      -      -      -      -
-waist lateral bend            35      -      -      -      -      -
-waist twist                   45      -      -      -      -      -
+shoulder flexion            180   167   180   188 168.8     -     -     -     -     -     -
+shoulder extension           60    62    50    70     -     -     -     -     -     -     -
+shoulder abduction          180   184   170   188     -     -     -     -     -     -     -
+shoulder medial rotation     70    69    80    94     -     -     -     -     -     -     -
+shoulder lateral rotation    90   104    60   108     -     -     -     -     -     -     -
+elbow flexion               150   143   140   149 144.6     -     -     -     -     -     -
+elbow hyperextension          0     1     0     2   0.8     -     -     -     -     -     -
+forearm pronation            80    76    80    92  76.9     -     -     -     -     -     -
+forearm supination           80    82    80    96  85.0     -     -     -     -     -     -
+hip abduction                45     -     -     -     -     -    30     -     -     -     -
+hip adduction                30     -     -     -     -     -    40     -     -     -     -
+hip flexion                   -     -     -     - 130.4     -     -     -     -     -     -
+hip extension                 -     -     -     -  17.4     -    12     -     -     -     -
+hip medial rotation           -     -     -     -     -  35.2     -     -     -     -     -
+hip lateral rotation          -     -     -     -     -  41.8     -     -     -     -     -
+knee flexion                  -     -     -     - 137.7     -     -     -     -     -     -
+knee hyperextension           -     -     -     -   1.0     -     -     -     -     -     -
+waist flexion                80     -     -     -     -     -     -     -     -     -     -
+waist extension              25     -     -     -     -     -     -     -     -     -     -
+waist lateral bend           35     -     -     -     -     -     -     -     -     -     -
+waist twist                  45     -     -     -     -     -     -     -     -     -     -
+wrist flexion                80    76    60    93     -     -     -     -     -     -     -
+wrist extension              70    75    60    86     -     -     -     -     -     -     -
+wrist radial deviation       20    22    20    18     -     -     -     -     -     -     -
+wrist ulnar deviation        30    36    30    41     -     -     -     -     -     -     -
+neck flexion                 45     -     -     -     -     -     -  65.5    64     -     -
+neck extension               45     -     -     -     -     -     -  65.5    64     -     -
+neck lateral bend            45     -     -     -     -     -     -  38.5  50.5     -     -
+neck twist                   60     -     -     -     -     -     -  77.5  75.5     -     -
+ankle dorsiflexion            -     -     -     -     -     -     -     -     -    20     -
+ankle plantarflexion          -     -     -     -     -     -     -     -     -    50     -
+ankle inversion               -     -     -     -     -     -     -     -     -    35     -
+ankle eversion                -     -     -     -     -     -     -     -     -    15     -
+shoulder adduction            -     -     -     -     -     -     -     -     -     -    30
 """
 """Ends of ranges of motion [deg], a column for each of `RANGE_SOURCES`."""
 
@@ -465,7 +479,30 @@ def test_ranges_of_the_lumbar_spine_fall_with_age():
 
 def test_no_range_of_motion_is_left_out():
     shipped = {name for name in publications() if publication(name).ranges}
-    assert shipped == {*RANGE_SOURCES, "troke_2005"}
+    assert shipped == {*RANGE_SOURCES, "troke_2005", "spine_shares"}
+
+
+def range_limits(name: str, age: float | None = None) -> dict[str, float]:
+    """Limits of a publication [deg] by motion."""
+    rows = publication(name).ranges
+    return {row.motion: degrees(row.limit) for row in rows if row.age in (age, None)}
+
+
+def test_the_lumbar_spine_has_its_measured_range_and_the_thorax_the_rest():
+    whole, shares = range_limits("aaos"), range_limits("spine_shares")
+    young, old = range_limits("troke_2005", 16), range_limits("troke_2005", 90)
+    lumbar = {motion: np.interp(30, (16, 90), (young[motion], old[motion])) for motion in young}
+    for motion in ("flexion", "extension", "lateral bend", "twist"):
+        both = shares[f"lumbar {motion}"] + shares[f"thorax {motion}"]
+        assert both == pytest.approx(whole[f"waist {motion}"], abs=1e-9)
+    for motion in ("lumbar lateral bend", "lumbar twist"):
+        assert shares[motion] == pytest.approx(lumbar[motion], abs=0.051)
+    arc = shares["lumbar flexion"] + shares["lumbar extension"]
+    assert arc == pytest.approx(lumbar["lumbar flexion"] + lumbar["lumbar extension"], abs=0.051)
+    whole_arc = whole["waist flexion"] + whole["waist extension"]
+    share = whole["waist flexion"] / whole_arc
+    assert shares["lumbar flexion"] / arc == pytest.approx(share, rel=1e-3)
+    assert {row.sample.kind for row in publication("spine_shares").ranges} == {SampleKind.ESTIMATE}
 
 
 def test_ranges_of_another_source_than_their_table_say_so():
