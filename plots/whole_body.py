@@ -55,11 +55,8 @@ def mass_properties(
     return reduce(add, parts)
 
 
-def surface_points(
-    figure: Figure, poses: Mapping[str, Array], segments: Sequence[str] = ()
-) -> Array:
+def surface_points(body: Body, poses: Mapping[str, Array], segments: Sequence[str] = ()) -> Array:
     """Corners of the surfaces of segments [default: all] in the world, shape (n, 3) [m]."""
-    body = Body.of_figure(figure)
     corners, _ = body.place(poses)
     if segments:
         chosen = [body.segments.index(name) for name in segments]

@@ -10,6 +10,7 @@ from generator.figure import Figure
 from generator.kinematics.centre_of_mass import centre_of_mass
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from plots.figure_image import Body
 from plots.whole_body import (
     mass_properties,
     on_both_sides,
@@ -72,10 +73,11 @@ def test_raised_arms_raise_the_centre_by_their_share() -> None:
 
 
 def test_surface_points_move_with_their_segment() -> None:
-    down = surface_points(prototype(), place_in_posture(prototype(), {}), ["left_upper_arm"])
+    body = Body.of_figure(prototype())
+    down = surface_points(body, place_in_posture(prototype(), {}), ["left_upper_arm"])
     level = place_in_posture(prototype(), {"left_shoulder": (0.0, 90.0, 0.0)})
-    points = surface_points(prototype(), level, ["left_upper_arm"])
-    assert len(points) == len(down) < len(surface_points(prototype(), level))
+    points = surface_points(body, level, ["left_upper_arm"])
+    assert len(points) == len(down) < len(surface_points(body, level))
     assert np.ptp(points[:, 0]) == pytest.approx(np.ptp(down[:, 1]), rel=1e-6)
 
 
