@@ -43,6 +43,9 @@ if TYPE_CHECKING:
     from generator.kinematics.tree import build_tree as hang
     from generator.motion_files import ActionFile, read_action, read_npz, write_recording
     from generator.named_mapping import UnknownNameError, by_name
+    from generator.person.measures import estimate_measures
+    from generator.person.person import Person, build_person
+    from generator.person.survey import Sex
     from generator.recording import Ending, Integrator, Outcome, Recording
     from generator.scene import Box, Plane, Prop, Scene
     from generator.simulation.model import ExudynModel, build_model
@@ -74,6 +77,7 @@ _MODULES = {
     "ModelError": "generator.diagnostics",
     "MoverError": "generator.diagnostics",
     "Outcome": "generator.recording",
+    "Person": "generator.person.person",
     "Plan": "generator.simulation.plan",
     "Plane": "generator.scene",
     "Progress": "generator.simulation.run",
@@ -82,6 +86,7 @@ _MODULES = {
     "Rotation": "generator.figure",
     "Scene": "generator.scene",
     "Segment": "generator.figure",
+    "Sex": "generator.person.survey",
     "Site": "generator.figure",
     "SiteRef": "generator.figure",
     "Stepper": "generator.simulation.stepper",
@@ -89,12 +94,14 @@ _MODULES = {
     "UnknownNameError": "generator.named_mapping",
     "UsageError": "generator.diagnostics",
     "build_model": "generator.simulation.model",
+    "build_person": "generator.person.person",
     "build_tree": "generator.kinematics.tree",
     "by_name": "generator.named_mapping",
     "centre_of_mass": "generator.kinematics.centre_of_mass",
     "centre_of_mass_jacobian": "generator.kinematics.centre_of_mass",
     "centre_of_pressure": "generator.contact_record",
     "convert": "generator.conversion",
+    "estimate_measures": "generator.person.measures",
     "forward_kinematics": "generator.kinematics.placement",
     "head_injury_criterion": "generator.contact_record",
     "initial_displacements": "generator.kinematics.placement",
@@ -139,6 +146,7 @@ __all__ = [
     "ModelError",
     "MoverError",
     "Outcome",
+    "Person",
     "Plan",
     "Plane",
     "Progress",
@@ -147,6 +155,7 @@ __all__ = [
     "Rotation",
     "Scene",
     "Segment",
+    "Sex",
     "Site",
     "SiteRef",
     "Stepper",
@@ -154,6 +163,7 @@ __all__ = [
     "UnknownNameError",
     "UsageError",
     "build_model",
+    "build_person",
     "build_tree",
     "by_name",
     "centre_of_mass",
@@ -161,6 +171,7 @@ __all__ = [
     "centre_of_pressure",
     "convert",
     "drawn_displacements",
+    "estimate_measures",
     "forward_kinematics",
     "hang",
     "head_injury_criterion",

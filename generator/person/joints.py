@@ -26,8 +26,9 @@ from generator.figure import (
 )
 from generator.named_mapping import by_name
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, BodySegment
-from generator.person.measures import Sex
+from generator.person.identity import Identity
 from generator.person.sources import Origin, SourcedNumber
+from generator.person.survey import Sex
 from springs.published.range_of_motion import (
     PREFERRED_PUBLICATIONS,
     PUBLICATIONS_OF_WOMEN,
@@ -209,12 +210,8 @@ def _limit_rule(end: RangeEnd, sex: Sex) -> str:
 
 
 def _attributes(body: Body) -> tuple[Attribute, ...]:
-    person: dict[str, tuple[float, ...] | str] = {
-        "sex": str(body.measures.sex),
-        "stature_m": (body.measures.stature,),
-    }
     return (
-        Attribute("person", person),
+        Identity(body.measures.sex, body.measures.stature).attribute,
         Attribute("clothing", {"rgb": (0.25, 0.35, 0.55)}),
         Attribute("skin", {"rgb": (0.87, 0.68, 0.55)}),
     )

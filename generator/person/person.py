@@ -1,0 +1,57 @@
+"""A person: body, figure, surfaces and springs, and the sources of all numbers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from generator.figure import Figure
+from generator.geometry.surface import Surface
+from generator.person.body import Body, build_body
+from generator.person.joints import limit_sources, person_figure
+from generator.person.measures import Measures, measure_sources
+from generator.person.shape import body_surfaces
+from generator.person.sources import SourcedNumber
+from generator.springs_file.parse import SpringsFile
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person of a sex, stature and mass.
+
+    Attributes:
+        body: segments with their masses, and the places of the joints.
+        figure: standing upright; names no psurfs before it has a path.
+        surfaces: of the segments by their names without side, closed, outward, in their frames [m].
+        springs: of the joints, one law an axis; None where none were asked for.
+        coupled_springs: the same with a law over hip, knee and ankle; None likewise.
+        sources: of the numbers, in the order of the parts above.
+    """
+
+    body: Body
+    figure: Figure
+    surfaces: Mapping[str, Surface]
+    springs: SpringsFile | None
+    coupled_springs: SpringsFile | None
+    sources: tuple[SourcedNumber, ...]
+
+    @property
+    def measures(self) -> Measures:
+        """Measures from which the person was made."""
+        return self.body.measures
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what lies outside the samples."""
+        return self.body.measures.warnings
+
+
+def build_person(measures: Measures, springs: bool = True) -> Person:
+    """Return the person of these measures.
+
+    Args:
+        measures: such as of `estimate_measures`.
+        springs: whether the joints have springs.
+    """
+    body = build_body(measures)
+    figure = person_figure(body)
+    sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
+    return Person(body, figure, body_surfaces(body), None, None, sources)
