@@ -94,6 +94,11 @@ def _cubic(p: PrintedCurve) -> Elastic:
     return passive_cubic(coefficients, zone)
 
 
+def _linear(p: PrintedCurve) -> Elastic:
+    n, u = p.coefficients, p.angle_unit
+    return Linear(n["K"] * p.moment_unit / u, n["q0"] * u)
+
+
 def _segments_linear(p: PrintedCurve) -> Elastic:
     n = p.coefficients
     return Linear(n["K"] / n["n"] * p.moment_unit / p.angle_unit)
@@ -125,6 +130,7 @@ FORMULAS: Mapping[str, Formula] = {
     "-Kup S((q-qup)/tr) (q-qup) + Klo S((qlo-q)/tr) (qlo-q), S(x) = 10x^3 - 15x^4 + 6x^5": Formula(
         ("qup", "Kup", "qlo", "Klo", "tr"), _saul
     ),
+    "-K (q - q0)": Formula(("K", "q0"), _linear),
     "-K x for each of n segments in series": Formula(("K", "n"), _segments_linear),
     "a1 x + a2 x^2 + a3 x^3 for each of n segments in series": Formula(
         ("a1", "a2", "a3", "n"), _segments_cubic
