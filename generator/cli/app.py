@@ -53,6 +53,10 @@ COMMANDS = {
         "generator.cli.simulate:simulate",
         "Simulate a figure under gravity, loads, passive joint torques and contact.",
     ),
+    "person": (
+        "generator.cli.person:person",
+        "Make the figure of a person of a sex, stature and mass.",
+    ),
     "convert": (
         "generator.cli.convert:convert",
         "Convert a motion, a figure or a model, and list what the format cannot store.",

@@ -1,7 +1,6 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from os.path import realpath
@@ -27,6 +26,7 @@ from generator.cli.outputs import (
     check_distinct_paths,
     check_motion_formats,
     check_writable,
+    format_files,
     losses_data,
     model_writers,
     unwritable_file_error,
@@ -166,15 +166,6 @@ def _other_files(models: Sequence[ModelFiles]) -> list[Path]:
     return list(dict.fromkeys(file for file in files if file not in {m.path for m in models}))
 
 
-def _format_files(outputs: Iterable[Path], files: Iterable[Path]) -> Iterator[str]:
-    """Yield the lines on written files: those beside the outputs, and how many in folders."""
-    places = {path.parent for path in outputs}
-    listed = list(dict.fromkeys((*outputs, *files)))
-    yield from (f"wrote {path}" for path in listed if path.parent in places)
-    folders = Counter(path.parent for path in listed if path.parent not in places)
-    yield from (f"wrote {format_count(n, 'file')} in {path}" for path, n in folders.items())
-
-
 def _import_result(
     source: str, imported: Imported, written: LossesByPath, files: Sequence[Path], verbose: bool
 ) -> CommandResult:
@@ -185,7 +176,7 @@ def _import_result(
     )
     lost = format_losses(written, ", or not as in the model", in_full=verbose)
     return CommandResult(
-        text="\n".join([title, *_format_files(written, files), *lost]),
+        text="\n".join([title, *format_files(written, files), *lost]),
         data={
             "source": source,
             "files": [str(file) for file in files],
@@ -414,7 +405,7 @@ def _conversion_result(
     """
     lost = format_losses(written, in_full=verbose)
     return CommandResult(
-        text="\n".join([title, *_format_files(written, others), *lost]),
+        text="\n".join([title, *format_files(written, others), *lost]),
         data={
             **head,
             "files": [str(path) for path in (*written, *others)],

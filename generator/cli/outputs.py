@@ -1,5 +1,6 @@
 """Files that commands write: checks before a run, one file or several at once, and their losses."""
 
+from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -9,7 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from generator.cli.interrupts import hold_interrupts, note_written_files
-from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, error
+from generator.diagnostics import (
+    Diagnostic,
+    InputError,
+    MoverError,
+    UsageError,
+    error,
+    format_count,
+)
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_SUFFIX
@@ -247,6 +255,15 @@ def _check_targets(parts: Mapping[Path, Path]) -> None:
         for target in ([path / file.name for file in part.iterdir()] if part.is_dir() else [path])
     ]
     check_writable(sorted(file for file in files if file.parent.exists()), ())
+
+
+def format_files(outputs: Iterable[Path], files: Iterable[Path]) -> Iterator[str]:
+    """Yield the lines on written files: those beside the outputs, and how many in folders."""
+    places = {path.parent for path in outputs}
+    listed = list(dict.fromkeys((*outputs, *files)))
+    yield from (f"wrote {path}" for path in listed if path.parent in places)
+    folders = Counter(path.parent for path in listed if path.parent not in places)
+    yield from (f"wrote {format_count(n, 'file')} in {path}" for path, n in folders.items())
 
 
 def losses_text(written: LossesByPath) -> str:

@@ -1,0 +1,204 @@
+"""`mover person`: the figure of a person, with springs, surfaces and the sources of its numbers."""
+
+from collections import Counter
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from shlex import quote
+from typing import Annotated
+
+import typer
+
+from generator.cli.answer import CommandResult, format_count, format_table
+from generator.cli.options import CM, length_from_option, mass_from_option
+from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
+from generator.diagnostics import InputError, error, warning
+from generator.figure_file.read import FIGURE_SUFFIX
+from generator.geometry.surface import build_tetrahedra
+from generator.model_files.figure_files import springs_path
+from generator.model_files.model_files import ModelFiles
+from generator.person.body import BodySegment
+from generator.person.measures import Sex, estimate_measures, parse_measures_file
+from generator.person.person import Person, build_person
+from generator.person.person_files import (
+    COUPLED_SPRINGS,
+    MADE_BY,
+    describe_measures,
+    person_files,
+)
+from generator.person.sources import Origin
+
+
+class PersonSprings(StrEnum):
+    """Springs of a person."""
+
+    PUBLISHED = "published"
+    NONE = "none"
+
+
+def person(
+    sex: Annotated[Sex, typer.Option(help="Sex of the samples from which the numbers come.")],
+    stature: Annotated[str, typer.Option(metavar="1.75m", help="Stature with its unit.")],
+    mass: Annotated[str, typer.Option(metavar="75kg", help="Mass with its unit.")],
+    measures: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Measured dimensions (docs/person.md); the others follow them.",
+        ),
+    ] = None,
+    springs: Annotated[
+        PersonSprings, typer.Option(help="Springs of the joints.")
+    ] = PersonSprings.PUBLISHED,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE.fig",
+            help="Figure to write, with springs, geometry and sources beside it.",
+        ),
+    ] = None,
+) -> CommandResult:
+    """Make the figure of a person of a sex, stature and mass.
+
+    Each number comes from published measurements, follows from them by a rule, or is an estimate;
+    FILE.sources.csv says which. Without -o the person is shown only.
+    """
+    if output is not None:
+        check_suffix(output, FIGURE_SUFFIX, "a figure")
+        check_writable([output], [measures])
+    metres = length_from_option("--stature", stature, "1.75m")
+    kilograms = mass_from_option("--mass", mass)
+    parsed = None if measures is None else parse_measures_file(measures)
+    made = build_person(
+        estimate_measures(sex, metres, kilograms, parsed and parsed.require_value()),
+        springs=springs is PersonSprings.PUBLISHED,
+    )
+    files = None if output is None else person_files(made, output)
+    models = [] if files is None else [files]
+    for model in models:
+        _check_files(model, measures)
+    written = write_models(models)
+    doubts = [
+        *made.body.measures.warnings,
+        *(str(loss) for losses in written.values() for loss in losses.entries),
+    ]
+    return CommandResult(
+        text="\n\n".join(_sections(made, files)),
+        data={
+            **_data(made),
+            "warnings": doubts,
+            "files": [str(file) for model in models for file in model.contents],
+        },
+        diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, doubts)),
+    )
+
+
+def _check_files(model: ModelFiles, measures: Path | None) -> None:
+    """Raise InputError for files that cannot be written, or springs that are not of a person."""
+    beside = [file for file in model.contents if file.parent == model.path.parent]
+    check_writable(beside, [measures])
+    faults = [
+        error(
+            f"`{path}` exists with other springs and would be replaced",
+            hint="move it, or write another figure",
+        )
+        for path in (springs_path(model.path), springs_path(model.path, COUPLED_SPRINGS))
+        if path in model.contents and path.exists() and not _is_made_by_this_command(path)
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _is_made_by_this_command(path: Path) -> bool:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline(1000).rstrip("\n").endswith(MADE_BY)
+
+
+def _sections(made: Person, files: ModelFiles | None) -> Iterator[str]:
+    """Yield the paragraphs of the answer."""
+    segments, joints = len(made.figure.bodies), len(made.figure.joints)
+    yield (
+        f"{describe_measures(made.body.measures)}: {format_count(segments, 'segment')}, "
+        f"{format_count(joints, 'joint')}, {made.figure.degrees_of_freedom} degrees of freedom"
+    )
+    rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]"]]
+    rows += [
+        [
+            segment.name,
+            f"{segment.mass:.3f}",
+            f"{segment.length / CM:.1f}",
+            f"{_density(made, segment):.0f}",
+        ]
+        for segment in made.body.segments.values()
+    ]
+    yield format_table(rows)
+    yield f"springs: {_springs_text(made)}"
+    if files is None:
+        yield "nothing is written without -o, such as -o me.fig"
+    else:
+        yield "\n".join(format_files([files.path], files.contents))
+        yield f"next: mover simulate {quote(str(files.path))} --floor --stop 2 -o fall.html"
+
+
+def _springs_text(made: Person) -> str:
+    if made.springs is None:
+        return "none"
+    counts = _spring_origins(made)
+    return ", ".join(f"{counts[origin]} {noun}" for origin, noun in _ORIGIN_NOUNS.items())
+
+
+_ORIGIN_NOUNS = {
+    Origin.PUBLISHED: "numbers published",
+    Origin.SCALED: "scaled to this person",
+    Origin.ESTIMATE: "estimates",
+}
+
+
+def _spring_origins(made: Person) -> Counter[Origin]:
+    """Count the numbers of the springs by their origins."""
+    parts = {name.removeprefix("left_").removeprefix("right_") for name in made.figure.joints}
+    return Counter(
+        number.origin
+        for number in made.sources
+        if number.part.removeprefix("left_").removeprefix("right_") in parts
+    )
+
+
+def _density(made: Person, segment: BodySegment) -> float:
+    """Mass over the volume of the surface [kg/m3]."""
+    return segment.mass / build_tetrahedra(made.surfaces[segment.name]).volume
+
+
+def _data(made: Person) -> dict[str, object]:
+    measures = made.body.measures
+    counts = _spring_origins(made)
+    return {
+        "sex": measures.sex.value,
+        "stature_m": measures.stature,
+        "total_mass_kg": made.figure.total_mass,
+        "degrees_of_freedom": made.figure.degrees_of_freedom,
+        "segments": [
+            {
+                "name": segment.name,
+                "mass_kg": segment.mass,
+                "length_m": segment.length,
+                "density_kg_m3": _density(made, segment),
+            }
+            for segment in made.body.segments.values()
+        ],
+        "dimensions": [
+            {
+                "name": one.name,
+                "value_m": one.value,
+                "expected_m": one.expected,
+                "standard_error_m": one.standard_error,
+                "measured": one.is_measured,
+            }
+            for one in measures.dimensions.values()
+        ],
+        "springs": None
+        if made.springs is None
+        else {origin.value: counts[origin] for origin in _ORIGIN_NOUNS},
+    }

@@ -1,0 +1,113 @@
+"""The files of a person: figure, psurfs, springs, and a table of the sources of its numbers."""
+
+import csv
+from collections.abc import Iterable
+from dataclasses import astuple, dataclass
+from io import StringIO
+from pathlib import Path
+
+from generator.losses import Losses
+from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
+from generator.model_files.model_files import ModelFiles
+from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
+from generator.person.measures import Measures
+from generator.person.person import Person
+from generator.person.sources import SourcedNumber
+from generator.springs_file.write import write_springs
+
+COUPLED_SPRINGS = "coupled"
+"""Name that chooses the springs with the law over hip, knee and ankle: `--springs coupled`."""
+
+SOURCES_SUFFIX = ".sources.csv"
+
+MADE_BY = "made by `mover person`"
+"""End of the first line of the files; one that ends so may be replaced."""
+
+
+def sources_path(path: Path) -> Path:
+    """Return the path of the sources of the figure file at `path`."""
+    return path.with_name(f"{path.stem}{SOURCES_SUFFIX}")
+
+
+def side_segments(name: str) -> tuple[str, ...]:
+    """Return the segments of a figure that a segment without side is: one, or left and right."""
+    return (name,) if name in TRUNK_SEGMENTS else (f"left_{name}", f"right_{name}")
+
+
+def person_files(person: Person, path: Path) -> ModelFiles:
+    """Return the files of a person whose figure file is at `path`.
+
+    The loss, if there is one, is that springs of another figure are beside it.
+    """
+    who = describe_measures(person.body.measures)
+    beside = {sources_path(path): format_sources(person.sources, path.name)}
+    for name, springs in ((None, person.springs), (COUPLED_SPRINGS, person.coupled_springs)):
+        if springs is not None:
+            comment = f"Passive joints of {path.name}, {who}, {MADE_BY}"
+            beside[springs_path(path, name)] = write_springs(springs, comment)
+    files = figure_files(
+        person.figure,
+        path,
+        person.surfaces,
+        beside,
+        surface_names={
+            segment: name
+            for name in (*TRUNK_SEGMENTS, *LIMB_SEGMENTS)
+            for segment in side_segments(name)
+        },
+        comment=f"A person, {who}, {MADE_BY}\nSources of the numbers: {sources_path(path).name}",
+    )
+    stale = older_springs_loss(path) if person.springs is None else None
+    return ModelFiles(path, files, Losses.collect("figure", [stale]))
+
+
+def describe_measures(measures: Measures) -> str:
+    """Return sex, stature and mass in words: `male, 1.756 m, 85.5 kg`."""
+    return f"{measures.sex.value}, {measures.stature:.6g} m, {measures.mass:.6g} kg"
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A row of the table of sources."""
+
+    part: str
+    quantity: str
+    value: str
+    unit: str
+    origin: str
+    reference: str
+    sureness: str
+    rule: str
+
+
+def format_sources(numbers: Iterable[SourcedNumber], figure: str) -> str:
+    """Return a table (CSV) with one row a number.
+
+    Args:
+        numbers: of a person.
+        figure: name of the figure file, for the header.
+    """
+    text = StringIO()
+    text.write(f"# figure {figure}\n")
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(_Row.__dataclass_fields__)
+    table.writerows(astuple(_row(number)) for number in numbers)
+    return text.getvalue()
+
+
+def _row(number: SourcedNumber) -> _Row:
+    source, reference, sureness = number.reference, "", ""
+    if source is not None:
+        doi = f"doi:{source.doi}" if source.doi else ""
+        reference = "; ".join(part for part in (source.text, source.place, doi) if part)
+        sureness = source.sureness.description
+    return _Row(
+        number.part,
+        number.quantity,
+        repr(float(number.value)),
+        number.unit,
+        number.origin.value,
+        reference,
+        sureness,
+        number.rule,
+    )

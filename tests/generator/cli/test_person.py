@@ -1,0 +1,197 @@
+"""`mover person`: the figure of a person and the files beside it."""
+
+import csv
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from generator.figure_file import read_figure
+from generator.model_files.figure_files import springs_path
+from generator.person.person_files import MADE_BY
+from tests.command import answer, mover, run
+
+ME = ("person", "--sex", "female", "--stature", "1.65m", "--mass", "62kg")
+
+NAMES = ["me.coupled.springs.toml", "me.fig", "me.sources.csv", "me.springs.toml", "me_geometry"]
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture(scope="module")
+def me(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A person that is written."""
+    path = tmp_path_factory.mktemp("person") / "me.fig"
+    run(*ME, "-o", path)
+    return path
+
+
+def test_a_person_is_a_figure_with_springs_surfaces_and_sources(me: Path):
+    assert names(me.parent) == NAMES
+    figure = read_figure(me)
+    assert figure.total_mass == pytest.approx(62.0, abs=1e-9)
+    psurfs = [segment.psurf for segment in figure.bodies.values()]
+    assert len(psurfs) == 16
+    assert {f"me_geometry/{path.name}" for path in (me.parent / "me_geometry").iterdir()} == set(
+        psurfs
+    )
+    assert len(set(psurfs)) == 10
+
+
+def test_other_commands_take_the_person(me: Path):
+    said = answer("describe", me)
+    assert (said["sex"], said["stature_m"]) == ("female", 1.65)
+    assert said["total_mass_kg"] == pytest.approx(62.0, abs=1e-9)
+    assert said["can_be_simulated"]
+    assert str(springs_path(me)) in said["springs"]["origin"]
+    assert answer("check", me)["faults"] == []
+    assert 0.545 < answer("com", me)["height_over_stature"] < 0.57
+
+
+def test_the_coupled_springs_are_chosen_by_their_name(me: Path):
+    springs = answer("describe", me, "--springs", "coupled")["springs"]
+    assert springs["coupled"]
+    assert springs["joints"]
+
+
+def test_the_table_of_sources_has_a_row_a_number(me: Path):
+    first, *lines = (me.parent / "me.sources.csv").read_text(encoding="utf-8").splitlines()
+    assert first == "# figure me.fig"
+    rows = list(csv.DictReader(lines))
+    assert list(rows[0]) == [
+        *("part", "quantity", "value", "unit", "origin", "reference", "sureness", "rule")
+    ]
+    assert all(None not in row and None not in row.values() for row in rows)
+    masses = {row["part"]: float(row["value"]) for row in rows if row["quantity"] == "mass"}
+    figure = read_figure(me)
+    for part, mass in masses.items():
+        if part not in ("person", "head"):
+            assert mass in [
+                segment.mass
+                for name, segment in figure.bodies.items()
+                if name in (part, f"left_{part}")
+            ]
+    published = [row for row in rows if row["origin"] == "published"]
+    assert published
+    assert all(row["reference"] and row["sureness"] for row in published)
+    assert all(row["rule"] for row in rows if row["origin"] == "estimate")
+
+
+def test_the_answer_fits_a_screen_and_says_what_to_do_next(tmp_path: Path):
+    path = tmp_path / "my own.fig"
+    lines = run(*ME, "-o", path).stdout.splitlines()
+    assert len(lines) < 32
+    assert lines[0].startswith("female, 1.65 m, 62 kg: 16 segments, ")
+    assert sum(line.startswith("wrote ") for line in lines) == 5
+    assert f"wrote 10 files in {tmp_path / 'my own_geometry'}" in lines
+    assert lines[-1] == f"next: mover simulate '{path}' --floor --stop 2 -o fall.html"
+    assert any(line.startswith("springs: ") for line in lines)
+
+
+def test_the_answer_as_json(tmp_path: Path):
+    path = tmp_path / "me.fig"
+    said = answer(*ME, "-o", path)
+    assert (said["sex"], said["stature_m"]) == ("female", 1.65)
+    assert said["total_mass_kg"] == pytest.approx(62.0, abs=1e-9)
+    assert len(said["segments"]) == 10
+    for segment in said["segments"]:
+        assert 300.0 < segment["density_kg_m3"] < 3000.0
+    assert {dimension["measured"] for dimension in said["dimensions"]} == {False}
+    assert sum(said["springs"].values()) > 0
+    assert {Path(file) for file in said["files"]} == {
+        file for file in tmp_path.rglob("*") if file.is_file()
+    }
+
+
+def test_without_an_output_the_person_is_only_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    result = run(*ME)
+    assert "nothing is written without -o" in result.stdout
+    assert names(tmp_path) == []
+
+
+def test_a_person_without_springs(tmp_path: Path):
+    path = tmp_path / "me.fig"
+    result = run(*ME, "--springs", "none", "-o", path)
+    assert "springs: none" in result.stdout.splitlines()
+    assert names(tmp_path) == ["me.fig", "me.sources.csv", "me_geometry"]
+    assert "springs" not in result.stderr
+
+
+def test_older_springs_beside_a_person_without_springs_are_a_warning(tmp_path: Path):
+    path = tmp_path / "me.fig"
+    run(*ME, "-o", path)
+    before = springs_path(path).read_bytes()
+    result = run(*ME, "--springs", "none", "-o", path)
+    assert "warning: an older springs file stands beside the figure" in result.stderr
+    assert springs_path(path).read_bytes() == before
+
+
+def test_a_person_may_be_written_again_but_not_over_other_springs(tmp_path: Path):
+    path = tmp_path / "me.fig"
+    run(*ME, "-o", path)
+    run(*ME[:-1], "70kg", "-o", path)
+    assert read_figure(path).total_mass == pytest.approx(70.0)
+    first = springs_path(path).read_text(encoding="utf-8").partition("\n")[0]
+    assert first.endswith(MADE_BY)
+    springs_path(path).write_text("mine", encoding="utf-8")
+    before = path.read_bytes()
+    result = mover(*ME, "-o", path)
+    assert result.exit_code == 1
+    assert f"`{springs_path(path)}` exists with other springs" in result.stderr
+    assert path.read_bytes() == before
+
+
+def test_two_persons_of_one_name_lie_in_two_folders(tmp_path: Path):
+    masses = (50.0, 90.0)
+    for mass in masses:
+        (tmp_path / f"{mass:g}").mkdir()
+        run(*ME[:-1], f"{mass}kg", "-o", tmp_path / f"{mass:g}" / "me.fig")
+    for mass in masses:
+        figure = read_figure(tmp_path / f"{mass:g}" / "me.fig")
+        assert figure.total_mass == pytest.approx(mass)
+
+
+def test_measured_dimensions_change_the_person(tmp_path: Path):
+    file = tmp_path / "measures.toml"
+    file.write_text("foot_length_cm = 26\n", encoding="utf-8")
+    said = answer(*ME, "--measures", file)
+    measured = [each for each in said["dimensions"] if each["measured"]]
+    assert [(each["name"], each["value_m"]) for each in measured] == [("foot_length", 0.26)]
+    (foot,) = (each for each in said["segments"] if each["name"] == "foot")
+    (plain,) = (each for each in answer(*ME)["segments"] if each["name"] == "foot")
+    assert foot["length_m"] > plain["length_m"]
+
+
+def test_a_person_outside_the_sample_is_a_warning():
+    result = run(*ME[:-3], "0.95m", "--mass", "20kg")
+    assert result.stderr.startswith("warning: ")
+    assert answer(*ME[:-3], "0.95m", "--mass", "20kg")["warnings"]
+    assert run(*ME).stderr == ""
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write")
+def test_a_folder_that_may_not_be_written(tmp_path: Path):
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o500)
+    result = mover(*ME, "-o", folder / "me.fig")
+    assert result.exit_code == 1
+    assert "permission denied" in result.stderr
+    assert names(folder) == []
+
+
+@pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv", "me.springs.toml"])
+def test_nothing_is_written_where_one_file_cannot_be(taken: str, tmp_path: Path):
+    if taken == "me_geometry":
+        (tmp_path / taken).write_text("mine", encoding="utf-8")
+    else:
+        (tmp_path / taken).mkdir()
+    result = mover(*ME, "-o", tmp_path / "me.fig", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["faults"]
+    assert names(tmp_path) == [taken]
