@@ -149,11 +149,23 @@ class Body:
     def of_figure(cls, figure: Figure, colour: Colour | None = None) -> "Body":
         """Return the body of a figure, in the colours of its segments or in one colour."""
         appearances, losses = segment_appearances(figure)
-        corners = [_outward_triangles(each.surface) for each in appearances.values()]
-        counts = [len(each) for each in corners]
+        surfaces = {name: each.surface for name, each in appearances.items()}
         colours = [each.colour if colour is None else colour for each in appearances.values()]
+        return cls._of_surfaces(surfaces, colours, losses)
+
+    @classmethod
+    def of_surfaces(cls, surfaces: Mapping[str, Surface], colour: Colour) -> "Body":
+        """Return the body of surfaces by segment, in one colour."""
+        return cls._of_surfaces(surfaces, [colour] * len(surfaces), ())
+
+    @classmethod
+    def _of_surfaces(
+        cls, surfaces: Mapping[str, Surface], colours: Sequence[Colour], losses: tuple[Loss, ...]
+    ) -> "Body":
+        corners = [_outward_triangles(surface) for surface in surfaces.values()]
+        counts = [len(each) for each in corners]
         return cls(
-            segments=tuple(appearances),
+            segments=tuple(surfaces),
             owners=np.repeat(np.arange(len(counts)), counts),
             corners=np.concatenate([np.empty((0, 3, 3)), *corners]),
             normals=np.concatenate([np.empty((0, 3, 3)), *map(_corner_normals, corners)]),

@@ -1,0 +1,402 @@
+"""Moments of inertia, centre of mass and dimensions of a whole person beside measured ones."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import radians
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from generator.inertia import MassProperties
+from generator.person.measures import Sex, estimate_measures
+from generator.person.person import Person, build_person
+from generator.scene import Scene
+from plots.canvas import (
+    BLACK,
+    LINE_STYLES,
+    PALE,
+    add_footer,
+    create_canvas,
+    draw_zero_line,
+    plot_style,
+)
+from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
+from plots.figure_image import Body as Surfaces
+from plots.person_facts import MeasuredMan, person_facts
+from plots.plate import Claim, Plate
+from plots.whole_body import (
+    Posture,
+    mass_properties,
+    on_both_sides,
+    place_in_posture,
+    surface_points,
+)
+from springs.backends import Array
+
+POSTURES: Mapping[str, Posture] = {
+    "standing": {},
+    "arms_up": on_both_sides({"shoulder": (0.0, 0.0, 180.0)}),
+    "spread": on_both_sides({"shoulder": (0.0, 135.0, 0.0), "hip_joint": (0.0, 30.0, 0.0)}),
+    "sitting": on_both_sides({"hip_joint": (0.0, 0.0, 90.0), "knee": (90.0,), "elbow": (90.0,)}),
+}
+"""Postures of the whole bodies. The angles of the last two are assumed: they were not read."""
+
+LEVEL_ARMS = on_both_sides({"shoulder": (0.0, 90.0, 0.0)})
+
+_AXES = {"antero-posterior": 2, "lateral": 0, "long": 1}
+"""Axes of the standing figure's world."""
+
+MEAN_PERSONS: Mapping[Sex, tuple[float, float]] = {
+    Sex.MALE: (1.756, 85.5),
+    Sex.FEMALE: (1.628, 67.8),
+}
+"""Stature [m] and mass [kg] of the means of the survey."""
+
+STATURE_DEVIATIONS: Mapping[Sex, tuple[float, float]] = {
+    Sex.MALE: (0.069, 14.2),
+    Sex.FEMALE: (0.064, 11.0),
+}
+"""Standard deviations of stature [m] and mass [kg] in the survey."""
+
+_WORDS = {Sex.MALE: "man", Sex.FEMALE: "woman"}
+
+DIMENSIONS = ("sitting_height", "span", "wrist_height")
+
+
+@dataclass(frozen=True, eq=False)
+class WholePerson:
+    """A person with its surfaces, in postures."""
+
+    person: Person
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        """Surfaces of the figure's segments."""
+        surfaces = {
+            name: self.person.surfaces[name.removeprefix("left_").removeprefix("right_")]
+            for name in self.person.figure.bodies
+        }
+        return Surfaces.of_surfaces(surfaces, SKIN[:3])
+
+    @property
+    def stature(self) -> float:
+        """[m]."""
+        return self.person.measures.stature
+
+    def poses(self, posture: Posture) -> Poses:
+        """Poses in a posture; the pelvis stays where it is when the person stands."""
+        return place_in_posture(self.person.figure, posture)
+
+    def whole(self, posture: Posture) -> MassProperties:
+        """Mass properties in a posture."""
+        return mass_properties(self.person.figure, self.poses(posture))
+
+    @property
+    def dimensions(self) -> Mapping[str, float]:
+        """The dimensions of `DIMENSIONS` [m], from the surfaces and the joints."""
+        sitting = self.poses(POSTURES["sitting"])
+        head = surface_points(self.surfaces, sitting, ["head"])
+        seat = surface_points(
+            self.surfaces, sitting, ["lower_torso", "left_upper_leg", "right_upper_leg"]
+        )
+        level = surface_points(self.surfaces, self.poses(LEVEL_ARMS))
+        return {
+            "sitting_height": float(head[:, 1].max() - seat[:, 1].min()),
+            "span": float(np.ptp(level[:, 0])),
+            "wrist_height": float(self.poses({})["left_hand"][1, 3]),
+        }
+
+
+def build_whole_person(sex: Sex, stature: float, mass: float) -> WholePerson:
+    """Build a person, without springs."""
+    return WholePerson(build_person(estimate_measures(sex, stature, mass), springs=False))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Persons beside measured bodies.
+
+    Attributes:
+        men: the measured men, each with the person of his stature and mass.
+        persons: three of each sex: mean, and two standard deviations shorter and lighter, taller
+            and heavier.
+    """
+
+    men: tuple[tuple[MeasuredMan, WholePerson], ...]
+    persons: Mapping[Sex, tuple[WholePerson, ...]]
+
+    def mean(self, sex: Sex) -> WholePerson:
+        """The person of mean stature and mass."""
+        return self.persons[sex][1]
+
+    def inertia_ratios(self, posture: str) -> Array:
+        """Moment of inertia over the measured one, shape (men, 3)."""
+        return np.array(
+            [
+                [
+                    person.whole(POSTURES[posture]).inertia[axis, axis] / measured
+                    for axis, measured in zip(
+                        _AXES.values(), man.postures[posture].moments, strict=True
+                    )
+                ]
+                for man, person in self.men
+            ]
+        )
+
+    def centre_differences(self, posture: str) -> Array:
+        """Distance of the centre of mass from the top of the head, less the measured one, (men,).
+
+        In % of the stature.
+        """
+        return np.array(
+            [
+                100.0
+                * (
+                    person.stature
+                    - person.whole(POSTURES[posture]).centre[1]
+                    - man.postures[posture].centre_depth
+                )
+                / person.stature
+                for man, person in self.men
+            ]
+        )
+
+    def dimension_differences(self, name: str) -> Mapping[Sex, Array]:
+        """Dimension of the persons less the expected one of the survey, shape (3,) [m]."""
+        return {
+            sex: np.array(
+                [
+                    one.dimensions[name]
+                    - person_facts()
+                    .dimensions[sex][name]
+                    .expected(one.stature, one.person.measures.mass)
+                    for one in persons
+                ]
+            )
+            for sex, persons in self.persons.items()
+        }
+
+
+def compare_whole_bodies() -> Comparison:
+    """Build the persons."""
+    return Comparison(
+        tuple(
+            (man, build_whole_person(Sex.MALE, man.stature, man.mass))
+            for man in person_facts().men
+        ),
+        {
+            sex: tuple(
+                build_whole_person(
+                    sex,
+                    stature + 2.0 * side * STATURE_DEVIATIONS[sex][0],
+                    mass + 2.0 * side * STATURE_DEVIATIONS[sex][1] * _SHARED_MASS_DEVIATION,
+                )
+                for side in (-1.0, 0.0, 1.0)
+            )
+            for sex, (stature, mass) in MEAN_PERSONS.items()
+        },
+    )
+
+
+_SHARED_MASS_DEVIATION = 0.5
+"""Part of the deviation of the mass that goes with the stature: about their correlation."""
+
+_SIGN = "Differences and ratios are those of a person to the measured value."
+
+
+def person_body() -> Plate:
+    """Draw the plate."""
+    return build_plate(compare_whole_bodies())
+
+
+def build_plate(made: Comparison) -> Plate:
+    """Draw the plate of a comparison."""
+    references = person_facts().references("santschi_1963", "gordon_2014")
+    return Plate(
+        name="person_body",
+        title="Whole persons beside measured ones",
+        caption=_caption(),
+        sign=_SIGN,
+        figure=_draw(made, references),
+        claims=tuple(_claims(made)),
+        tables=_tables(made),
+        references=references,
+    )
+
+
+def _caption() -> str:
+    return "TODO"
+
+
+def _claims(made: Comparison) -> Iterator[Claim]:
+    facts = person_facts().facts
+    for sex in MEAN_PERSONS:
+        person = made.mean(sex)
+        yield facts["centre_of_mass_height"].compare(
+            f"The centre of mass of the mean {_WORDS[sex]}, standing, above the soles",
+            float(person.whole({}).centre[1]) / person.stature,
+        )
+    for posture in POSTURES:
+        words, ratios = posture.replace("_", " "), made.inertia_ratios(posture).mean(axis=0)
+        for axis, ratio in zip(_AXES, ratios.tolist(), strict=True):
+            yield facts["body_inertia_ratio"].compare(
+                f"Moment of inertia about the {axis} axis, {words}, over the measured one, mean of "
+                "three men",
+                ratio,
+            )
+        yield facts["centre_of_mass_difference"].compare(
+            f"Distance of the centre of mass from the top of the head, {words}, less the measured "
+            "one, mean of three men",
+            float(made.centre_differences(posture).mean()),
+        )
+    for name in DIMENSIONS:
+        for sex, differences in made.dimension_differences(name).items():
+            error = 1e3 * person_facts().dimensions[sex][name].standard_error
+            yield _dimension_claim(name, sex, 1e3 * float(differences[1]), error)
+
+
+def _dimension_claim(name: str, sex: Sex, difference: float, error: float) -> Claim:
+    from plots.plate import ClaimKind
+
+    return Claim(
+        f"{name.replace('_', ' ').capitalize()} of the mean {_WORDS[sex]} less that of the survey, "
+        "within its standard error",
+        difference,
+        "mm",
+        -error,
+        error,
+        kind=ClaimKind.COMPARISON,
+    )
+
+
+_STRIP = Strip(
+    View(turn=radians(35.0), tilt=radians(8.0)),
+    spacing=1.75,
+    left=-0.95,
+    right=0.95,
+    bottom=-0.2,
+    top=2.25,
+    floor=None,
+    scale=110.0,
+)
+
+
+def _draw(made: Comparison, references: tuple[str, ...]) -> Figure:
+    with plot_style():
+        figure = create_canvas(8.2)
+        grid = figure.add_gridspec(3, 2, height_ratios=(1.25, 1.0, 1.0))
+        _draw_postures(figure.add_subplot(grid[0, :]), made.mean(Sex.MALE))
+        _draw_ratios(figure.add_subplot(grid[1, :]), made)
+        _draw_centres(figure.add_subplot(grid[2, 0]), made)
+        _draw_dimensions(figure.add_subplot(grid[2, 1]), made)
+        add_footer(figure, _SIGN, references)
+    return figure
+
+
+def _draw_postures(axes: Axes, person: WholePerson) -> None:
+    axes.set_axis_off()
+    moments = [person.poses(posture) for posture in POSTURES.values()]
+    image = draw_moments(person.surfaces, moments, _STRIP, Scene())
+    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(moments)), _STRIP.bottom, _STRIP.top)
+    axes.imshow(image, extent=extent, interpolation="none")
+    for place, (name, posture) in enumerate(POSTURES.items()):
+        axes.text(
+            place * _STRIP.spacing, _STRIP.bottom, name.replace("_", " "), ha="center", fontsize=8.0
+        )
+        x, y, _ = _STRIP.view.axes @ person.whole(posture).centre
+        axes.plot([x + place * _STRIP.spacing], [y], "o", color=BLACK, mfc="white", ms=5.0)
+
+
+def _draw_ratios(axes: Axes, made: Comparison) -> None:
+    fact = person_facts().facts["body_inertia_ratio"]
+    axes.axhspan(fact.low, fact.high, color=PALE, lw=0.0, zorder=0.5)
+    axes.axhline(1.0, color=BLACK, lw=0.8)
+    labels: list[str] = []
+    for group, posture in enumerate(POSTURES):
+        ratios = made.inertia_ratios(posture)
+        for place, axis in enumerate(_AXES):
+            x = 4.0 * group + place
+            labels.append(f"{axis}\n{posture.replace('_', ' ')}" if place == 1 else f"{axis}\n")
+            for row, style in zip(ratios, LINE_STYLES, strict=False):
+                axes.plot(
+                    [x], [row[place]], marker=style.marker, color=style.colour, mfc="white", ms=5.0
+                )
+    places = [4.0 * group + place for group in range(len(POSTURES)) for place in range(len(_AXES))]
+    axes.set_xticks(places, labels, fontsize=6.5)
+    axes.set_ylabel("moment of inertia\n/ measured")
+    axes.grid(visible=False, axis="x")
+
+
+def _draw_centres(axes: Axes, made: Comparison) -> None:
+    fact = person_facts().facts["centre_of_mass_difference"]
+    axes.axhspan(fact.low, fact.high, color=PALE, lw=0.0, zorder=0.5)
+    draw_zero_line(axes)
+    for place, posture in enumerate(POSTURES):
+        for (man, _), value, style in zip(
+            made.men, made.centre_differences(posture), LINE_STYLES, strict=False
+        ):
+            axes.plot(
+                [place],
+                [value],
+                linestyle="none",
+                marker=style.marker,
+                color=style.colour,
+                mfc="white",
+                ms=5.0,
+                label=f"man of {man.stature:.2f} m, {man.mass:.0f} kg" if place == 0 else "_",
+            )
+    axes.set_xticks(range(len(POSTURES)), [name.replace("_", " ") for name in POSTURES])
+    axes.set_ylabel("centre of mass below the top of\nthe head: difference [% of stature]")
+    axes.legend(fontsize=6.5)
+
+
+def _draw_dimensions(axes: Axes, made: Comparison) -> None:
+    draw_zero_line(axes)
+    for place, name in enumerate(DIMENSIONS):
+        for side, (sex, values) in zip(
+            (-0.15, 0.15), made.dimension_differences(name).items(), strict=True
+        ):
+            style = LINE_STYLES[0 if sex is Sex.MALE else 1]
+            error = 1e3 * person_facts().dimensions[sex][name].standard_error
+            axes.fill_between(
+                [place + side - 0.12, place + side + 0.12], -error, error, color=PALE, lw=0.0
+            )
+            axes.plot(
+                place + side + np.array([-0.07, 0.0, 0.07]),
+                1e3 * values,
+                linestyle="none",
+                marker=style.marker,
+                color=style.colour,
+                mfc="white",
+                ms=4.5,
+                label=("men" if sex is Sex.MALE else "women") if place == 0 else "_",
+            )
+    axes.set_xticks(range(len(DIMENSIONS)), [name.replace("_", " ") for name in DIMENSIONS])
+    axes.set_ylabel("difference from the survey [mm]")
+    axes.legend(fontsize=6.5)
+
+
+def _tables(made: Comparison) -> dict[str, Mapping[str, Array]]:
+    return {
+        "postures": {
+            f"{posture.replace('_', ' ')}: {quantity}": values
+            for posture in POSTURES
+            for quantity, values in (
+                *(
+                    (f"{axis} moment of inertia over measured", made.inertia_ratios(posture)[:, k])
+                    for k, axis in enumerate(_AXES)
+                ),
+                ("centre of mass, difference [% of stature]", made.centre_differences(posture)),
+            )
+        },
+        "dimensions": {
+            f"{_WORDS[sex]}: {name.replace('_', ' ')}, difference [m]": values
+            for name in DIMENSIONS
+            for sex, values in made.dimension_differences(name).items()
+        },
+    }

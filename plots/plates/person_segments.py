@@ -1,0 +1,172 @@
+"""Masses and moments of inertia of a person's segments beside those measured."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, build_body
+from generator.person.measures import Sex, estimate_measures
+from plots.canvas import LINE_STYLES, PALE, add_footer, create_panels, plot_style
+from plots.person_facts import SegmentMeans, person_facts
+from plots.plate import Claim, Plate
+from springs.backends import Array
+
+SEGMENTS = (*reversed(TRUNK_SEGMENTS), *LIMB_SEGMENTS)
+"""From the head down."""
+
+_LEG = ("upper_leg", "lower_leg")
+
+_QUANTITIES = ("mass", "about the antero-posterior axis", "medio-lateral", "longitudinal")
+
+_AXES: Mapping[str, tuple[int, int, int]] = {"hand": (1, 0, 2), "foot": (2, 1, 0)}
+"""Axes of a segment (0 for x) along the published ones, where they are not x, y, z."""
+
+_LARGEST_SHOWN = 12.0
+"""Largest difference on the axis [%]."""
+
+_SIGN = "A difference is that of a person from the published mean, positive where it is larger."
+
+_CAPTION = (
+    "A person is built for the stature and mass of the two mean bodies, and its segments are "
+    "compared with the measured ones. The person follows de Leva's table, which was made from "
+    "shares of these measurements: agreement shows that table and axes are right, not that "
+    "other people are so. Thigh and shank are the exception: de Leva's lengths do not add up to "
+    "the stature, and the person's legs close it, {factors}; their moments of inertia change "
+    "with the square of the length. Differences beyond {largest:g} % are drawn at the edge."
+)
+
+Differences = Mapping[str, Array]
+"""Difference of each quantity from its published value by segment, shape (4,) [%]."""
+
+
+def differences(sex: Sex, means: SegmentMeans) -> Differences:
+    """Return the differences of a person of the stature and mass of the means [%]."""
+    body = build_body(estimate_measures(sex, means.stature, means.mass))
+    found: dict[str, Array] = {}
+    for name in SEGMENTS:
+        segment = body.segments[name]
+        moments = [segment.inertia[axis] for axis in _AXES.get(name, (0, 1, 2))]
+        own = np.array([segment.mass, *moments])
+        found[name] = 100.0 * (own / np.array(means.segments[name]) - 1.0)
+    return found
+
+
+def person_segments() -> Plate:
+    """Draw the plate."""
+    facts = person_facts()
+    found = {sex: differences(sex, means) for sex, means in facts.segments.items()}
+    references = facts.references("zatsiorsky_2002")
+    return Plate(
+        name="person_segments",
+        title="A person's segments beside measured ones",
+        caption=_caption(),
+        sign=_SIGN,
+        figure=_draw(found, references),
+        claims=tuple(claim for sex in found for claim in claims(sex, found[sex])),
+        tables=_tables(found),
+        references=references,
+    )
+
+
+def _caption() -> str:
+    factors = [
+        f"{100.0 * abs(factor - 1.0):.1f} % {'longer' if factor > 1.0 else 'shorter'} in the {word}"
+        for sex, word in _WORDS.items()
+        for factor in [leg_factor(sex)]
+    ]
+    return _CAPTION.format(factors=" and ".join(factors), largest=_LARGEST_SHOWN)
+
+
+_WORDS = {Sex.MALE: "man", Sex.FEMALE: "woman"}
+
+
+def leg_factor(sex: Sex) -> float:
+    """Factor by which the legs of the mean body close its stature."""
+    means = person_facts().segments[sex]
+    sources = build_body(estimate_measures(sex, means.stature, means.mass)).sources
+    (factor,) = [row.value for row in sources if row.quantity == "length factor of the legs"]
+    return factor
+
+
+def claims(sex: Sex, found: Differences) -> Iterator[Claim]:
+    """Compare masses, moments, and the moments of the legs with those of the means."""
+    fact, word = person_facts().facts["segment_difference"], _WORDS[sex]
+    others = [name for name in SEGMENTS if name not in _LEG]
+    for quantity, names, rows in (
+        ("mass of a segment", SEGMENTS, slice(0, 1)),
+        ("moment of inertia of a segment, without thigh and shank", others, slice(1, 4)),
+        ("moment of inertia of thigh and shank", _LEG, slice(1, 4)),
+    ):
+        largest = {name: float(np.abs(found[name][rows]).max()) for name in names}
+        worst = max(largest, key=lambda name: largest[name])
+        yield fact.compare(
+            f"The {word}: largest difference of the {quantity} from the measured one",
+            largest[worst],
+            remark=_remark(sex, worst, list(names), largest, fact.high),
+        )
+
+
+def _remark(
+    sex: Sex, worst: str, names: list[str], largest: Mapping[str, float], bound: float
+) -> str:
+    """Reason of a difference beyond the bound."""
+    if worst in _LEG and len(names) == len(_LEG):
+        change = 100.0 * (leg_factor(sex) ** 2 - 1.0)
+        return f"the lengths that close the stature change them by {change:+.1f} %"
+    beyond = [name.replace("_", " ") for name in names if largest[name] > bound]
+    return f"beyond it: {', '.join(beyond)}" if beyond else ""
+
+
+def _draw(found: Mapping[Sex, Differences], references: tuple[str, ...]) -> Figure:
+    bound = person_facts().facts["segment_difference"].high
+    with plot_style():
+        figure, (panels,) = create_panels(4.4, 1, len(found))
+        for axes, (sex, rows) in zip(panels, found.items(), strict=True):
+            means = person_facts().segments[sex]
+            axes.axvspan(-bound, bound, color=PALE, lw=0.0, zorder=0.5)
+            axes.axvline(0.0, color="black", lw=0.8)
+            _draw_rows(axes, rows)
+            axes.set_title(f"{_WORDS[sex]}, {means.stature:.3f} m, {means.mass:.1f} kg", loc="left")
+            axes.set_xlabel("difference from the measured mean [%]")
+            axes.set_xlim(-1.05 * _LARGEST_SHOWN, 1.05 * _LARGEST_SHOWN)
+        panels[0].set_yticks(
+            range(len(SEGMENTS)), [name.replace("_", " ") for name in reversed(SEGMENTS)]
+        )
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper left", ncols=4, fontsize=7.5)
+        add_footer(figure, _SIGN, references)
+    return figure
+
+
+def _draw_rows(axes: Axes, rows: Differences) -> None:
+    places = np.arange(len(SEGMENTS))[::-1]
+    for index, (quantity, style) in enumerate(zip(_QUANTITIES, LINE_STYLES, strict=False)):
+        values = np.array([rows[name][index] for name in SEGMENTS])
+        axes.plot(
+            np.clip(values, -_LARGEST_SHOWN, _LARGEST_SHOWN),
+            places + 0.14 * (1.5 - index),
+            linestyle="none",
+            marker=style.marker,
+            color=style.colour,
+            ms=4.5,
+            mfc="white",
+            label=quantity if index == 0 else f"inertia {quantity}" if index == 1 else quantity,
+        )
+
+
+def _tables(found: Mapping[Sex, Differences]) -> dict[str, Mapping[str, Array]]:
+    """Differences by segment, in the order of the picture."""
+    return {
+        "person_segments": {
+            f"{_WORDS[sex]}: {quantity}, difference [%]": np.array(
+                [rows[name][index] for name in SEGMENTS]
+            )
+            for sex, rows in found.items()
+            for index, quantity in enumerate(_QUANTITIES)
+        }
+    }
