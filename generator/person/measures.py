@@ -424,8 +424,8 @@ def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
     reference = Reference(cited.text, cited.sureness, cited.doi, place)
     is_scaled = bool(tuple(_sample_warnings(sex, measures.stature, measures.mass)))
     sources = [
-        SourcedNumber("person", "stature", measures.stature, "m", Origin.GIVEN),
-        SourcedNumber("person", "mass", measures.mass, "kg", Origin.GIVEN),
+        SourcedNumber("person", "stature", measures.stature, "m", Origin.STATED),
+        SourcedNumber("person", "mass", measures.mass, "kg", Origin.STATED),
     ]
     for name, one in measures.dimensions.items():
         row = survey().dimensions[name]
@@ -433,7 +433,7 @@ def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
         if is_scaled:
             origin, rule = Origin.SCALED, f"{rule}; beyond the sample as a {row.scaling.value}"
         if one.is_measured:
-            origin, rule = Origin.GIVEN, ""
+            origin, rule = Origin.STATED, ""
         elif one.value != one.expected:
             origin, rule = Origin.SCALED, f"{rule}; times {one.ratio:.4g} as measured ones near it"
         quantity = name.replace("_", " ")

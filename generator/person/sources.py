@@ -9,8 +9,8 @@ from springs.published.reference import Reference
 class Origin(Enum):
     """Way in which a number got into a person."""
 
-    GIVEN = "given"
-    """Stated by the user: stature, mass, or a measured dimension."""
+    STATED = "stated"
+    """By the user: stature, mass, or a measured dimension."""
 
     PUBLISHED = "published"
     """Taken or computed from published numbers by a published rule."""
