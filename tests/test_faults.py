@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from generator.diagnostics import Parsed, Source, select_errors
+from generator.diagnostics import InputError, Parsed, Source, select_errors
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file, read_figure
 from generator.geometry import parse_psurf_file
@@ -29,6 +29,8 @@ from generator.motion_files import (
     parse_action,
     parse_coordinates_file,
 )
+from generator.person.measures import estimate_measures, parse_measures_file
+from generator.person.survey import Sex
 from generator.springs_file.read import load_springs
 from generator.text_io import parse_file
 from tests.paths import FAULTS
@@ -66,6 +68,18 @@ def parse_coordinates_of_joints(path: Path) -> Parsed:
     return motion_from_coordinates(parsed.value, joints())
 
 
+def parse_measures_of_a_man(path: Path) -> Parsed:
+    """The dimensions of a man of 1.75 m and 75 kg."""
+    parsed = parse_measures_file(path)
+    if parsed.value is None:
+        return parsed
+    try:
+        estimate_measures(Sex.MALE, 1.75, 75.0, parsed.value)
+    except InputError as failure:
+        return Parsed(None, failure.diagnostics)
+    return parsed
+
+
 PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "figure": parse_figure_file,
     "pose": lambda path: parse_pose_file(path, prototype()),
@@ -78,6 +92,7 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "links": lambda path: parse_file(path, parse_links_source),
     "scene": parse_scene_file,
     "live": parse_live_file,
+    "measures": parse_measures_of_a_man,
     "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
     "coordinates": parse_coordinates_of_joints,
     "model": lambda path: parse_model(
@@ -113,7 +128,7 @@ def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureR
 
 
 @pytest.mark.parametrize(
-    "kind", ["pose", "psurf", "loads", "drives", "moments", "links", "coordinates"]
+    "kind", ["pose", "psurf", "loads", "drives", "moments", "links", "measures", "coordinates"]
 )
 def test_a_missing_file_is_a_sentence(kind: str, tmp_path: Path):
     parsed = PARSERS[kind](tmp_path / "none")

@@ -27,9 +27,7 @@ from generator.diagnostics import (
     Span,
     UsageError,
     closest_match,
-    error,
     shorten,
-    spelling_hint,
 )
 from generator.named_mapping import NamedMapping
 from generator.person.sources import Origin, SourcedNumber
@@ -73,6 +71,9 @@ _OPTIONS: Mapping[str, str] = {
 }
 """Options of the command for what a newcomer may write into the file."""
 
+_SYNONYMS: Mapping[str, str] = {"girth": "circumference", "width": "breadth"}
+"""Words that a newcomer may use instead of those of the survey."""
+
 _LIKELY_RATIOS = (0.7, 1.4)
 """Ratios of a dimension to the expected one for which another unit is suggested."""
 
@@ -87,7 +88,6 @@ _LEG_LEVEL, _TRUNK_LEVEL = "leg", "trunk"
 _TROCHANTERION, _CERVICALE = "trochanterion_height", "cervicale_height"
 
 _ASCENDING = (
-    ("lateral_malleolus_height", "tibial_height"),
     ("tibial_height", "lateral_femoral_epicondyle_height"),
     ("lateral_femoral_epicondyle_height", "crotch_height"),
     ("crotch_height", "trochanterion_height"),
@@ -98,7 +98,6 @@ _ASCENDING = (
     ("iliocristale_height", "acromial_height"),
     ("suprasternale_height", "cervicale_height"),
     ("acromial_height", "cervicale_height"),
-    ("cervicale_height", "stature"),
     ("biacromial_breadth", "bideltoid_breadth"),
     ("bicristal_breadth", "hip_breadth"),
     ("palm_length", "hand_length"),
@@ -108,6 +107,17 @@ _ASCENDING = (
     ("tragion_to_top_of_head", "head_length"),
 )
 """Pairs of which the second is the larger one in every person."""
+
+_PARTS_OF_STATURE = (
+    ("lateral_malleolus_height", "tibial_height"),
+    ("tibial_height", "trochanterion_height"),
+    ("trochanterion_height", "cervicale_height"),
+    ("cervicale_height", "stature"),
+)
+"""Ends of the shank, the thigh, the trunk, and the head with the neck."""
+
+_MIN_PART_RATIO, _MAX_PART_RATIO = 0.6, 1.6
+"""Ratios of a part of the stature to the expected one beyond which a height is a mistake."""
 
 _LEVELS_OF_GIRTH = (
     ("chest_breadth", "chest_depth", "chest_circumference"),
@@ -219,8 +229,9 @@ def estimate_measures(
     _check_person(stature, mass)
     expected = {name: survey().expected(name, sex, stature, mass) for name in survey().dimensions}
     _raise_problems(_find_impossible(measured, expected), measured)
-    values = _follow({name: value for name, (value, _) in expected.items()}, measured, stature)
-    _raise_problems(_find_contradictions(values, measured, stature), measured)
+    usual = {name: value for name, (value, _) in expected.items()}
+    values = _follow(usual, measured, stature)
+    _raise_problems(_find_contradictions(values, usual, measured, stature), measured)
     dimensions = {
         name: BodyDimension(name, values[name], *expected[name], name in measured)
         for name in expected
@@ -264,11 +275,15 @@ class _Problem:
 def _raise_problems(problems: Iterable[_Problem], measured: Mapping[str, float]) -> None:
     """Raise all problems at once, if there are any."""
     problems = list(problems)
+    # An estimated dimension contradicts another one only because of a measured one.
+    problems = [problem for problem in problems if problem.name in measured] or problems
     if problems and isinstance(measured, MeasuredDimensions):
-        raise InputError(
-            error(problem.message, measured.spans.get(problem.name), problem.hint)
-            for problem in problems
-        )
+        diagnostics = Diagnostics()
+        first = next(iter(measured.spans.values()), None)
+        for problem in problems:
+            span = measured.spans.get(problem.name, first)
+            diagnostics.error(problem.message, span, problem.hint)
+        raise InputError(diagnostics.sorted_by_position())
     sentences = [f"{problem.message}; {problem.hint}" for problem in problems]
     if sentences:
         raise UsageError("\n".join(sentences))
@@ -280,8 +295,8 @@ def _find_impossible(
     """Unknown names, and values that nobody has."""
     for name, value in measured.items():
         if name not in expected:
-            hint = spelling_hint(name, expected)
-            yield _Problem(name, f"a person has no dimension `{name}`", hint)
+            message = f"a person has no dimension `{shorten(name)}`"
+            yield _Problem(name, message, _suggest_dimension(name))
             continue
         least, largest = (ratio * expected[name][0] for ratio in (MIN_RATIO, MAX_RATIO))
         if not (isfinite(value) and least <= value <= largest):
@@ -347,12 +362,15 @@ def _interpolate(height: float, anchors: list[tuple[float, float]]) -> float:
 
 
 def _find_contradictions(
-    values: Mapping[str, float], measured: Mapping[str, float], stature: float
+    values: Mapping[str, float],
+    expected: Mapping[str, float],
+    measured: Mapping[str, float],
+    stature: float,
 ) -> Iterator[_Problem]:
-    """Dimensions that no body has at once; only those that a measured one changed."""
+    """Dimensions that no body has at once; without a measured one there are none."""
     if not measured:
         return
-    values = {**values, "stature": stature}
+    values, expected = ({**one, "stature": stature} for one in (values, expected))
 
     def quote(name: str) -> str:
         note = ", estimated" if name in survey().dimensions and name not in measured else ""
@@ -365,6 +383,13 @@ def _find_contradictions(
         if values[small] >= values[large]:
             message = f"{quote(small)} must be smaller than {quote(large)}"
             yield _Problem(culprit(small, large), message, "one of them is wrong")
+    for low, high in _PARTS_OF_STATURE:
+        usual, distance = expected[high] - expected[low], values[high] - values[low]
+        least, largest = _MIN_PART_RATIO * usual, _MAX_PART_RATIO * usual
+        if not least <= distance <= largest:
+            message = f"{quote(low)} does not fit {quote(high)}"
+            hint = f"the distance is from {least:.3g} m to {largest:.3g} m"
+            yield _Problem(culprit(low, high), message, hint)
     arm = ("acromion_radiale_length", "radiale_stylion_length", "hand_length")
     length = sum(values[name] for name in arm)
     if length >= values["acromial_height"]:
@@ -507,16 +532,18 @@ def _parse_key(table: TableReader, key: str) -> tuple[str, str] | None:
     return None
 
 
-def _suggest_dimension(name: str, unit: str) -> str:
+def _suggest_dimension(name: str, unit: str = "") -> str:
     """Hint for an unknown dimension: those with its only word, or the nearest name."""
     known = survey().dimensions
+    for word, usual in _SYNONYMS.items():
+        name = name.replace(word, usual)
     near = [other for other in known if name in other.split("_")]
     if not near:
         match = closest_match(name, known)
         near = [] if match is None else [match]
     if not near:
         return "docs/person.md lists the names"
-    listed = ", ".join(f"`{other}_{unit}`" for other in near)
+    listed = ", ".join(f"`{other}{'_' if unit else ''}{unit}`" for other in near)
     return f"did you mean {listed}?" if len(near) == 1 else f"one of {listed}"
 
 
