@@ -255,11 +255,12 @@ def _check_person(stature: float, mass: float) -> None:
             f"a mass of {mass:g} kg is impossible; "
             f"it must be from {MIN_MASS:g} kg to {MAX_MASS:g} kg"
         )
-    least, largest = (index * stature**2 for index in (MIN_MASS_INDEX, MAX_MASS_INDEX))
+    least = max(MIN_MASS, MIN_MASS_INDEX * stature**2)
+    largest = min(MAX_MASS, MAX_MASS_INDEX * stature**2)
     if not least <= mass <= largest:
         raise UsageError(
             f"a mass of {mass:g} kg is impossible at a stature of {stature:g} m; "
-            f"it must be from {least:.3g} kg to {largest:.3g} kg"
+            f"it must be from {least:.1f} kg to {largest:.1f} kg"
         )
 
 
