@@ -1,8 +1,10 @@
 """Densities of a person's segments: masses of the body over volumes of the surfaces.
 
-Surfaces of neighbours overlap at their joint, where a round end of each lies within the other, and
-arms may touch the trunk. Volume shared by several segments counts in equal parts for each of them,
-standing upright: so the volumes of all segments add up to that of the body.
+Surfaces of neighbours overlap at their joint, where a round end of each lies within the other.
+Volume shared by several segments counts in equal parts for each of them, so that the volumes of all
+segments add up to that of the body; but what thigh and trunk share belongs to the thigh, which ends
+where the published tables divide them. The volume is measured with arms and legs spread: beside the trunk they
+would share volume with segments that are not their neighbours.
 """
 
 from collections.abc import Mapping, Sequence
@@ -90,8 +92,9 @@ class SegmentDensity:
 
 def segment_densities(body: Body, surfaces: Mapping[str, Surface]) -> tuple[SegmentDensity, ...]:
     """Return the densities of the segments, by names without side, and of the whole body."""
-    placed = standing_surfaces(body, surfaces)
-    volumes = dict(zip(placed, shared_volumes(list(placed.values())), strict=True))
+    placed = place_surfaces(body, surfaces, SPREAD_ARMS, SPREAD_LEGS)
+    ranks = [1 if name.endswith("leg") else 0 for name in placed]
+    volumes = dict(zip(placed, shared_volumes(list(placed.values()), ranks), strict=True))
     rows: list[SegmentDensity] = []
     for name in TRUNK_SEGMENTS:
         rows.append(_row(body, name, volumes[name]))
@@ -111,9 +114,21 @@ TRUNK_AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 LIMB_AXES = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """Axes of limb segments in the world, in columns: forward, to the right, down."""
 
+SPREAD_ARMS, SPREAD_LEGS = 0.8, 0.3
+"""Abduction of shoulders and hips in which limbs touch neither the trunk nor each other [rad]."""
 
-def standing_surfaces(body: Body, surfaces: Mapping[str, Surface]) -> dict[str, Surface]:
-    """Return the surfaces in the world, standing upright with arms down, by names with side."""
+
+def place_surfaces(
+    body: Body, surfaces: Mapping[str, Surface], arms: float = 0.0, legs: float = 0.0
+) -> dict[str, Surface]:
+    """Return the surfaces in the world, by names with side.
+
+    Args:
+        body: that stands upright, with the hips at their height.
+        surfaces: by names without side.
+        arms: abduction of the shoulders [rad].
+        legs: abduction of the hips [rad].
+    """
     heights = body.origin_heights
     placed: dict[str, Surface] = {}
     for name in TRUNK_SEGMENTS:
@@ -121,8 +136,13 @@ def standing_surfaces(body: Body, surfaces: Mapping[str, Surface]) -> dict[str, 
     for name in LIMB_SEGMENTS:
         is_leg = name in ("upper_leg", "lower_leg", "foot")
         beside = 0.5 * (body.hip_spacing if is_leg else body.shoulder_spacing)
-        for side, x in (("left", beside), ("right", -beside)):
-            pose = _pose(LIMB_AXES, x, heights[name])
+        joint = heights["upper_leg" if is_leg else "upper_arm"]
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            angle = sign * (legs if is_leg else arms)
+            c, s = np.cos(angle), np.sin(angle)
+            turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            down = joint - heights[name]
+            pose = _pose(turn @ LIMB_AXES, sign * beside + s * down, joint - c * down)
             placed[f"{side}_{name}"] = surfaces[name].transformed(pose)
     return placed
 
@@ -133,13 +153,18 @@ def _pose(axes: Array, x: float, y: float) -> Array:
     return pose
 
 
-def shared_volumes(surfaces: Sequence[Surface], spacing: float = COLUMN_SPACING) -> Array:
+def shared_volumes(
+    surfaces: Sequence[Surface],
+    ranks: Sequence[int] | None = None,
+    spacing: float = COLUMN_SPACING,
+) -> Array:
     """Volumes of closed surfaces [m3], in which what several share counts in equal parts.
 
     Volumes are sums over vertical columns of a square cross section.
 
     Args:
         surfaces: closed, in one frame whose y is up.
+        ranks: of the surfaces: what they share belongs to those of the highest rank.
         spacing: of the columns [m].
     """
     crossings = [_crossings(surface, spacing) for surface in surfaces]
@@ -154,6 +179,9 @@ def shared_volumes(surfaces: Sequence[Surface], spacing: float = COLUMN_SPACING)
     inside[owners, np.arange(len(columns))] = signs
     inside = np.cumsum(inside, axis=1)[:, :-1]
     lengths = np.where(columns[1:] == columns[:-1], np.diff(heights), 0.0)
+    if ranks is not None:
+        rank = np.array(ranks)[:, None]
+        inside = inside * (rank == np.where(inside > 0.5, rank, -1).max(axis=0))
     depth = np.maximum(inside.sum(axis=0), 1.0)
     return spacing**2 * (inside @ (lengths / depth))
 

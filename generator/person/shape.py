@@ -45,6 +45,10 @@ SPINE_ABOVE_HIP = 0.045
 the published tables divide thigh and trunk."""
 
 
+CHEST_EXPONENT = 2.8
+"""Exponent of the chest's section; an estimate."""
+
+
 def body_surfaces(body: Body) -> Mapping[str, Surface]:
     """Return closed surfaces that point outward, in the segments' frames [m], by their names."""
     surfaces = (*_trunk(body), _head(body), *_arm(body), *_leg(body), _foot(body))
@@ -132,11 +136,11 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     return (
         section(crotch, 0.26 * hip, 0.22 * buttock, 0.24 * buttock, 2.0),
         section(0.5 * crotch, 0.62 * hip, 0.34 * buttock, 0.40 * buttock, 2.2),
-        section(0.0, 0.85 * hip, 0.41 * buttock, 0.49 * buttock, 2.3),
-        section(0.3 * waist, 0.95 * hip, 0.45 * buttock, 0.50 * buttock, hip_exponent),
+        section(0.0, 0.84 * hip, 0.42 * buttock, 0.50 * buttock, 2.4),
+        section(0.3 * waist, 0.98 * hip, 0.46 * buttock, 0.51 * buttock, hip_exponent),
         section(
             0.65 * waist,
-            0.5 * (0.97 * hip + belly),
+            0.5 * (hip + belly),
             0.25 * buttock + 0.26 * belly_depth,
             0.22 * buttock + 0.23 * belly_depth,
             0.5 * (hip_exponent + belly_exponent),
@@ -149,7 +153,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
             0.47 * middle_depth,
             2.5,
         ),
-        section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, 2.8),
+        section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, CHEST_EXPONENT),
         section(
             0.5 * (thorax + shoulder),
             1.05 * chest,
@@ -185,14 +189,19 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
 
 
 def _chest_breadth(body: Body) -> float:
-    """Breadth of the chest with its muscles [m].
+    """Breadth of the chest with its muscles, from girth and depth [m].
 
-    The survey's breadth and depth are too small for its girth, which has the muscles below the
-    armpits: the mean of that breadth and the one of girth and depth.
+    The survey's breadth is that between the arms: with its depth it is far too small for the girth.
     """
     length = body.measures.length
-    full = 2.0 * _half_axis(length("chest_circumference") / 1.06, length("chest_depth") / 2.0)
-    return 0.5 * (length("chest_breadth") + full)
+    depth, girth = length("chest_depth"), length("chest_circumference")
+    low, high = 0.5 * depth, girth / 2.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        n = CHEST_EXPONENT
+        section = Section(0.0, middle, depth / 2.0, depth / 2.0, 0.0, n, n)
+        low, high = (middle, high) if section_girth(section) < girth else (low, middle)
+    return 0.5 * (low + high)
 
 
 def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
@@ -321,7 +330,7 @@ def _arm(body: Body) -> Iterator[Surface]:
     segments = body.segments
     elbow = segments["upper_arm"].length
     wrist = elbow + segments["lower_arm"].length
-    finger = wrist + segments["hand"].length
+    finger = wrist + length("hand_length")
     biceps = RELAXED_BICEPS * length("biceps_circumference_flexed")
     # In heavy people the trunk pushes the arms outward, which adds to the bideltoid breadth.
     deltoid = min(length("bideltoid_breadth") - body.shoulder_spacing, 1.25 * biceps / pi)
@@ -412,7 +421,7 @@ def _leg(body: Body) -> Iterator[Surface]:
 
 def _foot(body: Body) -> Surface:
     """The foot, lofted from heel to toes; its sole is flat."""
-    length, span = body.measures.length, body.segments["foot"].length
+    length, span = body.measures.length, body.measures.length("foot_length")
     heel, broad = length("heel_breadth"), length("foot_breadth")
     ball = length("ball_of_foot_length") / length("foot_length")
     ankle, behind = body.ankle_height, body.heel_distance
@@ -429,11 +438,11 @@ def _foot(body: Body) -> Surface:
     sections = (
         section(0.11, 0.94 * heel, 0.95 * ankle),
         section(at_ankle, heel, ankle + 0.50 * malleoli),
-        section(at_ankle + 0.13, 0.98 * heel, 1.20 * ankle),
-        section(0.58, 0.92 * broad, 0.84 * ankle, 2.1),
-        section(ball, broad, 0.58 * ankle, 2.3),
-        section(0.88, 0.92 * broad, 0.40 * ankle, 2.5),
-        section(0.95, 0.74 * broad, 0.34 * ankle, 2.5),
+        section(at_ankle + 0.13, heel, 1.24 * ankle, 2.1),
+        section(0.58, 0.94 * broad, 0.90 * ankle, 2.2),
+        section(ball, broad, 0.62 * ankle, 2.4),
+        section(0.88, 0.93 * broad, 0.42 * ankle, 2.5),
+        section(0.95, 0.78 * broad, 0.36 * ankle, 2.5),
     )
     low, high = sections[0].at, sections[-1].at
     places = ring_places([(low, 0.017), (high, 0.0)], [])
