@@ -12,6 +12,7 @@ stays between two neighbouring planes, and each section is convex, the surface d
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,6 +20,28 @@ from generator.geometry.surface import Array, Surface
 
 GRID = 1e-5
 """Spacing of the grid to which vertices are rounded, which keeps the files short [m]."""
+
+MAX_RING_HEIGHT = 0.95
+"""Highest ring of a cap, relative to its height."""
+
+SEAM = 0.006
+"""Distance of the rings on both sides of a joint [m], by which its shade is that of the limb."""
+
+
+def ring_places(ends: Sequence[tuple[float, float]], joints: Sequence[float]) -> Array:
+    """Return the positions of rings along an axis [m].
+
+    Args:
+        ends: positions [m] at which a new spacing begins, with the spacing up to the next one [m];
+            the last spacing is unused.
+        joints: positions with rings at them and closely beside them [m].
+    """
+    spread: list[float] = []
+    for (low, spacing), (high, _) in pairwise(ends):
+        spread += np.linspace(low, high, max(2, round((high - low) / spacing) + 1)).tolist()
+    seams = [joint + side for joint in joints for side in (-SEAM, 0.0, SEAM)]
+    kept = [at for at in spread if all(abs(at - seam) > SEAM for seam in seams)]
+    return np.array(sorted({*kept, *seams}))
 
 
 @dataclass(frozen=True)
@@ -79,7 +102,8 @@ class Cap:
     Attributes:
         height: from the last section to the pole [m].
         exponent: of the superellipse of its outline: 2 is a half ellipsoid.
-        rings: of vertices between the last section and the pole.
+        rings: of vertices between the last section and the pole, at an end of the loft. Within the
+            loft they are at its places.
         pole: position forward of the pole [m]; None for the middle of the last section.
     """
 
@@ -87,6 +111,25 @@ class Cap:
     exponent: float = 2.0
     rings: int = 4
     pole: float | None = None
+
+    def ring_sizes(self, end: float, sign: float, places: Array) -> list[tuple[float, float]]:
+        """Positions [m] and relative sizes of the rings from the section at `end` on.
+
+        Args:
+            end: of the part [m].
+            sign: 1 for the upper end, -1 for the lower.
+            places: of all rings of the loft [m].
+        """
+        heights = np.sort(sign * (places - end)) / self.height
+        heights = heights[(heights > 1e-9) & (heights < MAX_RING_HEIGHT)]
+        if len(heights):
+            sizes = (1.0 - heights**self.exponent) ** (1.0 / self.exponent)
+        else:
+            turns = 0.5 * np.pi * (np.arange(1, self.rings + 1) / (self.rings + 1)) ** 1.5
+            c, s = np.cos(turns), np.sin(turns)
+            reach = (c**self.exponent + s**self.exponent) ** (-1.0 / self.exponent)
+            heights, sizes = reach * s, reach * c
+        return list(zip((end + sign * self.height * heights).tolist(), sizes.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -130,11 +173,13 @@ class Loft:
     Attributes:
         sections: in ascending order along the axis.
         sides: corners of each ring of vertices, an even number.
+        places: of the rings along the axis, ascending [m].
         reliefs: on the sections.
     """
 
     sections: Sequence[Section]
     sides: int
+    places: Array
     reliefs: Sequence[Relief] = ()
 
     def ring(self, at: float) -> Array:
@@ -151,39 +196,37 @@ class Loft:
         ring[:, 0] += sum(relief.rise(ring, section) for relief in self.reliefs)
         return ring
 
-    def part(self, places: Array, low_cap: Cap, high_cap: Cap) -> tuple[Array, Array]:
+    def part(self, low: float, high: float, low_cap: Cap, high_cap: Cap) -> tuple[Array, Array]:
         """Rings of points forward, across, along, and the two poles [m].
 
         Args:
-            places: of rings along the axis, ascending [m].
-            low_cap: round end before the first place.
-            high_cap: round end behind the last place.
+            low: first position, one of `places` [m].
+            high: last position, one of `places` [m].
+            low_cap: round end before the first position.
+            high_cap: round end behind the last position.
 
         Returns:
             Arrays of shapes (rings, sides, 3) and (2, 3).
         """
-        low, low_pole = self._cap_rings(float(places[0]), low_cap, -1.0)
-        high, high_pole = self._cap_rings(float(places[-1]), high_cap, 1.0)
-        middle = [self.ring(at) for at in places.tolist()]
-        return np.array([*low[::-1], *middle, *high]), np.array([low_pole, high_pole])
+        before, low_pole = self._cap_rings(low, low_cap, -1.0)
+        behind, high_pole = self._cap_rings(high, high_cap, 1.0)
+        inner = self.places[(self.places >= low) & (self.places <= high)]
+        middle = [self.ring(at) for at in inner.tolist()]
+        return np.array([*before[::-1], *middle, *behind]), np.array([low_pole, high_pole])
 
     def _cap_rings(self, end: float, cap: Cap, sign: float) -> tuple[list[Array], Array]:
         """Return the rings of a cap from its section on, and its pole.
 
-        They are the sections beyond the end, the smaller the nearer to the pole: so the cap lies
-        within the next part of the loft, and is tangent to it at their common section.
+        They are the sections beyond the end, the smaller the nearer to the pole, at the places of
+        the next part: so the cap lies within that part.
         """
         last = self.ring(end)
         forward = 0.5 * (last[:, 0].min() + last[:, 0].max()) if cap.pole is None else cap.pole
         rings: list[Array] = []
-        for part in np.arange(1, cap.rings + 1) / (cap.rings + 1):
-            # Rings are closer where the cap begins, so that its shade there is that of the limb.
-            turn = 0.5 * np.pi * part**1.5
-            c, s = np.cos(turn), np.sin(turn)
-            reach = (c**cap.exponent + s**cap.exponent) ** (-1.0 / cap.exponent)
-            ring = self.ring(end + sign * reach * s * cap.height)
-            ring[:, 0] = forward + reach * c * (ring[:, 0] - forward)
-            ring[:, 1] *= reach * c
+        for at, size in cap.ring_sizes(end, sign, self.places):
+            ring = self.ring(at)
+            ring[:, 0] = forward + size * (ring[:, 0] - forward)
+            ring[:, 1] *= size
             rings.append(ring)
         return rings, np.array([forward, 0.0, end + sign * cap.height])
 

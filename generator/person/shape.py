@@ -12,9 +12,17 @@ from math import pi
 
 import numpy as np
 
-from generator.geometry.surface import Array, Surface
+from generator.geometry.surface import Surface
 from generator.person.body import Body
-from generator.person.loft import Cap, Loft, Relief, Section, loft_surface, section_girth
+from generator.person.loft import (
+    Cap,
+    Loft,
+    Relief,
+    Section,
+    loft_surface,
+    ring_places,
+    section_girth,
+)
 from generator.person.measures import Sex
 
 LIMB_SIDES, TRUNK_SIDES = 20, 28
@@ -35,6 +43,10 @@ ACROMION_ABOVE_SHOULDER, ACROMION_OUTSIDE_SHOULDER = 0.0197, 0.010
 SPINE_ABOVE_HIP = 0.045
 """Upper end of the thigh above the hip centre, over the stature: the pelvis's front spine, where
 the published tables divide thigh and trunk."""
+
+
+CHEST_EXPONENT = 2.8
+"""Exponent of the chest's section; an estimate."""
 
 
 def body_surfaces(body: Body) -> Mapping[str, Surface]:
@@ -93,11 +105,6 @@ def _ring(
     )
 
 
-def _places(first: float, last: float, spacing: float) -> Array:
-    """Evenly spaced positions from first to last, near a spacing [m]."""
-    return np.linspace(first, last, max(2, round((last - first) / spacing) + 1))
-
-
 def _trunk_sections(body: Body) -> tuple[Section, ...]:
     """Sections from the crotch to the neck, at heights above the hip centres."""
     measures, length = body.measures, body.measures.length
@@ -129,11 +136,11 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     return (
         section(crotch, 0.26 * hip, 0.22 * buttock, 0.24 * buttock, 2.0),
         section(0.5 * crotch, 0.62 * hip, 0.34 * buttock, 0.40 * buttock, 2.2),
-        section(0.0, 0.85 * hip, 0.41 * buttock, 0.49 * buttock, hip_exponent),
-        section(0.3 * waist, 0.95 * hip, 0.45 * buttock, 0.50 * buttock, hip_exponent),
+        section(0.0, 0.84 * hip, 0.42 * buttock, 0.50 * buttock, 2.4),
+        section(0.3 * waist, 0.98 * hip, 0.46 * buttock, 0.51 * buttock, hip_exponent),
         section(
             0.65 * waist,
-            0.5 * (0.97 * hip + belly),
+            0.5 * (hip + belly),
             0.25 * buttock + 0.26 * belly_depth,
             0.22 * buttock + 0.23 * belly_depth,
             0.5 * (hip_exponent + belly_exponent),
@@ -146,7 +153,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
             0.47 * middle_depth,
             2.5,
         ),
-        section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, 2.8),
+        section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, CHEST_EXPONENT),
         section(
             0.5 * (thorax + shoulder),
             1.05 * chest,
@@ -182,14 +189,19 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
 
 
 def _chest_breadth(body: Body) -> float:
-    """Breadth of the chest with its muscles [m].
+    """Breadth of the chest with its muscles, from girth and depth [m].
 
-    The survey's breadth and depth are too small for its girth, which has the muscles below the
-    armpits: the mean of that breadth and the one of girth and depth.
+    The survey's breadth is that between the arms: with its depth it is far too small for the girth.
     """
     length = body.measures.length
-    full = 2.0 * _half_axis(length("chest_circumference") / 1.06, length("chest_depth") / 2.0)
-    return 0.5 * (length("chest_breadth") + full)
+    depth, girth = length("chest_depth"), length("chest_circumference")
+    low, high = 0.5 * depth, girth / 2.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        n = CHEST_EXPONENT
+        section = Section(0.0, middle, depth / 2.0, depth / 2.0, 0.0, n, n)
+        low, high = (middle, high) if section_girth(section) < girth else (low, middle)
+    return 0.5 * (low + high)
 
 
 def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
@@ -228,14 +240,9 @@ def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
 
 
 def _part(
-    name: str,
-    loft: Loft,
-    span: tuple[float, float],
-    origin: float,
-    caps: tuple[Cap, Cap],
-    spacing: float,
+    name: str, loft: Loft, span: tuple[float, float], origin: float, caps: tuple[Cap, Cap]
 ) -> Surface:
-    """Surface of a part of a loft along z, with rings near a spacing [m].
+    """Surface of a part of a loft along z.
 
     Args:
         name: of the segment.
@@ -243,29 +250,27 @@ def _part(
         span: first and last position of the part.
         origin: position of the segment's frame.
         caps: round ends.
-        spacing: of the rings.
     """
-    rings, poles = loft.part(_places(*span, spacing), *caps)
+    rings, poles = loft.part(*span, *caps)
     shift = np.array([0.0, 0.0, origin])
     return loft_surface(rings - shift, poles - shift, UPWARD, name)
 
 
 def _trunk(body: Body) -> Iterator[Surface]:
     """Surfaces of the three parts of the trunk."""
-    loft = Loft(_trunk_sections(body), TRUNK_SIDES, _trunk_reliefs(body))
     length, segments = body.measures.length, body.segments
+    sections = _trunk_sections(body)
+    crotch = sections[0].at
     waist = segments["lower_torso"].length
     thorax = waist + segments["middle_torso"].length
     neck = thorax + segments["upper_torso"].length
+    places = ring_places([(crotch, 0.02), (0.0, 0.026), (neck, 0.026)], [waist, thorax])
+    loft = Loft(sections, TRUNK_SIDES, places, _trunk_reliefs(body))
+    bottom, top = Cap(0.012, rings=2), Cap(0.02, rings=2)
     at_waist, at_thorax = Cap(0.3 * length("waist_depth")), Cap(0.3 * length("chest_depth"))
-    crotch = loft.sections[0].at
-    parts = (
-        ("lower_torso", crotch, waist, 0.0, Cap(0.012, rings=2), at_waist),
-        ("middle_torso", waist, thorax, waist, at_waist, at_thorax),
-        ("upper_torso", thorax, neck, thorax, at_thorax, Cap(0.02, rings=2)),
-    )
-    for name, low, high, origin, *caps in parts:
-        yield _part(name, loft, (low, high), origin, (caps[0], caps[1]), 0.024)
+    yield _part("lower_torso", loft, (crotch, waist), 0.0, (bottom, at_waist))
+    yield _part("middle_torso", loft, (waist, thorax), waist, (at_waist, at_thorax))
+    yield _part("upper_torso", loft, (thorax, neck), thorax, (at_thorax, top))
 
 
 def _head(body: Body) -> Surface:
@@ -312,14 +317,10 @@ def _head(body: Body) -> Surface:
         Relief(chin + 0.10 * face, 0.0, 0.035 * deep, 0.08 * face, 0.06 * face, 0.13 * broad),
         Relief(chin + 0.36 * face, 0.0, 0.02 * deep, 0.05 * face, 0.05 * face, 0.12 * broad),
     )
-    places = np.concatenate(
-        [
-            _places(sections[0].at, throat, 0.02),
-            _places(sections[3].at, sections[-1].at, 0.0095),
-        ]
-    )
-    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
-    rings, poles = Loft(sections, TRUNK_SIDES, reliefs).part(places, *caps)
+    low, high = sections[0].at, sections[-1].at
+    places = ring_places([(low, 0.02), (throat, 1.0), (sections[3].at, 0.0105), (high, 0.0)], [])
+    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 5)
+    rings, poles = Loft(sections, TRUNK_SIDES, places, reliefs).part(low, high, *caps)
     return loft_surface(rings, poles, UPWARD, "head")
 
 
@@ -329,9 +330,10 @@ def _arm(body: Body) -> Iterator[Surface]:
     segments = body.segments
     elbow = segments["upper_arm"].length
     wrist = elbow + segments["lower_arm"].length
-    finger = wrist + segments["hand"].length
-    deltoid = length("bideltoid_breadth") - body.shoulder_spacing
+    finger = wrist + length("hand_length")
     biceps = RELAXED_BICEPS * length("biceps_circumference_flexed")
+    # In heavy people the trunk pushes the arms outward, which adds to the bideltoid breadth.
+    deltoid = min(length("bideltoid_breadth") - body.shoulder_spacing, 1.25 * biceps / pi)
     forearm = RELAXED_FOREARM * length("forearm_circumference_flexed")
     elbow_girth, wrist_girth = 0.92 * forearm, length("wrist_circumference")
     broad, palm = length("hand_breadth"), length("palm_length") / length("hand_length")
@@ -365,13 +367,15 @@ def _arm(body: Body) -> Iterator[Surface]:
         hand(0.85, 0.22, 0.43, 0.44),
         hand(0.94, 0.19, 0.35, 0.37),
     )
-    loft = Loft(sections, LIMB_SIDES)
-    top = Cap((ACROMION_ABOVE_SHOULDER + 0.004) * stature)
-    at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth, rings=2)
+    end = sections[-1].at
+    places = ring_places([(0.0, 0.03), (wrist, 0.014), (end, 0.0)], [elbow, wrist])
+    loft = Loft(sections, LIMB_SIDES, places)
+    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.004) * stature, 0.36 * deltoid))
+    at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth)
     tip = Cap(0.06 * (finger - wrist), rings=3)
-    yield _part("upper_arm", loft, (0.0, elbow), 0.0, (top, at_elbow), 0.027)
-    yield _part("lower_arm", loft, (elbow, wrist), elbow, (at_elbow, at_wrist), 0.027)
-    yield _part("hand", loft, (wrist, sections[-1].at), wrist, (at_wrist, tip), 0.014)
+    yield _part("upper_arm", loft, (0.0, elbow), 0.0, (top, at_elbow))
+    yield _part("lower_arm", loft, (elbow, wrist), elbow, (at_elbow, at_wrist))
+    yield _part("hand", loft, (wrist, end), wrist, (at_wrist, tip))
 
 
 def _leg(body: Body) -> Iterator[Surface]:
@@ -408,15 +412,16 @@ def _leg(body: Body) -> Iterator[Surface]:
         _ring(lower(0.87), ankle_girth, 1.2, -0.10),
         Section(ankle, malleoli, 0.58 * malleoli, 0.62 * malleoli),
     )
-    loft = Loft(sections, LIMB_SIDES)
+    places = ring_places([(0.0, 0.033), (ankle, 0.0)], [knee])
+    loft = Loft(sections, LIMB_SIDES, places)
     top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature), Cap(knee_girth / (2.0 * pi))
-    yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee), 0.03)
-    yield _part("lower_leg", loft, (knee, ankle), knee, (at_knee, Cap(0.45 * malleoli)), 0.03)
+    yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee))
+    yield _part("lower_leg", loft, (knee, ankle), knee, (at_knee, Cap(0.45 * malleoli)))
 
 
 def _foot(body: Body) -> Surface:
     """The foot, lofted from heel to toes; its sole is flat."""
-    length, span = body.measures.length, body.segments["foot"].length
+    length, span = body.measures.length, body.measures.length("foot_length")
     heel, broad = length("heel_breadth"), length("foot_breadth")
     ball = length("ball_of_foot_length") / length("foot_length")
     ankle, behind = body.ankle_height, body.heel_distance
@@ -433,14 +438,15 @@ def _foot(body: Body) -> Surface:
     sections = (
         section(0.11, 0.94 * heel, 0.95 * ankle),
         section(at_ankle, heel, ankle + 0.50 * malleoli),
-        section(at_ankle + 0.13, 0.98 * heel, 1.20 * ankle),
-        section(0.58, 0.92 * broad, 0.84 * ankle, 2.1),
-        section(ball, broad, 0.58 * ankle, 2.3),
-        section(0.88, 0.92 * broad, 0.40 * ankle, 2.5),
-        section(0.95, 0.74 * broad, 0.34 * ankle, 2.5),
+        section(at_ankle + 0.13, heel, 1.24 * ankle, 2.1),
+        section(0.58, 0.94 * broad, 0.90 * ankle, 2.2),
+        section(ball, broad, 0.62 * ankle, 2.4),
+        section(0.88, 0.93 * broad, 0.42 * ankle, 2.5),
+        section(0.95, 0.78 * broad, 0.36 * ankle, 2.5),
     )
-    places = _places(sections[0].at, sections[-1].at, 0.015)
+    low, high = sections[0].at, sections[-1].at
+    places = ring_places([(low, 0.017), (high, 0.0)], [])
     caps = Cap(0.11 * span, 2.4, 4, -0.6 * ankle), Cap(0.05 * span, 2.3, 3, -0.88 * ankle)
-    rings, poles = Loft(sections, LIMB_SIDES).part(places, *caps)
+    rings, poles = Loft(sections, LIMB_SIDES, places).part(low, high, *caps)
     rings[..., 0] = np.maximum(rings[..., 0], -ankle)
     return loft_surface(rings, poles, FOOT_AXES, "foot")
