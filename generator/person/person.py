@@ -50,7 +50,7 @@ class Person:
 
     @property
     def spring_set(self) -> SpringSet:
-        """The springs bound to the figure, as a `Plan` takes them; its stops where there are none."""
+        """The springs bound to the figure, as a `Plan` takes them; without any its stops."""
         if self.springs is None:
             return load_springs(self.figure).require_value().springs
         file, text = Path(f"person{SPRINGS_SUFFIX}"), write_springs(self.springs)
