@@ -169,9 +169,10 @@ def test_measured_dimensions_change_the_person(tmp_path: Path):
 
 
 def test_a_person_outside_the_sample_is_a_warning():
-    result = run(*ME[:-3], "0.95m", "--mass", "20kg")
-    assert result.stderr.startswith("warning: ")
-    assert answer(*ME[:-3], "0.95m", "--mass", "20kg")["warnings"]
+    small = (*ME[:4], "1.1m", "--mass", "18kg")
+    result = run(*small)
+    assert result.stderr.startswith("warning: a stature of 1.1 m is ")
+    assert len(answer(*small)["warnings"]) == 2
     assert run(*ME).stderr == ""
 
 
