@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from generator.geometry.surface import Array, Surface
+from generator.geometry.surface import Array, Indices, Mask, Surface
 
 GRID = 1e-5
 """Spacing of the grid to which vertices are rounded, which keeps the files short [m]."""
@@ -242,19 +242,19 @@ def loft_surface(rings: Array, poles: Array, axes: Array, name: str) -> Surface:
     """
     count, sides = rings.shape[:2]
     points = np.concatenate([poles[:1], rings.reshape(-1, 3), poles[1:]])
-    k = np.arange(sides)
-    after = (k + 1) % sides
+    k: Indices = np.arange(sides, dtype=np.int64)
+    after: Indices = (k + 1) % sides
     top = 1 + count * sides
-    faces = [np.stack([np.zeros(sides, dtype=int), 1 + after, 1 + k], axis=1)]
+    faces: list[Indices] = [np.stack([np.zeros_like(k), 1 + after, 1 + k], axis=1)]
     # The diagonals of one half are the mirror images of those of the other.
-    first = k < sides // 2
+    first: Mask = (k < sides // 2)[:, None]
     for ring in range(count - 1):
         low, high = 1 + ring * sides, 1 + (ring + 1) * sides
         a, b, c, d = low + k, low + after, high + after, high + k
-        one = np.where(first[:, None], np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
-        two = np.where(first[:, None], np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
+        one = np.where(first, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
+        two = np.where(first, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
         faces += [one, two]
     last = top - sides
-    faces.append(np.stack([np.full(sides, top), last + k, last + after], axis=1))
+    faces.append(np.stack([np.full_like(k, top), last + k, last + after], axis=1))
     vertices = np.round(points @ axes.T / GRID) * GRID
     return Surface.from_faces(vertices, np.concatenate(faces), name)
