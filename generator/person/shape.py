@@ -12,6 +12,7 @@ from math import pi
 
 import numpy as np
 
+from generator.figure import ContactSphere
 from generator.geometry.surface import Surface
 from generator.person.body import Body
 from generator.person.loft import (
@@ -25,7 +26,7 @@ from generator.person.loft import (
 )
 from generator.person.measures import Sex
 
-LIMB_SIDES, TRUNK_SIDES = 20, 28
+LIMB_SIDES, TRUNK_SIDES, HEAD_SIDES = 20, 32, 30
 """Corners of each ring."""
 
 UPWARD = np.eye(3)
@@ -40,7 +41,7 @@ RELAXED_BICEPS, RELAXED_FOREARM = 0.93, 0.95
 ACROMION_ABOVE_SHOULDER, ACROMION_OUTSIDE_SHOULDER = 0.0197, 0.010
 """Acromion relative to the shoulder centre, over the stature; the second is an estimate."""
 
-SPINE_ABOVE_HIP = 0.045
+SPINE_ABOVE_HIP = 0.050
 """Upper end of the thigh above the hip centre, over the stature: the pelvis's front spine, where
 the published tables divide thigh and trunk."""
 
@@ -136,7 +137,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     return (
         section(crotch, 0.26 * hip, 0.22 * buttock, 0.24 * buttock, 2.0),
         section(0.5 * crotch, 0.62 * hip, 0.34 * buttock, 0.40 * buttock, 2.2),
-        section(0.0, 0.84 * hip, 0.42 * buttock, 0.50 * buttock, 2.4),
+        section(0.0, 0.88 * hip, 0.42 * buttock, 0.50 * buttock, 2.4),
         section(0.3 * waist, 0.98 * hip, 0.46 * buttock, 0.51 * buttock, hip_exponent),
         section(
             0.65 * waist,
@@ -174,7 +175,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
             across + ACROMION_OUTSIDE_SHOULDER * stature,
             0.19 * depth,
             0.33 * depth,
-            2.1,
+            2.5,
         ),
         section(
             acromion + 0.35 * (neck - acromion),
@@ -183,8 +184,8 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
             0.30 * depth,
             2.0,
         ),
-        section(acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.6 * radius, 1.08 * radius, 2.0),
-        section(neck, 1.85 * radius, 0.5 * radius, 0.95 * radius, 2.0),
+        section(acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.6 * radius, 1.04 * radius, 2.0),
+        section(neck, 1.75 * radius, 0.4 * radius, 0.80 * radius, 2.0),
     )
 
 
@@ -234,8 +235,16 @@ def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
             0.12 * chest,
             True,
         ),
-        Relief(middle, 0.0, -0.05 * depth, 0.11 * stature, 0.11 * stature, 0.07 * chest, True),
-        Relief(0.0, 0.23 * hip, 0.12 * buttock, 0.040 * stature, 0.020 * stature, 0.13 * hip, True),
+        Relief(middle, 0.0, -0.05 * depth, 0.07 * stature, 0.08 * stature, 0.07 * chest, True),
+        Relief(
+            0.006 * stature,
+            0.23 * hip,
+            0.10 * buttock,
+            0.04 * stature,
+            0.025 * stature,
+            0.14 * hip,
+            True,
+        ),
     )
 
 
@@ -319,8 +328,8 @@ def _head(body: Body) -> Surface:
     )
     low, high = sections[0].at, sections[-1].at
     places = ring_places([(low, 0.02), (throat, 1.0), (sections[3].at, 0.0105), (high, 0.0)], [])
-    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 5)
-    rings, poles = Loft(sections, TRUNK_SIDES, places, reliefs).part(low, high, *caps)
+    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
+    rings, poles = Loft(sections, HEAD_SIDES, places, reliefs, 0.4).part(low, high, *caps)
     return loft_surface(rings, poles, UPWARD, "head")
 
 
@@ -360,8 +369,8 @@ def _arm(body: Body) -> Iterator[Surface]:
         _ring(lower(0.82), 0.12 * forearm + 0.88 * wrist_girth, 1.3),
         _ring(wrist, wrist_girth, 1.4),
         hand(0.35 * palm, 0.46, 0.54, 0.44),
-        hand(0.70 * palm, 0.44, 0.73, 0.50),
-        hand(0.92 * palm, 0.36, 0.73, 0.51),
+        hand(0.70 * palm, 0.44, 0.68, 0.50),
+        hand(0.92 * palm, 0.36, 0.69, 0.51),
         hand(1.06 * palm, 0.29, 0.58, 0.50),
         hand(1.16 * palm, 0.26, 0.47, 0.49),
         hand(0.85, 0.22, 0.43, 0.44),
@@ -370,7 +379,7 @@ def _arm(body: Body) -> Iterator[Surface]:
     end = sections[-1].at
     places = ring_places([(0.0, 0.03), (wrist, 0.014), (end, 0.0)], [elbow, wrist])
     loft = Loft(sections, LIMB_SIDES, places)
-    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.004) * stature, 0.36 * deltoid))
+    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.002) * stature, 0.31 * deltoid))
     at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth)
     tip = Cap(0.06 * (finger - wrist), rings=3)
     yield _part("upper_arm", loft, (0.0, elbow), 0.0, (top, at_elbow))
@@ -392,7 +401,8 @@ def _leg(body: Body) -> Iterator[Surface]:
     ankle_girth, malleoli = length("ankle_circumference"), length("bimalleolar_breadth")
     fold = length("trochanterion_height") - length("crotch_height") + 0.003
     depth = _half_axis(thigh, breadth / 2.0)
-    buttock = 0.54 * length("buttock_depth")
+    # Back of the buttock, from the hip centre.
+    buttock = 0.57 * length("buttock_depth")
 
     def upper(part: float) -> float:
         return part * knee
@@ -414,7 +424,7 @@ def _leg(body: Body) -> Iterator[Surface]:
     )
     places = ring_places([(0.0, 0.033), (ankle, 0.0)], [knee])
     loft = Loft(sections, LIMB_SIDES, places)
-    top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature), Cap(knee_girth / (2.0 * pi))
+    top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature, 2.5), Cap(knee_girth / (2.0 * pi))
     yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee))
     yield _part("lower_leg", loft, (knee, ankle), knee, (at_knee, Cap(0.45 * malleoli)))
 
@@ -450,3 +460,31 @@ def _foot(body: Body) -> Surface:
     rings, poles = Loft(sections, LIMB_SIDES, places).part(low, high, *caps)
     rings[..., 0] = np.maximum(rings[..., 0], -ankle)
     return loft_surface(rings, poles, FOOT_AXES, "foot")
+
+
+def foot_contact_spheres(body: Body) -> tuple[ContactSphere, ...]:
+    """Spheres of the foot in its frame: two each at heel, ball and toes, instep and ankle.
+
+    All but the last two touch the plane of the sole, so that the person stands on it.
+    """
+    length = body.measures.length
+    span, ankle = length("foot_length"), body.ankle_height
+    heel, broad = length("heel_breadth"), length("foot_breadth")
+    rear = -body.heel_distance
+    at_heel, at_ball, at_toe = 0.34 * heel, 0.20 * broad, 0.15 * broad
+    instep, malleoli = 0.42 * heel, length("bimalleolar_breadth")
+    rows = (
+        (rear + at_heel, 0.14 * heel, at_heel),
+        (rear + length("ball_of_foot_length"), 0.49 * broad - at_ball, at_ball),
+        (rear + span - at_toe, 0.20 * broad, at_toe),
+    )
+    spheres = [
+        ContactSphere((x, side * y, ankle - radius), radius)
+        for x, y, radius in rows
+        for side in (1.0, -1.0)
+    ]
+    return (
+        *spheres,
+        ContactSphere((0.14 * span, 0.0, instep - 0.17 * ankle), instep),
+        ContactSphere((0.0, 0.0, -0.06 * malleoli), 0.44 * malleoli),
+    )
