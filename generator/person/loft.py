@@ -10,8 +10,9 @@ overshoot: between two sections a limb is nowhere thicker than the thicker one. 
 stays between two neighbouring planes, and each section is convex, the surface does not meet itself.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -188,16 +189,21 @@ class Loft:
     reliefs: Sequence[Relief] = ()
     focus: float = 0.0
 
+    @cached_property
+    def _numbers(self) -> Callable[[float], Array]:
+        """Numbers of the section at a position within the sections [m]."""
+        from scipy.interpolate import PchipInterpolator
+
+        table = np.stack([section.numbers for section in self.sections])
+        return PchipInterpolator(table[:, 0], table)
+
     def ring(self, at: float) -> Array:
         """Points forward, across, along at a position [m], shape (sides, 3).
 
         Beyond the first and the last section the outlines are theirs.
         """
-        from scipy.interpolate import PchipInterpolator
-
-        table = np.stack([section.numbers for section in self.sections])
-        numbers = PchipInterpolator(table[:, 0], table)(np.clip(at, *table[[0, -1], 0]))
-        section = Section(at, *map(float, numbers[1:]))
+        inside = min(max(at, self.sections[0].at), self.sections[-1].at)
+        section = Section(at, *map(float, self._numbers(inside)[1:]))
         ring = np.column_stack(
             [section_outline(section, self.sides, self.focus), np.full(self.sides, at)]
         )

@@ -25,6 +25,8 @@ from generator.person.loft import (
     section_girth,
 )
 from generator.person.measures import Sex
+from generator.person.sources import Origin, SourcedNumber
+from springs.published.reference import Reference, Sureness
 
 LIMB_SIDES, TRUNK_SIDES, HEAD_SIDES = 20, 32, 30
 """Corners of each ring."""
@@ -36,7 +38,13 @@ FOOT_AXES = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 """Axes of a loft along the foot: its sections stand upright, with the instep in front."""
 
 RELAXED_BICEPS, RELAXED_FOREARM = 0.93, 0.95
-"""Girth of the relaxed arm relative to the flexed one that is measured; estimates."""
+"""Girth of the relaxed arm over the flexed one that is measured; estimates."""
+
+ELBOW_OVER_FOREARM, KNEE_OVER_LOWER_THIGH = 0.92, 0.94
+"""Girths of elbow and knee over those of the relaxed forearm and the lower thigh; estimates."""
+
+SLIMMEST_OVER_MEAN = {Sex.MALE: 0.97, Sex.FEMALE: 0.88}
+"""Breadth and depth between navel and chest over the means of those there; estimates."""
 
 ACROMION_ABOVE_SHOULDER, ACROMION_OUTSIDE_SHOULDER = 0.0197, 0.010
 """Acromion relative to the shoulder centre, over the stature; the second is an estimate."""
@@ -122,7 +130,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     hip_exponent = _exponent(length("buttock_circumference"), hip, buttock)
     belly_exponent = _exponent(length("waist_circumference"), belly, belly_depth)
     chest = _chest_breadth(body)
-    slim = 0.88 if is_female else 0.97
+    slim = SLIMMEST_OVER_MEAN[measures.sex]
     radius = length("neck_circumference") / (2.0 * pi)
     acromion = shoulder + ACROMION_ABOVE_SHOULDER * stature
     across = body.shoulder_spacing
@@ -344,7 +352,7 @@ def _arm(body: Body) -> Iterator[Surface]:
     # In heavy people the trunk pushes the arms outward, which adds to the bideltoid breadth.
     deltoid = min(length("bideltoid_breadth") - body.shoulder_spacing, 1.25 * biceps / pi)
     forearm = RELAXED_FOREARM * length("forearm_circumference_flexed")
-    elbow_girth, wrist_girth = 0.92 * forearm, length("wrist_circumference")
+    elbow_girth, wrist_girth = ELBOW_OVER_FOREARM * forearm, length("wrist_circumference")
     broad, palm = length("hand_breadth"), length("palm_length") / length("hand_length")
 
     def upper(part: float) -> float:
@@ -397,7 +405,7 @@ def _leg(body: Body) -> Iterator[Surface]:
     ankle = knee + segments["lower_leg"].length
     breadth = length("hip_breadth") - body.hip_spacing
     thigh, low = length("thigh_circumference"), length("lower_thigh_circumference")
-    knee_girth, calf = 0.94 * low, length("calf_circumference")
+    knee_girth, calf = KNEE_OVER_LOWER_THIGH * low, length("calf_circumference")
     ankle_girth, malleoli = length("ankle_circumference"), length("bimalleolar_breadth")
     fold = length("trochanterion_height") - length("crotch_height") + 0.003
     depth = _half_axis(thigh, breadth / 2.0)
@@ -487,4 +495,56 @@ def foot_contact_spheres(body: Body) -> tuple[ContactSphere, ...]:
         *spheres,
         ContactSphere((0.14 * span, 0.0, instep - 0.17 * ankle), instep),
         ContactSphere((0.0, 0.0, -0.06 * malleoli), 0.44 * malleoli),
+    )
+
+
+_HARRINGTON = Reference(
+    "M. E. Harrington et al., Prediction of the hip joint centre in adults, children, and patients "
+    "with cerebral palsy based on magnetic resonance imaging, J Biomech 40, 2007",
+    Sureness.SEVERAL_CODES,
+)
+
+
+def shape_sources(body: Body) -> tuple[SourcedNumber, ...]:
+    """Sources of the numbers by which surfaces differ from the measured dimensions."""
+    stature = body.measures.stature
+    estimates = (
+        ("upper_arm", "girth over the flexed one that was measured", RELAXED_BICEPS, ""),
+        ("lower_arm", "girth over the flexed one that was measured", RELAXED_FOREARM, ""),
+        ("lower_arm", "girth of the elbow over that of the forearm", ELBOW_OVER_FOREARM, ""),
+        ("lower_leg", "girth of the knee over that of the lower thigh", KNEE_OVER_LOWER_THIGH, ""),
+        (
+            "middle_torso",
+            "breadth and depth above the navel over the means of navel and chest",
+            SLIMMEST_OVER_MEAN[body.measures.sex],
+            "",
+        ),
+        ("upper_torso", "exponent of the chest's superellipse", CHEST_EXPONENT, ""),
+        *(
+            ("foot", f"radius of the contact spheres at the {place}", sphere.radius, "m")
+            for place, sphere in zip(
+                ("heel", "ball", "toes", "instep", "ankle"),
+                foot_contact_spheres(body)[0:5:2] + foot_contact_spheres(body)[6:],
+                strict=True,
+            )
+        ),
+    )
+    chest = body.measures.length("chest_breadth")
+    return (
+        *(
+            SourcedNumber(part, quantity, value, unit, Origin.ESTIMATE, None, "surface only")
+            for part, quantity, value, unit in estimates
+        ),
+        SourcedNumber(
+            *("upper_torso", "breadth of the chest", _chest_breadth(body), "m", Origin.ESTIMATE),
+            None,
+            "from circumference and depth of the chest; the measured breadth, "
+            f"{1000 * chest:.0f} mm, is that between the arms",
+        ),
+        SourcedNumber(
+            *("upper_leg", "upper end above the hip centre", SPINE_ABOVE_HIP * stature, "m"),
+            *(Origin.SCALED, _HARRINGTON),
+            f"{SPINE_ABOVE_HIP:g} of the stature: the pelvis's front spine, 88 mm above the hip "
+            "centre of a man of 1.741 m whose front spines are 255.7 mm from each other",
+        ),
     )
