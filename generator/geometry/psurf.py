@@ -14,7 +14,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from math import isfinite
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from generator.diagnostics import (
 )
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.geometry.surface import MIN_FACE_CORNERS, Surface, SurfaceText
-from generator.text_io import parse_file, parse_text, write_atomic
+from generator.text_io import load_text, parse_source, parse_text, write_atomic
 from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
 
 CENTIMETRE = default_unit_factor(Dimension.LENGTH)
@@ -59,12 +59,19 @@ def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
 
 def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
     """Parse a psurf file; invalid input becomes diagnostics and raises nothing."""
-    return parse_file(path, partial(_parse_psurf, unit=unit))
+    source, unreadable = load_text(Path(path), str(path))
+    return Parsed(None, (unreadable,)) if unreadable is not None else _parse_once(source, unit)
 
 
 def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
     """Parse the text of a psurf; `name` stands for it in the diagnostics."""
     return parse_text(text, partial(_parse_psurf, unit=unit), name)
+
+
+@lru_cache(maxsize=32)
+def _parse_once(source: Source, unit: Fraction) -> Parsed[Surface]:
+    """Parse a text; contact, mass, soundness and drawing read the same files of a figure again."""
+    return parse_source(source, partial(_parse_psurf, unit=unit))
 
 
 def _parse_psurf(source: Source, diagnostics: Diagnostics, unit: Fraction) -> Surface | None:
