@@ -1,11 +1,15 @@
 """Numbers of a free swing about a joint: turning points, period, relaxation index, peak rates."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from springs.backends import Array
+
+_FEWEST_TURNS = 3
+"""Number of turning points from which the angle of rest follows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,25 +20,34 @@ class Swing:
         times: shape (n,) [s].
         angles: shape (n,) [rad]; the first is that of the release.
         rates: shape (n,) [rad/s].
-        rest: angle at which the joint comes to rest [rad].
     """
 
     times: Array
     angles: Array
     rates: Array
-    rest: float
 
     def __post_init__(self) -> None:
         """Raise ValueError for a motion that is not a swing from rest."""
         if not np.abs(self.rates[0]) <= 1e-9:
             raise ValueError("a swing begins at rest")
-        if not len(self._turns):
-            raise ValueError("the swing does not reverse: record it for longer")
+        if len(self._turns) < _FEWEST_TURNS:
+            raise ValueError(f"fewer than {_FEWEST_TURNS} turning points: record it for longer")
 
     @property
     def start(self) -> float:
         """Angle at the release [rad]."""
         return float(self.angles[0])
+
+    @cached_property
+    def rest(self) -> float:
+        """Angle at which the swing comes to rest [rad].
+
+        It is the limit of the last three turning points, whose distances from it decay
+        geometrically (Aitken's extrapolation).
+        """
+        before, here, after = self.turning_angles[-3:].tolist()
+        bend = (here - before) - (after - here)
+        return after + (after - here) ** 2 / bend if bend else after
 
     @property
     def _turns(self) -> NDArray[np.int64]:

@@ -63,7 +63,11 @@ class Fact:
         return f"{self.value:.4g}{spread} {self.unit}".rstrip()
 
     def compare(self, sentence: str, measured: float, remark: str = "") -> Claim:
-        """Return the comparison of a number of a person with the fact."""
+        """Return the comparison of a number of a person with the fact.
+
+        The remark explains a number outside the band, and is left out for one within.
+        """
+        remark = "" if self.low <= measured <= self.high else remark
         return Claim(
             sentence,
             measured,

@@ -134,7 +134,9 @@ def coupled_leg_springs(body: Body, figure: Figure) -> SpringsFile:
     chosen = tuple(None if axis == "joint" else axis for axis in axes)
     own = {(each.joint, each.axis): each for each in passive_axes(body, figure)}
     damped = [own[pair] for pair in zip(joints, chosen, strict=True)]
-    entries = tuple(replace(_entry(each), law=None, scale=1.0, why=each.damping_rule) for each in damped)
+    entries = tuple(
+        replace(_entry(each), law=None, scale=1.0, why=each.damping_rule) for each in damped
+    )
     scale, rule = _scale(body, leg, load_data_file(_DATA_FILE))
     row = coupled_law(leg["published"])
     coupled = CoupledEntry(

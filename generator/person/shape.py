@@ -165,9 +165,9 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
         section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, CHEST_EXPONENT),
         section(
             0.5 * (thorax + shoulder),
-            1.05 * chest,
-            0.46 * (0.5 + 0.5 * bust) * depth,
-            0.53 * depth,
+            1.03 * chest,
+            0.44 * (0.5 + 0.5 * bust) * depth,
+            0.51 * depth,
             2.6,
         ),
         section(
@@ -403,8 +403,10 @@ def _leg(body: Body) -> Iterator[Surface]:
     length, segments = body.measures.length, body.segments
     knee = segments["upper_leg"].length
     ankle = knee + segments["lower_leg"].length
-    breadth = length("hip_breadth") - body.hip_spacing
     thigh, low = length("thigh_circumference"), length("lower_thigh_circumference")
+    # Bounds for people far from the survey: the hip centres grow with the stature alone.
+    across = length("hip_breadth") - body.hip_spacing
+    breadth = min(max(across, 0.75 * thigh / pi), 1.15 * thigh / pi)
     knee_girth, calf = KNEE_OVER_LOWER_THIGH * low, length("calf_circumference")
     ankle_girth, malleoli = length("ankle_circumference"), length("bimalleolar_breadth")
     fold = length("trochanterion_height") - length("crotch_height") + 0.003

@@ -186,8 +186,7 @@ def compare_whole_bodies() -> Comparison:
     """Build the persons."""
     return Comparison(
         tuple(
-            (man, build_whole_person(Sex.MALE, man.stature, man.mass))
-            for man in person_facts().men
+            (man, build_whole_person(Sex.MALE, man.stature, man.mass)) for man in person_facts().men
         ),
         {
             sex: tuple(
