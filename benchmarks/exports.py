@@ -61,7 +61,7 @@ BENT: Mapping[str, tuple[float, ...]] = {
     "left_shoulder": (0.0, 0.0, 110.0),
     "waist": (0.0, 0.0, 25.0),
 }
-"""Start of the prototype, with and without clavicles [deg]: flexion of hips, a shoulder, waist."""
+"""Start of persons [deg]: flexion of hips, a shoulder, waist."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,7 @@ def cases() -> tuple[Case, ...]:
     drawn = {
         "prototype": posed(read_figure("prototype"), BENT),
         "clavicles": posed(read_figure("clavicles"), BENT),
+        "male50": posed(read_figure("male50"), BENT),
         "pendulum": read_figure("pendulum"),
         "fourbar": read_figure("fourbar"),
     }

@@ -1,7 +1,7 @@
 """`mover person`: the figure of a person, with springs, surfaces and the sources of its numbers."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
 from shlex import quote
@@ -14,11 +14,11 @@ from generator.cli.options import CM, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.diagnostics import InputError, error, warning
 from generator.figure_file.read import FIGURE_SUFFIX
-from generator.geometry.surface import build_tetrahedra
 from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
-from generator.person.body import BodySegment
+from generator.person.densities import SegmentDensity, segment_densities
 from generator.person.measures import Sex, estimate_measures, parse_measures_file
+from generator.person.passive_joints import passive_axes
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
     COUPLED_SPRINGS,
@@ -84,10 +84,11 @@ def person(
         *made.body.measures.warnings,
         *(str(loss) for losses in written.values() for loss in losses.entries),
     ]
+    densities = segment_densities(made.body, made.surfaces)
     return CommandResult(
-        text="\n\n".join(_sections(made, files)),
+        text="\n\n".join(_sections(made, densities, files)),
         data={
-            **_data(made),
+            **_data(made, densities),
             "warnings": doubts,
             "files": [str(file) for model in models for file in model.contents],
         },
@@ -116,23 +117,22 @@ def _is_made_by_this_command(path: Path) -> bool:
         return file.readline(1000).rstrip("\n").endswith(MADE_BY)
 
 
-def _sections(made: Person, files: ModelFiles | None) -> Iterator[str]:
+def _sections(
+    made: Person, densities: Sequence[SegmentDensity], files: ModelFiles | None
+) -> Iterator[str]:
     """Yield the paragraphs of the answer."""
     segments, joints = len(made.figure.bodies), len(made.figure.joints)
     yield (
         f"{describe_measures(made.body.measures)}: {format_count(segments, 'segment')}, "
         f"{format_count(joints, 'joint')}, {made.figure.degrees_of_freedom} degrees of freedom"
     )
-    rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]"]]
-    rows += [
-        [
-            segment.name,
-            f"{segment.mass:.3f}",
-            f"{segment.length / CM:.1f}",
-            f"{_density(made, segment):.0f}",
-        ]
-        for segment in made.body.segments.values()
-    ]
+    rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]", "published"]]
+    for one in densities:
+        segment = made.body.segments.get(one.name)
+        length = "" if segment is None else f"{segment.length / CM:.1f}"
+        low, high = (f"{f(one.published.values(), default=0):.0f}" for f in (min, max))
+        published = "" if not one.published else low if low == high else f"{low} to {high}"
+        rows.append([one.name, f"{one.mass:.3f}", length, f"{one.density:.0f}", published])
     yield format_table(rows)
     yield f"springs: {_springs_text(made)}"
     if files is None:
@@ -143,37 +143,29 @@ def _sections(made: Person, files: ModelFiles | None) -> Iterator[str]:
 
 
 def _springs_text(made: Person) -> str:
+    """State how many curves are published, and how many are not."""
     if made.springs is None:
         return "none"
-    counts = _spring_origins(made)
-    return ", ".join(f"{counts[origin]} {noun}" for origin, noun in _ORIGIN_NOUNS.items())
+    counts = _count_curves(made)
+    parts = (f"{counts[origin]} {words}" for origin, words in _ORIGINS.items())
+    return f"{format_count(counts.total(), 'curve')}, {', '.join(parts)}"
 
 
-_ORIGIN_NOUNS = {
-    Origin.PUBLISHED: "numbers published",
-    Origin.SCALED: "scaled to this person",
+_ORIGINS = {
+    Origin.PUBLISHED: "published",
+    Origin.SCALED: "partly estimates",
     Origin.ESTIMATE: "estimates",
 }
 
 
-def _spring_origins(made: Person) -> Counter[Origin]:
-    """Count the numbers of the springs by their origins."""
-    parts = {name.removeprefix("left_").removeprefix("right_") for name in made.figure.joints}
-    return Counter(
-        number.origin
-        for number in made.sources
-        if number.part.removeprefix("left_").removeprefix("right_") in parts
-    )
+def _count_curves(made: Person) -> Counter[Origin]:
+    """Count the curves of the springs by their origins; left and right are one."""
+    return Counter(axis.origin for axis in passive_axes(made.body, made.figure))
 
 
-def _density(made: Person, segment: BodySegment) -> float:
-    """Mass over the volume of the surface [kg/m3]."""
-    return segment.mass / build_tetrahedra(made.surfaces[segment.name]).volume
-
-
-def _data(made: Person) -> dict[str, object]:
+def _data(made: Person, densities: Sequence[SegmentDensity]) -> dict[str, object]:
     measures = made.body.measures
-    counts = _spring_origins(made)
+    counts = _count_curves(made)
     return {
         "sex": measures.sex.value,
         "stature_m": measures.stature,
@@ -181,13 +173,16 @@ def _data(made: Person) -> dict[str, object]:
         "degrees_of_freedom": made.figure.degrees_of_freedom,
         "segments": [
             {
-                "name": segment.name,
-                "mass_kg": segment.mass,
-                "length_m": segment.length,
-                "density_kg_m3": _density(made, segment),
+                "name": one.name,
+                "mass_kg": one.mass,
+                "length_m": made.body.segments[one.name].length,
+                "density_kg_m3": one.density,
+                "published_densities_kg_m3": dict(one.published),
             }
-            for segment in made.body.segments.values()
+            for one in densities
+            if one.name in made.body.segments
         ],
+        "density_kg_m3": densities[-1].density,
         "dimensions": [
             {
                 "name": one.name,
@@ -200,5 +195,5 @@ def _data(made: Person) -> dict[str, object]:
         ],
         "springs": None
         if made.springs is None
-        else {origin.value: counts[origin] for origin in _ORIGIN_NOUNS},
+        else {origin.value: counts[origin] for origin in _ORIGINS},
     }

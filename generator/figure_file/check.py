@@ -42,6 +42,9 @@ MAX_SPHERE_DISTANCE = 1.0
 OSMIUM_DENSITY = 22590.0
 """Density of the densest material [kg/m^3]."""
 
+PERSON_ATTRIBUTE = "person"
+"""Attribute that states the stature of a person, for which the mass was chosen."""
+
 MEDIAN_MALE_MASS = 78.0
 """Mass of a 50th-percentile man [kg], rounded."""
 
@@ -431,10 +434,12 @@ def _is_bare(segment: Segment, field: str) -> bool:
 
 
 def _check_total_mass(figure: Figure, span: Span | None, diagnostics: Diagnostics) -> None:
-    """Note a light figure with a person's build.
+    """Note a light figure with a person's build, unless it states the person's stature.
 
     A person's build is eight moving segments or more with four free ends or more.
     """
+    if PERSON_ATTRIBUTE in figure.attributes:
+        return
     counts = dict.fromkeys(figure.bodies, 0)
     for joint in figure.joints.values():
         for name in {joint.parent.segment, joint.child.segment} & counts.keys():

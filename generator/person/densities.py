@@ -3,8 +3,8 @@
 Surfaces of neighbours overlap at their joint, where a round end of each lies within the other.
 Volume shared by several segments counts in equal parts for each of them, so that the volumes of all
 segments add up to that of the body; but what thigh and trunk share belongs to the thigh, which ends
-where the published tables divide them. The volume is measured with arms and legs spread: beside the trunk they
-would share volume with segments that are not their neighbours.
+where the published tables divide them. The arms and legs are spread: beside the trunk they would
+share volume with segments that are not their neighbours.
 """
 
 from collections.abc import Mapping, Sequence
@@ -173,10 +173,10 @@ def shared_volumes(
     signs = np.concatenate([sign for _, _, sign in crossings])
     owners = np.repeat(np.arange(len(surfaces)), [len(column) for column, _, _ in crossings])
     order = np.lexsort((heights, columns))
-    columns, heights, signs, owners = (array[order] for array in (columns, heights, signs, owners))
+    columns, heights = columns[order], heights[order]
     # Whether the space above each crossing lies within each surface, shape (surfaces, crossings).
     inside = np.zeros((len(surfaces), len(columns)))
-    inside[owners, np.arange(len(columns))] = signs
+    inside[owners[order], np.arange(len(columns))] = signs[order]
     inside = np.cumsum(inside, axis=1)[:, :-1]
     lengths = np.where(columns[1:] == columns[:-1], np.diff(heights), 0.0)
     if ranks is not None:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from math import isfinite
 
 from generator.figure import Attribute, Figure
+from generator.figure_file.check import PERSON_ATTRIBUTE
 from generator.person.measures import Sex
-
-PERSON_ATTRIBUTE = "person"
 
 SEX_KEY = "sex"
 STATURE_KEY = "stature_m"

@@ -10,16 +10,17 @@ overshoot: between two sections a limb is nowhere thicker than the thicker one. 
 stays between two neighbouring planes, and each section is convex, the surface does not meet itself.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from generator.geometry.surface import Array, Surface
+from generator.geometry.surface import Array, Indices, Mask, Surface
 
-GRID = 1e-5
-"""Spacing of the grid to which vertices are rounded, which keeps the files short [m]."""
+DECIMALS = 5
+"""Decimals of the coordinates of vertices in metres, which keeps the files short."""
 
 MAX_RING_HEIGHT = 0.95
 """Highest ring of a cap, relative to its height."""
@@ -72,9 +73,13 @@ class Section:
         return np.array([getattr(self, field.name) for field in fields(self)], dtype=float)
 
 
-def section_outline(section: Section, sides: int) -> Array:
-    """Points forward and across [m], shape (sides, 2), counter-clockwise from the front."""
+def section_outline(section: Section, sides: int, focus: float = 0.0) -> Array:
+    """Points forward and across [m], shape (sides, 2), counter-clockwise from the front.
+
+    They are closer in front by a factor of 1 - `focus`.
+    """
     half = np.linspace(0.0, np.pi, sides // 2 + 1)
+    half -= focus * np.sin(half)
     c, s = np.cos(half), np.sin(half)
     c[abs(c) < 1e-12], s[-1] = 0.0, 0.0
     exponent = np.where(c >= 0.0, section.front_exponent, section.back_exponent)
@@ -175,24 +180,33 @@ class Loft:
         sides: corners of each ring of vertices, an even number.
         places: of the rings along the axis, ascending [m].
         reliefs: on the sections.
+        focus: 1 less the spacing of the corners in front, relative to an even one.
     """
 
     sections: Sequence[Section]
     sides: int
     places: Array
     reliefs: Sequence[Relief] = ()
+    focus: float = 0.0
+
+    @cached_property
+    def _numbers(self) -> Callable[[float], Array]:
+        """Numbers of the section at a position within the sections [m]."""
+        from scipy.interpolate import PchipInterpolator
+
+        table = np.stack([section.numbers for section in self.sections])
+        return PchipInterpolator(table[:, 0], table)
 
     def ring(self, at: float) -> Array:
         """Points forward, across, along at a position [m], shape (sides, 3).
 
         Beyond the first and the last section the outlines are theirs.
         """
-        from scipy.interpolate import PchipInterpolator
-
-        table = np.stack([section.numbers for section in self.sections])
-        numbers = PchipInterpolator(table[:, 0], table)(np.clip(at, *table[[0, -1], 0]))
-        section = Section(at, *map(float, numbers[1:]))
-        ring = np.column_stack([section_outline(section, self.sides), np.full(self.sides, at)])
+        inside = min(max(at, self.sections[0].at), self.sections[-1].at)
+        section = Section(at, *map(float, self._numbers(inside)[1:]))
+        ring = np.column_stack(
+            [section_outline(section, self.sides, self.focus), np.full(self.sides, at)]
+        )
         ring[:, 0] += sum(relief.rise(ring, section) for relief in self.reliefs)
         return ring
 
@@ -242,19 +256,19 @@ def loft_surface(rings: Array, poles: Array, axes: Array, name: str) -> Surface:
     """
     count, sides = rings.shape[:2]
     points = np.concatenate([poles[:1], rings.reshape(-1, 3), poles[1:]])
-    k = np.arange(sides)
-    after = (k + 1) % sides
+    k: Indices = np.arange(sides, dtype=np.int64)
+    after: Indices = (k + 1) % sides
     top = 1 + count * sides
-    faces = [np.stack([np.zeros(sides, dtype=int), 1 + after, 1 + k], axis=1)]
+    faces: list[Indices] = [np.stack([np.zeros_like(k), 1 + after, 1 + k], axis=1)]
     # The diagonals of one half are the mirror images of those of the other.
-    first = k < sides // 2
+    first: Mask = (k < sides // 2)[:, None]
     for ring in range(count - 1):
         low, high = 1 + ring * sides, 1 + (ring + 1) * sides
         a, b, c, d = low + k, low + after, high + after, high + k
-        one = np.where(first[:, None], np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
-        two = np.where(first[:, None], np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
+        one = np.where(first, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
+        two = np.where(first, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
         faces += [one, two]
     last = top - sides
-    faces.append(np.stack([np.full(sides, top), last + k, last + after], axis=1))
-    vertices = np.round(points @ axes.T / GRID) * GRID
+    faces.append(np.stack([np.full_like(k, top), last + k, last + after], axis=1))
+    vertices = np.round(points @ axes.T, DECIMALS)
     return Surface.from_faces(vertices, np.concatenate(faces), name)

@@ -2,15 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from generator.figure import Figure
 from generator.geometry.surface import Surface
 from generator.person.body import Body, build_body
 from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
+from generator.person.passive_joints import coupled_leg_springs, person_springs
 from generator.person.shape import body_surfaces
 from generator.person.sources import SourcedNumber
-from generator.springs_file.parse import SpringsFile
+from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
+from generator.springs_file.read import load_springs
+from generator.springs_file.write import write_springs
+from springs import SpringSet
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,14 @@ class Person:
         """Sentences on what lies outside the samples."""
         return self.body.measures.warnings
 
+    @property
+    def spring_set(self) -> SpringSet:
+        """The springs bound to the figure, as a `Plan` takes them; without any its stops."""
+        if self.springs is None:
+            return load_springs(self.figure).require_value().springs
+        file, text = Path(f"person{SPRINGS_SUFFIX}"), write_springs(self.springs)
+        return load_springs(self.figure, choice=file, text=text).require_value().springs
+
 
 def build_person(measures: Measures, springs: bool = True) -> Person:
     """Return the person of these measures.
@@ -54,4 +67,11 @@ def build_person(measures: Measures, springs: bool = True) -> Person:
     body = build_body(measures)
     figure = person_figure(body)
     sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
-    return Person(body, figure, body_surfaces(body), None, None, sources)
+    return Person(
+        body,
+        figure,
+        body_surfaces(body),
+        person_springs(body, figure) if springs else None,
+        coupled_leg_springs(body, figure) if springs else None,
+        sources,
+    )

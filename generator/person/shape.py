@@ -12,6 +12,7 @@ from math import pi
 
 import numpy as np
 
+from generator.figure import ContactSphere
 from generator.geometry.surface import Surface
 from generator.person.body import Body
 from generator.person.loft import (
@@ -24,8 +25,10 @@ from generator.person.loft import (
     section_girth,
 )
 from generator.person.measures import Sex
+from generator.person.sources import Origin, SourcedNumber
+from springs.published.reference import Reference, Sureness
 
-LIMB_SIDES, TRUNK_SIDES = 20, 28
+LIMB_SIDES, TRUNK_SIDES, HEAD_SIDES = 20, 32, 30
 """Corners of each ring."""
 
 UPWARD = np.eye(3)
@@ -35,12 +38,18 @@ FOOT_AXES = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 """Axes of a loft along the foot: its sections stand upright, with the instep in front."""
 
 RELAXED_BICEPS, RELAXED_FOREARM = 0.93, 0.95
-"""Girth of the relaxed arm relative to the flexed one that is measured; estimates."""
+"""Girth of the relaxed arm over the flexed one that is measured; estimates."""
+
+ELBOW_OVER_FOREARM, KNEE_OVER_LOWER_THIGH = 0.92, 0.94
+"""Girths of elbow and knee over those of the relaxed forearm and the lower thigh; estimates."""
+
+SLIMMEST_OVER_MEAN = {Sex.MALE: 0.97, Sex.FEMALE: 0.88}
+"""Breadth and depth between navel and chest over the means of those there; estimates."""
 
 ACROMION_ABOVE_SHOULDER, ACROMION_OUTSIDE_SHOULDER = 0.0197, 0.010
 """Acromion relative to the shoulder centre, over the stature; the second is an estimate."""
 
-SPINE_ABOVE_HIP = 0.045
+SPINE_ABOVE_HIP = 0.050
 """Upper end of the thigh above the hip centre, over the stature: the pelvis's front spine, where
 the published tables divide thigh and trunk."""
 
@@ -121,7 +130,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     hip_exponent = _exponent(length("buttock_circumference"), hip, buttock)
     belly_exponent = _exponent(length("waist_circumference"), belly, belly_depth)
     chest = _chest_breadth(body)
-    slim = 0.88 if is_female else 0.97
+    slim = SLIMMEST_OVER_MEAN[measures.sex]
     radius = length("neck_circumference") / (2.0 * pi)
     acromion = shoulder + ACROMION_ABOVE_SHOULDER * stature
     across = body.shoulder_spacing
@@ -136,7 +145,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     return (
         section(crotch, 0.26 * hip, 0.22 * buttock, 0.24 * buttock, 2.0),
         section(0.5 * crotch, 0.62 * hip, 0.34 * buttock, 0.40 * buttock, 2.2),
-        section(0.0, 0.84 * hip, 0.42 * buttock, 0.50 * buttock, 2.4),
+        section(0.0, 0.88 * hip, 0.42 * buttock, 0.50 * buttock, 2.4),
         section(0.3 * waist, 0.98 * hip, 0.46 * buttock, 0.51 * buttock, hip_exponent),
         section(
             0.65 * waist,
@@ -174,7 +183,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
             across + ACROMION_OUTSIDE_SHOULDER * stature,
             0.19 * depth,
             0.33 * depth,
-            2.1,
+            2.5,
         ),
         section(
             acromion + 0.35 * (neck - acromion),
@@ -183,8 +192,8 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
             0.30 * depth,
             2.0,
         ),
-        section(acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.6 * radius, 1.08 * radius, 2.0),
-        section(neck, 1.85 * radius, 0.5 * radius, 0.95 * radius, 2.0),
+        section(acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.6 * radius, 1.04 * radius, 2.0),
+        section(neck, 1.75 * radius, 0.4 * radius, 0.80 * radius, 2.0),
     )
 
 
@@ -234,8 +243,16 @@ def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
             0.12 * chest,
             True,
         ),
-        Relief(middle, 0.0, -0.05 * depth, 0.11 * stature, 0.11 * stature, 0.07 * chest, True),
-        Relief(0.0, 0.23 * hip, 0.12 * buttock, 0.040 * stature, 0.020 * stature, 0.13 * hip, True),
+        Relief(middle, 0.0, -0.05 * depth, 0.07 * stature, 0.08 * stature, 0.07 * chest, True),
+        Relief(
+            0.006 * stature,
+            0.23 * hip,
+            0.10 * buttock,
+            0.04 * stature,
+            0.025 * stature,
+            0.14 * hip,
+            True,
+        ),
     )
 
 
@@ -319,8 +336,8 @@ def _head(body: Body) -> Surface:
     )
     low, high = sections[0].at, sections[-1].at
     places = ring_places([(low, 0.02), (throat, 1.0), (sections[3].at, 0.0105), (high, 0.0)], [])
-    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 5)
-    rings, poles = Loft(sections, TRUNK_SIDES, places, reliefs).part(low, high, *caps)
+    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
+    rings, poles = Loft(sections, HEAD_SIDES, places, reliefs, 0.4).part(low, high, *caps)
     return loft_surface(rings, poles, UPWARD, "head")
 
 
@@ -335,7 +352,7 @@ def _arm(body: Body) -> Iterator[Surface]:
     # In heavy people the trunk pushes the arms outward, which adds to the bideltoid breadth.
     deltoid = min(length("bideltoid_breadth") - body.shoulder_spacing, 1.25 * biceps / pi)
     forearm = RELAXED_FOREARM * length("forearm_circumference_flexed")
-    elbow_girth, wrist_girth = 0.92 * forearm, length("wrist_circumference")
+    elbow_girth, wrist_girth = ELBOW_OVER_FOREARM * forearm, length("wrist_circumference")
     broad, palm = length("hand_breadth"), length("palm_length") / length("hand_length")
 
     def upper(part: float) -> float:
@@ -360,8 +377,8 @@ def _arm(body: Body) -> Iterator[Surface]:
         _ring(lower(0.82), 0.12 * forearm + 0.88 * wrist_girth, 1.3),
         _ring(wrist, wrist_girth, 1.4),
         hand(0.35 * palm, 0.46, 0.54, 0.44),
-        hand(0.70 * palm, 0.44, 0.73, 0.50),
-        hand(0.92 * palm, 0.36, 0.73, 0.51),
+        hand(0.70 * palm, 0.44, 0.68, 0.50),
+        hand(0.92 * palm, 0.36, 0.69, 0.51),
         hand(1.06 * palm, 0.29, 0.58, 0.50),
         hand(1.16 * palm, 0.26, 0.47, 0.49),
         hand(0.85, 0.22, 0.43, 0.44),
@@ -370,7 +387,7 @@ def _arm(body: Body) -> Iterator[Surface]:
     end = sections[-1].at
     places = ring_places([(0.0, 0.03), (wrist, 0.014), (end, 0.0)], [elbow, wrist])
     loft = Loft(sections, LIMB_SIDES, places)
-    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.004) * stature, 0.36 * deltoid))
+    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.002) * stature, 0.31 * deltoid))
     at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth)
     tip = Cap(0.06 * (finger - wrist), rings=3)
     yield _part("upper_arm", loft, (0.0, elbow), 0.0, (top, at_elbow))
@@ -388,11 +405,12 @@ def _leg(body: Body) -> Iterator[Surface]:
     ankle = knee + segments["lower_leg"].length
     breadth = length("hip_breadth") - body.hip_spacing
     thigh, low = length("thigh_circumference"), length("lower_thigh_circumference")
-    knee_girth, calf = 0.94 * low, length("calf_circumference")
+    knee_girth, calf = KNEE_OVER_LOWER_THIGH * low, length("calf_circumference")
     ankle_girth, malleoli = length("ankle_circumference"), length("bimalleolar_breadth")
     fold = length("trochanterion_height") - length("crotch_height") + 0.003
     depth = _half_axis(thigh, breadth / 2.0)
-    buttock = 0.54 * length("buttock_depth")
+    # Back of the buttock, from the hip centre.
+    buttock = 0.57 * length("buttock_depth")
 
     def upper(part: float) -> float:
         return part * knee
@@ -414,7 +432,7 @@ def _leg(body: Body) -> Iterator[Surface]:
     )
     places = ring_places([(0.0, 0.033), (ankle, 0.0)], [knee])
     loft = Loft(sections, LIMB_SIDES, places)
-    top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature), Cap(knee_girth / (2.0 * pi))
+    top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature, 2.5), Cap(knee_girth / (2.0 * pi))
     yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee))
     yield _part("lower_leg", loft, (knee, ankle), knee, (at_knee, Cap(0.45 * malleoli)))
 
@@ -450,3 +468,83 @@ def _foot(body: Body) -> Surface:
     rings, poles = Loft(sections, LIMB_SIDES, places).part(low, high, *caps)
     rings[..., 0] = np.maximum(rings[..., 0], -ankle)
     return loft_surface(rings, poles, FOOT_AXES, "foot")
+
+
+def foot_contact_spheres(body: Body) -> tuple[ContactSphere, ...]:
+    """Spheres of the foot in its frame: two each at heel, ball and toes, instep and ankle.
+
+    All but the last two touch the plane of the sole, so that the person stands on it.
+    """
+    length = body.measures.length
+    span, ankle = length("foot_length"), body.ankle_height
+    heel, broad = length("heel_breadth"), length("foot_breadth")
+    rear = -body.heel_distance
+    at_heel, at_ball, at_toe = 0.34 * heel, 0.20 * broad, 0.15 * broad
+    instep, malleoli = 0.42 * heel, length("bimalleolar_breadth")
+    rows = (
+        (rear + at_heel, 0.14 * heel, at_heel),
+        (rear + length("ball_of_foot_length"), 0.49 * broad - at_ball, at_ball),
+        (rear + span - at_toe, 0.20 * broad, at_toe),
+    )
+    spheres = [
+        ContactSphere((x, side * y, ankle - radius), radius)
+        for x, y, radius in rows
+        for side in (1.0, -1.0)
+    ]
+    return (
+        *spheres,
+        ContactSphere((0.14 * span, 0.0, instep - 0.17 * ankle), instep),
+        ContactSphere((0.0, 0.0, -0.06 * malleoli), 0.44 * malleoli),
+    )
+
+
+_HARRINGTON = Reference(
+    "M. E. Harrington et al., Prediction of the hip joint centre in adults, children, and patients "
+    "with cerebral palsy based on magnetic resonance imaging, J Biomech 40, 2007",
+    Sureness.SEVERAL_CODES,
+)
+
+
+def shape_sources(body: Body) -> tuple[SourcedNumber, ...]:
+    """Sources of the numbers by which surfaces differ from the measured dimensions."""
+    stature = body.measures.stature
+    estimates = (
+        ("upper_arm", "girth over the flexed one that was measured", RELAXED_BICEPS, ""),
+        ("lower_arm", "girth over the flexed one that was measured", RELAXED_FOREARM, ""),
+        ("lower_arm", "girth of the elbow over that of the forearm", ELBOW_OVER_FOREARM, ""),
+        ("lower_leg", "girth of the knee over that of the lower thigh", KNEE_OVER_LOWER_THIGH, ""),
+        (
+            "middle_torso",
+            "breadth and depth above the navel over the means of navel and chest",
+            SLIMMEST_OVER_MEAN[body.measures.sex],
+            "",
+        ),
+        ("upper_torso", "exponent of the chest's superellipse", CHEST_EXPONENT, ""),
+        *(
+            ("foot", f"radius of the contact spheres at the {place}", sphere.radius, "m")
+            for place, sphere in zip(
+                ("heel", "ball", "toes", "instep", "ankle"),
+                foot_contact_spheres(body)[0:5:2] + foot_contact_spheres(body)[6:],
+                strict=True,
+            )
+        ),
+    )
+    chest = body.measures.length("chest_breadth")
+    return (
+        *(
+            SourcedNumber(part, quantity, value, unit, Origin.ESTIMATE, None, "surface only")
+            for part, quantity, value, unit in estimates
+        ),
+        SourcedNumber(
+            *("upper_torso", "breadth of the chest", _chest_breadth(body), "m", Origin.ESTIMATE),
+            None,
+            "from circumference and depth of the chest; the measured breadth, "
+            f"{1000 * chest:.0f} mm, is that between the arms",
+        ),
+        SourcedNumber(
+            *("upper_leg", "upper end above the hip centre", SPINE_ABOVE_HIP * stature, "m"),
+            *(Origin.SCALED, _HARRINGTON),
+            f"{SPINE_ABOVE_HIP:g} of the stature: the pelvis's front spine, 88 mm above the hip "
+            "centre of a man of 1.741 m whose front spines are 255.7 mm from each other",
+        ),
+    )

@@ -1,0 +1,114 @@
+"""Persons: complete, sound, and able to move, of both sexes, in the samples' range and beyond."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import figures
+from generator import Plan, read_figure, read_springs, simulate, write_figure
+from generator.diagnostics import UsageError
+from generator.figure_file.read import parse_figure
+from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
+from generator.person.joints import PERSON_JOINTS
+from generator.person.measures import estimate_measures
+from generator.person.person import Person, build_person
+from generator.person.sources import Origin
+from generator.person.survey import Sex
+from springs import Stop
+from tests.runs import energy_error
+
+MAN = build_person(estimate_measures(Sex.MALE, 1.756, 85.5))
+
+
+def draw_persons(count: int, seed: int) -> list[tuple[Sex, float, float]]:
+    """Persons of both sexes, statures and masses within and beyond those of the survey."""
+    random = np.random.default_rng(seed)
+    sexes = [Sex.MALE, Sex.FEMALE] * count
+    statures = random.uniform(1.40, 2.10, count)
+    masses = random.uniform(17.0, 40.0, count) * statures**2
+    return list(zip(sexes[:count], statures.tolist(), masses.tolist(), strict=True))
+
+
+def test_the_parts_of_a_person():
+    assert MAN.measures.stature == 1.756
+    assert MAN.warnings == ()
+    assert set(MAN.surfaces) == {*TRUNK_SEGMENTS, *LIMB_SEGMENTS}
+    assert MAN.figure.total_mass == pytest.approx(85.5, abs=1e-9)
+    assert MAN.springs is not None
+    assert MAN.coupled_springs is not None
+
+
+def test_every_rotation_has_a_spring_and_stops():
+    springs = MAN.spring_set
+    assert set(springs.joints) == set(MAN.figure.joints) - {"root_torso"}
+    for joint in PERSON_JOINTS:
+        for name in joint.names:
+            motions = {axis.motion for axis in springs.joints[name].axes}
+            assert motions == {rotation.motion for rotation in joint.rotations}
+            for axis in springs.joints[name].axes:
+                assert [isinstance(law, Stop) for law in axis.elastic].count(True) == 1
+
+
+def test_a_person_without_springs_has_stops():
+    bare = build_person(MAN.measures, springs=False)
+    assert (bare.springs, bare.coupled_springs) == (None, None)
+    assert bare.figure == MAN.figure
+    laws = [law for one in bare.spring_set.joints.values() for a in one.axes for law in a.elastic]
+    assert laws
+    assert all(isinstance(law, Stop) for law in laws)
+
+
+def test_the_sources_of_all_parts():
+    quantities = {(one.part, one.quantity) for one in MAN.sources}
+    assert len(quantities) > 100
+    assert ("lower_arm", "mass") in quantities
+    assert ("knee", "limit of knee flexion") in quantities
+    for one in MAN.sources:
+        assert np.isfinite(one.value)
+        assert one.reference is not None or one.rule or one.origin is Origin.STATED
+
+
+def test_measures_outside_the_sample_are_warnings_and_impossible_ones_errors():
+    assert build_person(estimate_measures(Sex.FEMALE, 1.30, 30.0)).warnings
+    with pytest.raises(UsageError):
+        estimate_measures(Sex.FEMALE, 0.0, 30.0)
+
+
+def test_a_run_without_springs():
+    run = simulate(MAN.figure, Plan(stop=0.1, spring_choice="none"))
+    assert run.outcome.succeeded
+    assert energy_error(run) < 1e-3
+
+
+def test_springs_of_the_prototype_fit_the_joints_that_it_has(tmp_path: Path):
+    file = tmp_path / "me.fig"
+    file.write_text(write_figure(MAN.figure))
+    source = Path(figures.__file__).with_name("prototype.springs.toml")
+    figure, prototype = read_figure(file), read_figure("prototype")
+    springs, own = read_springs(source, figure), read_springs(None, prototype)
+    for name, joint in own.joints.items():
+        theirs = [(axis.direction, axis.elastic[0]) for axis in joint.axes]
+        ours = [(axis.direction, axis.elastic[0]) for axis in springs.joints[name].axes]
+        assert ours == theirs
+    assert simulate(figure, Plan(stop=0.1, springs=springs)).outcome.succeeded
+
+
+@pytest.mark.parametrize(("sex", "stature", "mass"), draw_persons(6, seed=15))
+def test_a_random_person_is_sound_and_moves(sex: Sex, stature: float, mass: float):
+    person = build_person(estimate_measures(sex, stature, mass))
+    read = parse_figure(write_figure(person.figure))
+    assert not read.diagnostics
+    assert read.value == person.figure
+    assert person.figure.total_mass == pytest.approx(mass, abs=1e-9)
+    assert joint_gaps(person) == pytest.approx(0.0, abs=1e-12)
+    run = simulate(person.figure, Plan(stop=0.2, springs=person.spring_set))
+    assert run.outcome.succeeded
+    assert energy_error(run) < 1e-3
+
+
+def joint_gaps(person: Person) -> float:
+    """Largest difference between the stature and the lengths that make it up [m]."""
+    body = person.body
+    lengths = [body.segments[name].length for name in (*TRUNK_SEGMENTS, "upper_leg", "lower_leg")]
+    return sum(lengths) + body.ankle_height - person.measures.stature
