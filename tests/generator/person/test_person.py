@@ -64,6 +64,11 @@ def test_the_sources_of_all_parts():
     assert len(quantities) > 100
     assert ("lower_arm", "mass") in quantities
     assert ("knee", "limit of knee flexion") in quantities
+    bare = build_person(MAN.measures, springs=False)
+    assert MAN.sources[: len(bare.sources)] == bare.sources
+    assert {joint.name for joint in PERSON_JOINTS} <= {
+        one.part for one in MAN.sources[len(bare.sources) :]
+    }
     for one in MAN.sources:
         assert np.isfinite(one.value)
         assert one.reference is not None or one.rule or one.origin is Origin.STATED
