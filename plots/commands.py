@@ -98,7 +98,8 @@ def plots(
         list[str] | None,
         typer.Argument(
             metavar="[NAME|MOTION]...",
-            help="Plates to draw, or motions: .action .npz .mot .sto. [default: all plates]",
+            help="Plates to draw, by their names or the first word of several (person), or "
+            "motions: .action .npz .mot .sto. [default: all plates]",
         ),
     ] = None,
     output: Annotated[

@@ -28,7 +28,7 @@ class ClaimKind(StrEnum):
     VERIFICATION = "verification"
     """The program computes what it says."""
     COMPARISON = "comparison"
-    """The thesis's body agrees with the literature."""
+    """A body agrees with the literature."""
     SPEED = "speed"
     """Cost of a run."""
 

@@ -25,8 +25,8 @@ _KINDS: Mapping[ClaimKind, tuple[str, str]] = {
     ),
     ClaimKind.COMPARISON: (
         "Comparison",
-        "The thesis's body of 1989 beside measurements of people. A difference is one of that "
-        "body, not an error of the program.",
+        "The thesis's body of 1989, or a person of `mover person`, beside measurements of people. "
+        "A difference is one of that body, not an error of the program.",
     ),
     ClaimKind.SPEED: ("Speed", "The cost of a run."),
 }

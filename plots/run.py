@@ -51,6 +51,10 @@ PLATES: Mapping[str, str] = {
         ("contact", ("contact",)),
         ("floor_falls", ("floor_falls",)),
         ("work_precision", ("work_precision",)),
+        ("person_segments", ("person_segments",)),
+        ("person_body", ("person_body",)),
+        ("person_pendulums", ("person_pendulums",)),
+        ("person_posture", ("person_posture",)),
     )
     for name in names
 }
@@ -113,7 +117,7 @@ def plots(
         if own and output is not None:
             files_of = [(name, text) for one in results.plates for name, text in one.files.items()]
             pages = {output / name: text for name, text in files_of}
-        words = own.words or [name for name in PLATES if name in names]
+        words = own.words or (list(targets) if names else [])
         pages |= _format_pages(results, words, None if medium.is_paper else output, gallery)
         write_files(pages)
     files = [*results.files, *pages]
@@ -187,10 +191,18 @@ def _select_targets(
         if names:
             raise UsageError("--gallery shows all plates: leave out the names")
     for name in names:
-        if name not in PLATES:
+        if not _named_plates(name):
             hint = spelling_hint(name, PLATES)
             raise UsageError(f"there is no plate `{name}`{f'; {hint}' if hint else ''}")
-    return {name: target for name, target in PLATES.items() if name in (names or PLATES)}
+    chosen = {plate for name in names for plate in _named_plates(name)} or PLATES
+    return {name: target for name, target in PLATES.items() if name in chosen}
+
+
+def _named_plates(name: str) -> Sequence[str]:
+    """The plate of a name, or those whose names begin with it as a word: `person`."""
+    if name in PLATES:
+        return (name,)
+    return [plate for plate in PLATES if plate.startswith(f"{name}_")]
 
 
 def _prepare_output(output: Path | None, gallery: Path | None) -> None:

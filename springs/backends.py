@@ -113,9 +113,11 @@ class _Numpy:
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
         origins = np.array([origin for origin, _ in pieces])
-        index = cast("Array", np.searchsorted(origins[1:], value, side="right"))
-        c0, c1, c2, c3 = np.array([row for _, row in pieces]).T[:, index]
-        x = value - origins[index]
+        angles = np.asarray(value, dtype=np.float64)
+        index = np.asarray(np.searchsorted(origins[1:], angles, side="right"))
+        rows = np.array([row for _, row in pieces])[index]
+        x = angles - origins[index]
+        c0, c1, c2, c3 = (rows[..., k] for k in range(4))
         return c0 + x * (c1 + x * (c2 + x * c3))
 
     def sin(self, value: Real) -> Real:

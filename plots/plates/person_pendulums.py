@@ -207,13 +207,14 @@ def _caption(made: Swings) -> str:
         "the back with the thigh level, as the fifty adults did, released straight. Elbow: lying "
         "face down, the upper arm level to the side, released straight; the abstract says prone, "
         "the rest is assumed. Leg: standing on the other one, the knee straight, the hip released "
-        f"at {LEG.start:g} deg of flexion, which is assumed. Circles: turning points of one "
-        "adult's knee, at multiples of half its period. Grey bands: mean and standard deviation of "
-        f"the peaks of the rate. The knee comes to rest at {knees} of flexion. The coupled leg has the "
-        "springs of `--springs coupled`: lying on the back, where the hip is straight, the muscles "
-        "over hip and knee hold the knee straighter. The damping ratio of the knee is that of the "
-        "circles' later peaks, and the damping of the elbow was chosen with a view to the forty "
-        "adults' index, which is therefore no test."
+        f"at {LEG.start:g} deg of flexion, which is assumed. Shaded: at rest; outlines: at the "
+        "release and across from it. Circles: turning points of one adult's knee, at multiples of "
+        "half its period. Grey bands: mean and standard deviation of the peaks of the rate. The "
+        f"knee comes to rest at {knees} of flexion. The coupled leg has the springs of "
+        "`--springs coupled`: lying on the back, where the hip is straight, the muscles over hip "
+        "and knee hold the knee straighter. The damping ratio of the knee is that of the circles' "
+        "later peaks, and the damping of the elbow was chosen with a view to the forty adults' "
+        "index, which is therefore no test."
     )
 
 
@@ -300,7 +301,7 @@ def _draw(made: Swings, references: tuple[str, ...]) -> Figure:
     with plot_style():
         figure = create_canvas(8.6)
         grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 1.0, 1.0, 0.9))
-        _draw_setups(figure.add_subplot(grid[0, :]), made.man)
+        _draw_setups(figure.add_subplot(grid[0, :]), made)
         angles: list[Axes] = []
         for row, name, stop in ((1, "knee", 6.0), (2, "elbow", 4.0)):
             angle, rate = (figure.add_subplot(grid[row, column]) for column in range(2))
@@ -319,24 +320,44 @@ def _draw(made: Swings, references: tuple[str, ...]) -> Figure:
     return figure
 
 
-def _draw_setups(axes: Axes, body: Body) -> None:
-    """Draw the three postures at the release, as people lay or stood."""
+def _draw_setups(axes: Axes, made: Swings) -> None:
+    """Draw the figures at rest, with outlines at the release and across from it."""
     axes.set_axis_off()
-    moments = [_released_poses(body, setup) for setup, _ in SETUPS.values()]
-    image = draw_moments(Surfaces.of_figure(body, SKIN[:3]), moments, _STRIP, Scene())
-    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(moments)), _STRIP.bottom, _STRIP.top)
-    axes.imshow(image, extent=extent, interpolation="none")
+    surfaces = Surfaces.of_figure(made.man, SKIN[:3])
+    swings = [(setup, made.swing(name, MAN)) for name, (setup, _) in SETUPS.items()]
+    turns = {
+        "rest": [swing.rest for _, swing in swings],
+        "release": [swing.start for _, swing in swings],
+        "across": [float(swing.turning_angles[0]) for _, swing in swings],
+    }
+    pictures = {
+        name: draw_moments(
+            surfaces,
+            [
+                _turned_poses(made.man, setup, angle)
+                for (setup, _), angle in zip(swings, angles, strict=True)
+            ],
+            _STRIP,
+            Scene(),
+        )
+        for name, angles in turns.items()
+    }
+    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(swings)), _STRIP.bottom, _STRIP.top)
+    axes.imshow(pictures["rest"], extent=extent, interpolation="none")
+    for name, colour in (("release", BLACK), ("across", GREY)):
+        alpha = pictures[name][::-1, :, 3].astype(float)
+        axes.contour(alpha, [127.0], extent=extent, colors=[colour], linewidths=0.7)
     for place, text in enumerate(_PLACES):
         axes.text(place * _STRIP.spacing, _STRIP.bottom, text, ha="center", fontsize=7.5)
 
 
-def _released_poses(body: Body, setup: Setup) -> Poses:
-    """Poses at the release, turned about the hips."""
+def _turned_poses(body: Body, setup: Setup, angle: float) -> Poses:
+    """Poses with the released joint at an angle [rad], turned about the hips as people lay."""
     angles = {
         name: np.radians(setup.posture.get(name, np.zeros(joint.degrees_of_freedom)))
         for name, joint in body.joints.items()
     }
-    angles[setup.joint][setup.axis] = radians(setup.start)
+    angles[setup.joint][setup.axis] = angle
     placed = forward_kinematics(build_tree(body), angles).poses
     centre, turn = np.eye(4), np.eye(4)
     centre[:3, 3] = -placed["lower_torso"][:3, 3]
@@ -379,8 +400,12 @@ def _draw_trace(axes: Axes) -> None:
         label="one adult [2]",
         zorder=4,
     )
-    axes.set_ylim(-95.0, 95.0)
-    axes.legend(loc="upper right", fontsize=6.5)
+    axes.set_ylim(-95.0, 130.0)
+    axes.legend(loc="upper right", ncols=2, fontsize=6.5)
+
+
+_RATES_SHOWN, _RATES_END = 1.2, 1.4
+"""End of the curves of rates, and of their time axes [s]."""
 
 
 def _draw_rates(axes: Axes, made: Swings, name: str) -> None:
@@ -390,12 +415,22 @@ def _draw_rates(axes: Axes, made: Swings, name: str) -> None:
         fact = facts[f"{name}_{key}_velocity"]
         low, high = sorted((sign * fact.low, sign * fact.high))
         axes.axhspan(low, high, color=PALE, lw=0.0, zorder=0.5)
-        axes.axhline(sign * fact.value, color=BLACK, lw=0.8)
-        axes.text(1.48, sign * fact.value, f"{key} peak", ha="right", va="bottom", fontsize=7.0)
+        axes.axhline(sign * fact.value, xmax=_RATES_SHOWN / _RATES_END, color=BLACK, lw=0.8)
+        text = f"{key}\npeak"
+        axes.text(
+            _RATES_END, sign * fact.value, text, ha="right", va="center", fontsize=7.0, zorder=3
+        )
     for case in SETUPS[name][1]:
         swing = made.swing(name, case)
-        axes.plot(swing.times, swing.rates, case.style.dash, color=case.style.colour, lw=1.3)
-    axes.set_xlim(0.0, 1.5)
+        shown = swing.times <= _RATES_SHOWN
+        axes.plot(
+            swing.times[shown],
+            swing.rates[shown],
+            case.style.dash,
+            color=case.style.colour,
+            lw=1.3,
+        )
+    axes.set_xlim(0.0, _RATES_END)
     axes.set_ylabel(f"{name}: rate [rad/s]")
 
 

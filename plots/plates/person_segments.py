@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, build_body
 from generator.person.measures import Sex, estimate_measures
-from plots.canvas import LINE_STYLES, PALE, add_footer, create_panels, plot_style
+from plots.canvas import BLACK, LINE_STYLES, PALE, add_footer, create_panels, plot_style
 from plots.person_facts import SegmentMeans, person_facts
 from plots.plate import Claim, Plate
 from springs.backends import Array
@@ -21,7 +21,12 @@ SEGMENTS = (*reversed(TRUNK_SEGMENTS), *LIMB_SEGMENTS)
 
 _LEG = ("upper_leg", "lower_leg")
 
-_QUANTITIES = ("mass", "about the antero-posterior axis", "medio-lateral", "longitudinal")
+_QUANTITIES = (
+    "mass",
+    "moment of inertia about the antero-posterior axis",
+    "medio-lateral axis",
+    "longitudinal axis",
+)
 
 _AXES: Mapping[str, tuple[int, int, int]] = {"hand": (1, 0, 2), "foot": (2, 1, 0)}
 """Axes of a segment (0 for x) along the published ones, where they are not x, y, z."""
@@ -33,11 +38,13 @@ _SIGN = "A difference is that of a person from the published mean, positive wher
 
 _CAPTION = (
     "A person is built for the stature and mass of the two mean bodies, and its segments are "
-    "compared with the measured ones. The person follows de Leva's table, which was made from "
-    "shares of these measurements: agreement shows that table and axes are right, not that "
-    "other people are so. Thigh and shank are the exception: de Leva's lengths do not add up to "
+    "compared with the measured ones. The person follows de Leva's table, which adjusts these same "
+    "measurements: agreement tests the use of the table and of its axes, and says nothing about "
+    "other people. Thigh and shank are the exception: de Leva's lengths do not add up to "
     "the stature, and the person's legs close it, {factors}; their moments of inertia change "
-    "with the square of the length. Differences beyond {largest:g} % are drawn at the edge."
+    "with the square of the length. The woman's foot weighs {foot:.2f} % of the body in the "
+    "measured table and {own:.2f} % in de Leva's. Differences beyond {largest:g} % are drawn at "
+    "the edge."
 )
 
 Differences = Mapping[str, Array]
@@ -79,7 +86,14 @@ def _caption() -> str:
         for sex, word in _WORDS.items()
         for factor in [leg_factor(sex)]
     ]
-    return _CAPTION.format(factors=" and ".join(factors), largest=_LARGEST_SHOWN)
+    women = person_facts().segments[Sex.FEMALE]
+    own = build_body(estimate_measures(Sex.FEMALE, women.stature, women.mass)).segments["foot"]
+    return _CAPTION.format(
+        factors=" and ".join(factors),
+        largest=_LARGEST_SHOWN,
+        foot=100.0 * women.segments["foot"][0] / women.mass,
+        own=100.0 * own.mass / women.mass,
+    )
 
 
 _WORDS = {Sex.MALE: "man", Sex.FEMALE: "woman"}
@@ -129,7 +143,7 @@ def _draw(found: Mapping[Sex, Differences], references: tuple[str, ...]) -> Figu
         for axes, (sex, rows) in zip(panels, found.items(), strict=True):
             means = person_facts().segments[sex]
             axes.axvspan(-bound, bound, color=PALE, lw=0.0, zorder=0.5)
-            axes.axvline(0.0, color="black", lw=0.8)
+            axes.axvline(0.0, color=BLACK, lw=0.8)
             _draw_rows(axes, rows)
             axes.set_title(f"{_WORDS[sex]}, {means.stature:.3f} m, {means.mass:.1f} kg", loc="left")
             axes.set_xlabel("difference from the measured mean [%]")
@@ -155,7 +169,7 @@ def _draw_rows(axes: Axes, rows: Differences) -> None:
             color=style.colour,
             ms=4.5,
             mfc="white",
-            label=quantity if index == 0 else f"inertia {quantity}" if index == 1 else quantity,
+            label=quantity,
         )
 
 

@@ -8,7 +8,15 @@ from plots import run
 from plots.joint_curve import JointCurve
 from plots.joint_plate import JointPlate
 from plots.plate import Plate
-from plots.plates import contact, exported_fall, fall_energy, fall_on_floor, hip_directional
+from plots.plates import (
+    contact,
+    exported_fall,
+    fall_energy,
+    fall_on_floor,
+    hip_directional,
+    person_pendulums,
+    person_posture,
+)
 
 
 @cache
@@ -34,6 +42,16 @@ def exported() -> exported_fall.Fall:
 @cache
 def contact_cases() -> contact.Cases:
     return contact.simulate_cases()
+
+
+@cache
+def swings() -> person_pendulums.Swings:
+    return person_pendulums.simulate_swings()
+
+
+@cache
+def postures() -> person_posture.Postures:
+    return person_posture.find_postures()
 
 
 def maker(name: str) -> Any:
@@ -63,5 +81,9 @@ def plate(name: str) -> Plate:
             return exported_fall.build_plate(exported())
         case hip_directional.hip_directional:
             return hip_directional.build_plate(cycle())
+        case person_pendulums.person_pendulums:
+            return person_pendulums.build_plate(swings())
+        case person_posture.person_posture:
+            return person_posture.build_plate(postures())
         case make:
             return make()

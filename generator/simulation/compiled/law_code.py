@@ -38,6 +38,8 @@ from springs.backends import Vector
 _HEADER = '''"""Generated from the definitions of laws; constants are in the table P."""
 import math
 
+from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
+
 
 def laws(X, V, P, Z, rows, bounds, T, G, power):
     elastic, viscous = P[0], P[1]

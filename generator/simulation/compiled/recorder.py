@@ -14,9 +14,6 @@ from typing import Any
 from springs import Operations, Real
 from springs.backends import CubicPieces, Vector
 
-_PIECE_SIZE = 5
-"""Constants of a piece of a cubic: its origin and four coefficients."""
-
 _BRANCHING = "a law decides by `ops.where`, not by `if`"
 
 
@@ -60,24 +57,13 @@ class Recorder:
 
         The lines are those of any other pieces of this number: their table is not code.
         """
-        table, first, name = len(self.constants), len(self.switching), f"v{len(self._names)}"
+        table, first, breaks = len(self.constants), len(self.switching), len(pieces) - 1
         for origin, coefficients in pieces:
             self.constants += [origin, *coefficients]
-        breaks, x = len(pieces) - 1, self.name(value)
         self.switching += [""] * breaks
-        self._names[f"piecewise cubic {name}"] = name
-        self.lines += [
-            f"p{name} = o + {table}",
-            f"for b in range({breaks}):",
-            f"    G[s + {first} + b] = P[o + {table + _PIECE_SIZE} + {_PIECE_SIZE} * b] - {x}",
-            f"    if not Z[s + {first} + b] > 0.0:",
-            f"        p{name} += {_PIECE_SIZE}",
-            f"d{name} = {x} - P[p{name}]",
-            f"{name} = P[p{name} + 3] + d{name} * P[p{name} + 4]",
-            f"{name} = P[p{name} + 2] + d{name} * {name}",
-            f"{name} = P[p{name} + 1] + d{name} * {name}",
-        ]
-        return Symbol(self, name)
+        return self.record(
+            f"piecewise_cubic({{}}, P, o + {table}, {breaks}, Z, G, s + {first})", value
+        )
 
     def switch(self, comparison: "Comparison") -> str:
         """Return the held sign of a comparison's switching function."""

@@ -1,0 +1,406 @@
+"""A person standing as people stand, and relaxed without gravity."""
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import asin, radians
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from generator import Plan, read_figure
+from generator.figure import Figure as Body
+from generator.kinematics.placement import forward_kinematics
+from generator.kinematics.tree import build_tree
+from generator.rotations import matrix_from_rotation_vector
+from generator.scene import Scene
+from plots.canvas import (
+    BLACK,
+    BLUE,
+    PALE,
+    VERMILION,
+    LineStyle,
+    add_footer,
+    create_canvas,
+    plot_style,
+)
+from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
+from plots.figure_image import Body as Surfaces
+from plots.person_facts import person_facts
+from plots.plate import Claim, Plate
+from plots.whole_body import mass_properties
+from springs.backends import Array
+
+PERSONS = {"male50": "man", "female50": "woman"}
+"""Words for the figures."""
+
+_STYLES = {"male50": LineStyle(BLUE, "-", "o"), "female50": LineStyle(VERMILION, "--", "s")}
+
+RELAXED_CASES: Mapping[str, tuple[str, str | None]] = {
+    "man": ("male50", None),
+    "woman": ("female50", None),
+    "man with coupled leg": ("male50", "coupled"),
+}
+"""Figure and choice of springs of the relaxed persons, by words."""
+
+EAR_BELOW_VERTEX = {"male50": 0.131, "female50": 0.126}
+"""Mean distance of the ear from the top of the head [m], of the survey."""
+
+LANDMARKS = ("ankle", "knee", "hip", "shoulder", "ear")
+"""From below."""
+
+_BELOW_KNEE = ("left_lower_leg", "right_lower_leg", "left_foot", "right_foot")
+
+_BELOW_HIP = (*_BELOW_KNEE, "left_upper_leg", "right_upper_leg")
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A person whose landmarks are as far in front of the ankles as people's.
+
+    Attributes:
+        body: the figure.
+        poses: of its segments; the ankles are at z = 0.
+        landmarks: places in the sagittal plane, forward and up, by name [m].
+    """
+
+    body: Body
+    poses: Poses
+    landmarks: Mapping[str, tuple[float, float]]
+
+    def centre_above(self, below: Sequence[str]) -> tuple[float, float]:
+        """Centre of mass of all but some segments, forward and up [m]."""
+        others = [name for name in self.body.bodies if name not in below]
+        _, up, forward = mass_properties(self.body, self.poses, others).centre.tolist()
+        return forward, up
+
+    def centre_in_front(self, landmark: str) -> float:
+        """Centre of mass of what is above the knee or the hip, in front of it [cm]."""
+        below = _BELOW_KNEE if landmark == "knee" else _BELOW_HIP
+        return 100.0 * (self.centre_above(below)[0] - self.landmarks[landmark][0])
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """A person at rest without gravity.
+
+    Attributes:
+        body: the figure.
+        displacements: of its joints [rad].
+        poses: of its segments.
+    """
+
+    body: Body
+    displacements: Mapping[str, Array]
+    poses: Poses
+
+    @property
+    def trunk_to_thigh(self) -> float:
+        """Angle between the line from hips to shoulders and the left thigh [deg]."""
+        hip, knee, shoulders = (
+            self.poses["left_upper_leg"][:3, 3],
+            self.poses["left_lower_leg"][:3, 3],
+            _middle(self.poses, "upper_arm"),
+        )
+        trunk, thigh = shoulders - _middle(self.poses, "upper_leg"), knee - hip
+        cosine = trunk @ thigh / np.linalg.norm(trunk) / np.linalg.norm(thigh)
+        return float(np.degrees(np.arccos(cosine)))
+
+    def angle(self, joint: str, axis: int) -> float:
+        """Displacement of a joint [deg]."""
+        return float(np.degrees(self.displacements[joint][axis]))
+
+
+@dataclass(frozen=True)
+class Postures:
+    """Both postures.
+
+    Attributes:
+        standing: by name of the figure.
+        relaxed: by words of the case.
+    """
+
+    standing: Mapping[str, Standing]
+    relaxed: Mapping[str, Relaxed]
+
+
+def _middle(poses: Poses, segment: str) -> Array:
+    """Point between the origins of the left and the right segment."""
+    return 0.5 * (poses[f"left_{segment}"] + poses[f"right_{segment}"])[:3, 3]
+
+
+def stand(body: Body, ear_below_vertex: float) -> Standing:
+    """Lean shank, thigh, trunk and head so that each landmark is where people have it."""
+    facts = person_facts().facts
+    forward = {"ankle": 0.0} | {
+        name: 0.01 * facts[f"{name}_before_ankle"].value for name in LANDMARKS[1:]
+    }
+    tree = build_tree(body)
+    upright = {name: np.zeros(joint.degrees_of_freedom) for name, joint in body.joints.items()}
+    straight = forward_kinematics(tree, upright).poses
+    heights = {
+        "ankle": _middle(straight, "foot")[1],
+        "knee": _middle(straight, "lower_leg")[1],
+        "hip": _middle(straight, "upper_leg")[1],
+        "shoulder": _middle(straight, "upper_arm")[1],
+        "neck": straight["head"][1, 3],
+    }
+    vertex = max(
+        (straight["head"] @ site.pose_in_segment)[1, 3]
+        for site in body.segments["head"].sites.values()
+    )
+    shank, thigh, trunk = (
+        asin((forward[above] - forward[below]) / (heights[above] - heights[below]))
+        for below, above in (("ankle", "knee"), ("knee", "hip"), ("hip", "shoulder"))
+    )
+    neck = forward["hip"] + np.sin(trunk) * (heights["neck"] - heights["hip"])
+    head = asin((forward["ear"] - neck) / (vertex - ear_below_vertex - heights["neck"]))
+    for side in ("left", "right"):
+        upright[f"{side}_ankle"][1] = shank
+        upright[f"{side}_knee"][0] = shank - thigh
+        upright[f"{side}_hip_joint"][2] = trunk - thigh
+        # The arms hang.
+        upright[f"{side}_shoulder"][2] = trunk
+    upright["neck"][2] = head - trunk
+    poses = _turn_about_ankles(forward_kinematics(tree, upright).poses, trunk)
+    ear = poses["head"] @ np.array([0.0, 0.0, vertex - ear_below_vertex - heights["neck"], 1.0])
+    places = {
+        "ankle": _middle(poses, "foot"),
+        "knee": _middle(poses, "lower_leg"),
+        "hip": _middle(poses, "upper_leg"),
+        "shoulder": _middle(poses, "upper_arm"),
+        "ear": ear,
+    }
+    return Standing(
+        body, poses, {name: (float(point[2]), float(point[1])) for name, point in places.items()}
+    )
+
+
+def _turn_about_ankles(poses: Mapping[str, Array], angle: float) -> Poses:
+    """Turn a figure forward [rad], and put its ankles at z = 0, as high as they were."""
+    turn, shift = np.eye(4), np.eye(4)
+    turn[:3, :3] = matrix_from_rotation_vector(np.array([angle, 0.0, 0.0]))
+    height = _middle(poses, "foot")[1]
+    turned = {name: turn @ pose for name, pose in poses.items()}
+    ankle = _middle(turned, "foot")
+    shift[:3, 3] = (0.0, height - ankle[1], -ankle[2])
+    return {name: shift @ pose for name, pose in turned.items()}
+
+
+def relax(body: Body, springs: str | None) -> Relaxed:
+    """Find the rest of a person without gravity, the pelvis fixed, with a choice of springs."""
+    from generator.simulation.equilibrium import find_equilibrium  # Exudyn takes its time
+
+    plan = Plan(gravity=(0.0, 0.0, 0.0), locked=("root_torso",), spring_choice=springs)
+    displacements = find_equilibrium(body, plan).displacements
+    poses = forward_kinematics(build_tree(body), displacements).poses
+    return Relaxed(body, displacements, poses)
+
+
+def find_postures() -> Postures:
+    """Pose and settle the persons."""
+    bodies = {name: read_figure(name) for name in PERSONS}
+    return Postures(
+        {name: stand(body, EAR_BELOW_VERTEX[name]) for name, body in bodies.items()},
+        {word: relax(bodies[name], springs) for word, (name, springs) in RELAXED_CASES.items()},
+    )
+
+
+def person_posture() -> Plate:
+    """Draw the plate."""
+    return build_plate(find_postures())
+
+
+_SIGN = "Distances are forward of the ankles; angles are zero standing upright, arms down."
+
+
+def build_plate(made: Postures) -> Plate:
+    """Draw the plate of postures."""
+    references = person_facts().references("woodhull_1985", "neutral_posture", "mount_2003")
+    return Plate(
+        name="person_posture",
+        title="A person standing, and relaxed without gravity",
+        caption=_caption(made),
+        sign=_SIGN,
+        figure=_draw(made, references),
+        claims=tuple(_claims(made)),
+        tables=_tables(made),
+        references=references,
+    )
+
+
+_REPORTED = (
+    ("left_hip_joint", 2, "hip flexed"),
+    ("left_hip_joint", 1, "hip abducted"),
+    ("left_knee", 0, "knee flexed"),
+    ("left_ankle", 1, "ankle dorsiflexed"),
+    ("left_shoulder", 2, "shoulder flexed"),
+    ("left_shoulder", 1, "shoulder abducted"),
+    ("left_elbow", 0, "elbow flexed"),
+    ("waist", 2, "waist flexed"),
+    ("thorax", 2, "thorax flexed"),
+    ("neck", 2, "neck flexed"),
+)
+"""Joint, index of its displacement, and words, of the angles that are reported."""
+
+
+def _caption(made: Postures) -> str:
+    relaxed = made.relaxed["man"]
+    angles = ", ".join(
+        f"{words} {relaxed.angle(joint, axis):.0f}" for joint, axis, words in _REPORTED
+    )
+    return (
+        "Left: the joints are set so that knee, hip, shoulder and ear are as far in front of the "
+        "ankle as fifteen people had them; the centres of mass of what is above the knee and above "
+        "the hip follow, and are compared. The figure's own standing posture is straight: there "
+        "all of them are above the ankle. The ear is taken on the axis of the head, at the "
+        "survey's mean height. Right: `mover settle --gravity 0,0,0` with the pelvis fixed, from "
+        f"standing. The man's angles [deg]: {angles}. Of these only the angle between trunk and "
+        "thigh has a published value that was read; crews of a later flight did not share one "
+        "posture [3]. The coupled leg has the springs of `--springs coupled`."
+    )
+
+
+def _claims(made: Postures) -> Iterator[Claim]:
+    facts = person_facts().facts
+    for name, word in PERSONS.items():
+        for landmark in ("knee", "hip"):
+            fact = facts[f"centre_before_{landmark}"]
+            yield fact.compare(
+                f"Standing {word}: centre of mass of what is above the {landmark}, in front of it "
+                f"(published: {fact.value_text})",
+                made.standing[name].centre_in_front(landmark),
+            )
+    fact = facts["trunk_to_thigh"]
+    for word, relaxed in made.relaxed.items():
+        yield fact.compare(
+            f"Relaxed {word}, without gravity: angle between trunk and thigh (published: "
+            f"{fact.value_text})",
+            relaxed.trunk_to_thigh,
+            remark="the torque of the hip vanishes nearer to standing; crews differed as much",
+        )
+
+
+_SIDE = View(turn=radians(-90.0), tilt=0.0)
+
+_STANDING_STRIP = Strip(
+    _SIDE, spacing=1.0, left=-0.35, right=0.4, bottom=-0.05, top=1.85, floor=None, scale=150.0
+)
+
+_RELAXED_STRIP = Strip(
+    View(turn=radians(-60.0), tilt=radians(8.0)),
+    spacing=1.0,
+    left=-0.42,
+    right=0.58,
+    bottom=0.15,
+    top=1.85,
+    floor=None,
+    scale=150.0,
+)
+
+
+def _draw(made: Postures, references: tuple[str, ...]) -> Figure:
+    with plot_style():
+        figure = create_canvas(5.2)
+        grid = figure.add_gridspec(1, 3, width_ratios=(0.75, 1.0, 2.4))
+        standing = figure.add_subplot(grid[0, 0])
+        _draw_standing(standing, made.standing["male50"])
+        _draw_offsets(figure.add_subplot(grid[0, 1]), made)
+        _draw_relaxed(figure.add_subplot(grid[0, 2]), made)
+        add_footer(figure, _SIGN, references)
+    return figure
+
+
+def _draw_standing(axes: Axes, standing: Standing) -> None:
+    axes.set_axis_off()
+    surfaces = Surfaces.of_figure(standing.body, SKIN[:3])
+    strip = _STANDING_STRIP
+    image = draw_moments(surfaces, [standing.poses], strip, Scene())
+    extent = (strip.left, strip.left + strip.width(1), strip.bottom, strip.top)
+    axes.imshow(image, extent=extent, interpolation="none")
+    axes.axvline(0.0, color=BLACK, lw=0.8, ls=":")
+    for forward, up in standing.landmarks.values():
+        axes.plot([forward], [up], "o", color=BLACK, mfc="white", ms=4.5)
+    for below in (_BELOW_KNEE, _BELOW_HIP):
+        forward, up = standing.centre_above(below)
+        axes.plot([forward], [up], "D", color=BLACK, ms=4.0)
+    axes.set_title("man, standing", loc="left")
+
+
+def _draw_offsets(axes: Axes, made: Postures) -> None:
+    """Places of the landmarks and centres of mass, in front of the ankle."""
+    facts = person_facts().facts
+    man = made.standing["male50"]
+    axes.axvline(0.0, color=BLACK, lw=0.8, ls=":")
+    for name in LANDMARKS[1:]:
+        fact, height = facts[f"{name}_before_ankle"], man.landmarks[name][1]
+        axes.plot([fact.low, fact.high], [height, height], color=BLACK, lw=1.0)
+        axes.plot([fact.value], [height], "o", color=BLACK, mfc="white", ms=4.5)
+        axes.text(fact.high + 0.3, height, name, va="center", fontsize=7.5)
+    for landmark, below in (("knee", _BELOW_KNEE), ("hip", _BELOW_HIP)):
+        fact, start = facts[f"centre_before_{landmark}"], 100.0 * man.landmarks[landmark][0]
+        height = man.centre_above(below)[1]
+        axes.fill_betweenx(
+            [height - 0.025, height + 0.025],
+            start + fact.low,
+            start + fact.high,
+            color=PALE,
+            lw=0.0,
+        )
+        axes.text(
+            start + fact.high + 0.3, height, f"all above\nthe {landmark}", va="center", fontsize=7.5
+        )
+        for name, style in _STYLES.items():
+            standing = made.standing[name]
+            axes.plot(
+                [start + standing.centre_in_front(landmark)],
+                [height],
+                style.marker if style.marker != "o" else "D",
+                color=style.colour,
+                mfc="white",
+                ms=5.0,
+                label=PERSONS[name] if landmark == "knee" else "_",
+            )
+    axes.set_xlim(-1.0, 12.0)
+    axes.set_ylim(_STANDING_STRIP.bottom, _STANDING_STRIP.top)
+    axes.set_xlabel("in front of the ankle [cm]")
+    axes.set_ylabel("height [m]")
+    axes.legend(loc="lower right", fontsize=7.0)
+
+
+def _draw_relaxed(axes: Axes, made: Postures) -> None:
+    axes.set_axis_off()
+    strip = _RELAXED_STRIP
+    width, height = strip.width(1), strip.top - strip.bottom
+    for place, (word, relaxed) in enumerate(made.relaxed.items()):
+        surfaces = Surfaces.of_figure(relaxed.body, SKIN[:3])
+        image = draw_moments(surfaces, [relaxed.poses], strip, Scene())
+        left = place * width
+        extent = (left, left + width, 0.0, height)
+        axes.imshow(image, extent=extent, interpolation="none")
+        text = f"{word}\ntrunk to thigh {relaxed.trunk_to_thigh:.0f} deg"
+        axes.text(left + 0.5 * width, 0.0, text, ha="center", va="top", fontsize=7.0)
+    axes.set_xlim(0.0, len(made.relaxed) * width)
+    axes.set_ylim(-0.2, height)
+    axes.set_title("relaxed without gravity", loc="left")
+
+
+def _tables(made: Postures) -> dict[str, Mapping[str, Array]]:
+    return {
+        "standing": {
+            f"{word}: {quantity} [m]": np.array(
+                [standing.landmarks[name][axis] for name in LANDMARKS]
+            )
+            for person, word in PERSONS.items()
+            for standing in [made.standing[person]]
+            for axis, quantity in enumerate(("forward of the ankle", "height"))
+        },
+        "relaxed": {
+            f"{word}: {words} [deg]": np.array([relaxed.angle(joint, axis)])
+            for word, relaxed in made.relaxed.items()
+            for joint, axis, words in _REPORTED
+        },
+    }
