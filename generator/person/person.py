@@ -10,7 +10,7 @@ from generator.person.body import Body, build_body
 from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
 from generator.person.passive_joints import coupled_leg_springs, person_springs
-from generator.person.shape import body_surfaces
+from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
 from generator.springs_file.read import load_springs
@@ -66,7 +66,12 @@ def build_person(measures: Measures, springs: bool = True) -> Person:
     """
     body = build_body(measures)
     figure = person_figure(body)
-    sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
+    sources = (
+        *measure_sources(measures),
+        *body.sources,
+        *limit_sources(body),
+        *shape_sources(body),
+    )
     return Person(
         body,
         figure,
