@@ -267,7 +267,7 @@ def _person_uses(figure: Figure, cited: Iterable[str]) -> Iterator[tuple[str, li
     """Yield the other references of a person, in the table beside it, and what they are for."""
     if figure.path is not None and identity_of(figure) is not None:
         for reference, quantities in read_references(sources_path(figure.path)).items():
-            if not any(text.startswith(reference) for text in cited):
+            if not any(reference in text for text in cited):
                 yield reference, quantities
 
 
