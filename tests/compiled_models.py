@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
@@ -18,6 +19,7 @@ from generator.simulation.compiled.layout import (
 )
 from generator.simulation.compiled.marching import settle_branches
 from generator.simulation.compiled.mechanism import CompiledModel, _Builder
+from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
 from generator.simulation.model import ExudynModel
 from springs import FLOATS
 from tests.poses import Pose
@@ -57,6 +59,7 @@ def plain_tables(uses: Sequence[LawUse]) -> LawTables:
     def execute(source: str, name: str, _signature: object):
         names: dict[str, object] = {}
         exec(source, names)
+        names["piecewise_cubic"] = cast("Any", piecewise_cubic).py_func
         return names[name]
 
     with patch.object(law_code, "compile_source", execute):

@@ -13,6 +13,8 @@ from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.read import find_figure, shipped_figures
+from generator.person.identity import identity_of
+from generator.person.person_files import read_references, sources_path
 from springs import SpringSet
 from springs.elastic import Range
 from springs.published.reference import Reference
@@ -245,7 +247,11 @@ def cite(
     for spring in spring_set.coupled:
         if spring.reference:
             uses[spring.reference].append(" with ".join(coupled_axis_names(spring)))
-    entries = [(THESIS, list(_thesis_uses(figure, spring_set))), *uses.items()]
+    entries = [
+        (THESIS, list(_thesis_uses(figure, spring_set))),
+        *_person_uses(figure, uses),
+        *uses.items(),
+    ]
     return CommandResult(
         text="\n\n".join(f"{reference}\n  for {', '.join(used)}" for reference, used in entries),
         data={
@@ -255,6 +261,14 @@ def cite(
         },
         diagnostics=(*warnings, *more),
     )
+
+
+def _person_uses(figure: Figure, cited: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
+    """Yield the other references of a person, in the table beside it, and what they are for."""
+    if figure.path is not None and identity_of(figure) is not None:
+        for reference, quantities in read_references(sources_path(figure.path)).items():
+            if not any(reference in text for text in cited):
+                yield reference, quantities
 
 
 def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:

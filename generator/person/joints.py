@@ -27,6 +27,7 @@ from generator.figure import (
 from generator.named_mapping import by_name
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, BodySegment
 from generator.person.identity import Identity
+from generator.person.shape import foot_contact_spheres
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex
 from springs.published.range_of_motion import (
@@ -267,7 +268,10 @@ def _limb_segment(body: Body, part: BodySegment, side: str) -> Segment:
         sites.append(Site("distal", Location.at(0.0, 0.0, part.length)))
     bare = part.name in ("lower_arm", "hand")
     colour = "skin" if bare else "clothing"
-    return _moving_segment(f"{side}_{part.name}", part, sites, colour)
+    segment = _moving_segment(f"{side}_{part.name}", part, sites, colour)
+    if part.name == "foot":
+        return replace(segment, contact_spheres=foot_contact_spheres(body))
+    return segment
 
 
 def _moving_segment(name: str, part: BodySegment, sites: list[Site], colour: str) -> Segment:

@@ -11,7 +11,7 @@ from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
 from generator.person.passive_joints import coupled_leg_springs, person_springs
 from generator.person.passive_sources import spring_sources
-from generator.person.shape import body_surfaces
+from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
 from generator.springs_file.read import load_springs
@@ -68,6 +68,7 @@ def build_person(measures: Measures, springs: bool = True) -> Person:
     body = build_body(measures)
     figure = person_figure(body)
     sources = [*measure_sources(measures), *body.sources, *limit_sources(body)]
+    sources += shape_sources(body)
     if springs:
         sources += spring_sources(body, figure)
     return Person(

@@ -14,6 +14,7 @@ from generator.person.measures import Measures
 from generator.person.person import Person
 from generator.person.sources import SourcedNumber
 from generator.springs_file.write import write_springs
+from generator.text_io import is_file, load_text
 
 COUPLED_SPRINGS = "coupled"
 """Name that chooses the springs with the law over hip, knee and ankle: `--springs coupled`."""
@@ -64,6 +65,22 @@ def person_files(person: Person, path: Path) -> ModelFiles:
 def describe_measures(measures: Measures) -> str:
     """Return sex, stature and mass in words: `male, 1.756 m, 85.5 kg`."""
     return f"{measures.sex.value}, {measures.stature:.6g} m, {measures.mass:.6g} kg"
+
+
+def read_references(path: Path) -> dict[str, list[str]]:
+    """Return the references in a table of sources, each with the quantities that are from it.
+
+    Empty without such a file.
+    """
+    if not is_file(path):
+        return {}
+    lines = load_text(path, str(path))[0].text.splitlines()
+    quantities: dict[str, list[str]] = {}
+    for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+        reference, quantity = row.get("reference"), row.get("quantity")
+        if reference and quantity and quantity not in quantities.setdefault(reference, []):
+            quantities[reference].append(quantity)
+    return quantities
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from generator.figure import ContactSphere
 from generator.geometry.surface import Surface
 from generator.person.body import Body
 from generator.person.loft import (
+    DECIMALS,
     Cap,
     Loft,
     Relief,
@@ -496,15 +497,14 @@ def foot_contact_spheres(body: Body) -> tuple[ContactSphere, ...]:
         (rear + span - at_toe, 0.20 * broad, at_toe),
     )
     spheres = [
-        ContactSphere((x, side * y, ankle - radius), radius)
-        for x, y, radius in rows
-        for side in (1.0, -1.0)
+        (x, side * y, ankle - radius, radius) for x, y, radius in rows for side in (1.0, -1.0)
     ]
-    return (
-        *spheres,
-        ContactSphere((0.14 * span, 0.0, instep - 0.17 * ankle), instep),
-        ContactSphere((0.0, 0.0, -0.06 * malleoli), 0.44 * malleoli),
-    )
+    spheres += [
+        (0.14 * span, 0.0, instep - 0.17 * ankle, instep),
+        (0.0, 0.0, -0.06 * malleoli, 0.44 * malleoli),
+    ]
+    rounded = np.round(spheres, DECIMALS).tolist()
+    return tuple(ContactSphere((x, y, z), radius) for x, y, z, radius in rounded)
 
 
 _HARRINGTON = Reference(

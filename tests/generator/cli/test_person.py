@@ -51,6 +51,19 @@ def test_other_commands_take_the_person(me: Path):
     assert 0.545 < answer("com", me)["height_over_stature"] < 0.57
 
 
+def test_the_references_of_the_body_are_cited(me: Path):
+    used = {each["reference"]: each["used_for"] for each in answer("cite", me)["references"]}
+    (segments,) = (used[name] for name in used if "de Leva" in name and "table 4" in name)
+    assert {"mass", "length"} <= set(segments)
+    of_springs = [name for name in used if "A. Silder" in name]
+    assert of_springs
+    assert all("[C1: " in name for name in of_springs), "those of springs are cited once"
+    (me.parent / "me.sources.csv").rename(me.parent / "gone.csv")
+    found = answer("cite", me)["references"]
+    (me.parent / "gone.csv").rename(me.parent / "me.sources.csv")
+    assert not any(each["reference"].startswith("de Leva") for each in found)
+
+
 def test_the_coupled_springs_are_chosen_by_their_name(me: Path):
     springs = answer("describe", me, "--springs", "coupled")["springs"]
     assert springs["coupled"]

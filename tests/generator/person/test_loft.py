@@ -105,7 +105,7 @@ exponents = st.floats(1.7, 4.0)
 rows = st.tuples(sizes, sizes, sizes, st.floats(-0.1, 0.1), exponents, exponents)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.lists(rows, min_size=2, max_size=5), st.floats(2.0, 3.0))
 def test_any_loft_is_closed_outward_and_does_not_meet_itself(
     rows: list[tuple[float, ...]], exponent: float

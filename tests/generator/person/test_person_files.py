@@ -15,6 +15,7 @@ from generator.person.person_files import (
     describe_measures,
     format_sources,
     person_files,
+    read_references,
     side_segments,
     sources_path,
 )
@@ -40,12 +41,16 @@ def shipped(request: pytest.FixtureRequest) -> tuple[Path, Person]:
 
 
 def differences(one: str, other: str, tolerance: float) -> list[tuple[str, str]]:
-    """Texts between the numbers, and numbers, that differ."""
-    words = [pair for pair in zip(NUMBER.split(one), NUMBER.split(other), strict=True)]
-    numbers = zip(NUMBER.findall(one), NUMBER.findall(other), strict=True)
-    return [pair for pair in words if pair[0] != pair[1]] + [
+    """Numbers, and texts between them, that differ."""
+    texts, numbers = (
+        [find(text) for text in (one, other)] for find in (NUMBER.split, NUMBER.findall)
+    )
+    if len(numbers[0]) != len(numbers[1]):
+        return [(f"{len(numbers[0])} numbers", f"{len(numbers[1])} numbers")]
+    words = [pair for pair in zip(*texts, strict=True) if pair[0] != pair[1]]
+    return words + [
         (a, b)
-        for a, b in numbers
+        for a, b in zip(*numbers, strict=True)
         if not math.isclose(float(a), float(b), rel_tol=1e-9, abs_tol=tolerance)
     ]
 
@@ -66,6 +71,7 @@ def test_the_comparison_sees_a_gram():
     assert differences("mass = 2.5g; x 3", "mass = 2.5g; x 3", 0.0) == []
     assert differences("mass = 2.5g", "mass = 3.5g", 0.1) == [("2.5", "3.5")]
     assert differences("mass = 2.5g", "mass = 2.5kg", 0.1) == [("g", "kg")]
+    assert differences("a 1 2", "a 1", 0.1) == [("2 numbers", "1 numbers")]
     assert differences("trans(0cm,-1e-3cm)", "trans(0cm,1e-3cm)", 1e-9) == [("-1e-3", "1e-3")]
 
 
@@ -112,6 +118,14 @@ def test_a_row_of_sources_has_its_reference_and_rule():
         "rule": "6.94 %, of 79",
     }
     assert (estimate["reference"], estimate["sureness"], estimate["rule"]) == ("", "", "none found")
+
+
+@pytest.mark.parametrize("text", ["", "part,reference\n1", "\0", "a,b\n1,2,3\n"])
+def test_a_damaged_table_of_sources_has_no_references(text: str, tmp_path: Path):
+    path = tmp_path / "me.sources.csv"
+    assert read_references(path) == {}
+    path.write_text(text, encoding="utf-8")
+    assert read_references(path) == {}
 
 
 def test_paths_and_words(tmp_path: Path):

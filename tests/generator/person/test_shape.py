@@ -80,7 +80,7 @@ def check_surfaces(body: Body, surfaces: dict[str, Surface]) -> None:
     assert heights.max() == pytest.approx(body.measures.stature, abs=2e-5)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(st.sampled_from(Sex), st.floats(1.4, 2.1), st.floats(40.0, 150.0))
 def test_surfaces_are_closed_around_joints_and_centres_of_mass(
     sex: Sex, stature: float, mass: float
@@ -220,7 +220,7 @@ def test_spheres_of_the_foot_touch_the_sole_and_follow_the_surface(
     body, surfaces = person(*case)
     spheres = foot_contact_spheres(body)
     lowest = [sphere.centre[2] + sphere.radius for sphere in spheres]
-    assert lowest[:6] == pytest.approx([body.ankle_height] * 6)
+    assert lowest[:6] == pytest.approx([body.ankle_height] * 6, abs=2e-5)
     assert max(lowest[6:]) < body.ankle_height
     spread = np.random.default_rng(5).normal(size=(500, 3))
     directions = spread / np.linalg.norm(spread, axis=1)[:, None]
