@@ -133,7 +133,7 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     chest = _chest_breadth(body)
     slim = SLIMMEST_OVER_MEAN[measures.sex]
     radius = length("neck_circumference") / (2.0 * pi)
-    acromion = shoulder + ACROMION_ABOVE_SHOULDER * stature
+    acromion = shoulder + min(ACROMION_ABOVE_SHOULDER * stature, 0.6 * (neck - shoulder))
     across = body.shoulder_spacing
     bust = 0.72 if is_female else 1.0
 
@@ -165,14 +165,14 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
         ),
         section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, CHEST_EXPONENT),
         section(
-            0.5 * (thorax + shoulder),
+            thorax + 0.45 * (shoulder - thorax),
             1.03 * chest,
             0.44 * (0.5 + 0.5 * bust) * depth,
             0.51 * depth,
             2.6,
         ),
         section(
-            shoulder - 0.025 * stature,
+            thorax + 0.67 * (shoulder - thorax),
             0.5 * (1.06 * chest + across),
             0.35 * depth,
             0.48 * depth,
@@ -311,11 +311,12 @@ def _head(body: Body) -> Surface:
         return Section(at, 2.0 * size * radius, size * radius, size * radius, centre * radius)
 
     throat = chin - 0.13 * face
+    low = min(throat - 0.32 * top, -0.2 * top)
     nape = (0.91 * radius + centre) / deep
     jaw = min(1.0, 2.0 * radius / broad)
     sections = (
-        neck(throat - 0.32 * top, 0.80, -0.30),
-        neck(throat - 0.16 * top, 0.98, -0.12),
+        neck(low, 0.80, -0.30),
+        neck(0.5 * (low + throat), 0.98, -0.12),
         neck(throat, 0.98, 0.08),
         skull(chin - 0.06 * face, 0.96 * jaw, 0.32, nape, 1.95, 2.0),
         skull(chin, 0.7 * jaw + 0.18, 0.385, nape, 1.8, 2.0),
@@ -339,7 +340,7 @@ def _head(body: Body) -> Surface:
         Relief(chin + 0.09 * face, 0.0, 0.025 * deep, 0.07 * face, 0.07 * face, 0.14 * broad),
         Relief(chin + 0.36 * face, 0.0, 0.02 * deep, 0.05 * face, 0.05 * face, 0.12 * broad),
     )
-    low, high = sections[0].at, sections[-1].at
+    high = sections[-1].at
     places = ring_places([(low, 0.02), (throat, 0.009), (chin, 0.0105), (high, 0.0)], [])
     caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
     rings, poles = Loft(sections, HEAD_SIDES, places, reliefs, 0.4).part(low, high, *caps)
@@ -358,7 +359,8 @@ def _arm(body: Body) -> Iterator[Surface]:
     deltoid = min(length("bideltoid_breadth") - body.shoulder_spacing, 1.25 * biceps / pi)
     forearm = RELAXED_FOREARM * length("forearm_circumference_flexed")
     elbow_girth, wrist_girth = ELBOW_OVER_FOREARM * forearm, length("wrist_circumference")
-    broad, palm = length("hand_breadth"), length("palm_length") / length("hand_length")
+    broad = length("hand_breadth")
+    palm = min(length("palm_length") / length("hand_length"), 0.7)
 
     def upper(part: float) -> float:
         return part * elbow
@@ -466,15 +468,18 @@ def _foot(body: Body) -> Surface:
     sections = (
         section(0.11, 0.94 * heel, 0.88 * ankle),
         section(at_ankle, 0.98 * heel, ankle + 0.42 * malleoli),
-        section(at_ankle + 0.13, heel, 1.24 * ankle, 2.1),
-        section(0.58, 0.94 * broad, 0.90 * ankle, 2.2),
+        section(0.73 * at_ankle + 0.27 * ball, heel, 1.24 * ankle, 2.1),
+        section(0.33 * at_ankle + 0.67 * ball, 0.94 * broad, 0.90 * ankle, 2.2),
         section(ball, broad, 0.62 * ankle, 2.4),
-        section(0.88, 0.93 * broad, 0.42 * ankle, 2.5),
-        section(0.95, 0.78 * broad, 0.36 * ankle, 2.5),
+        section(0.46 * ball + 0.54, 0.93 * broad, 0.42 * ankle, 2.5),
+        section(0.19 * ball + 0.81, 0.78 * broad, 0.36 * ankle, 2.5),
     )
     low, high = sections[0].at, sections[-1].at
     places = ring_places([(low, 0.017), (high, 0.0)], [])
-    caps = Cap(0.11 * span, 2.4, 4, -0.6 * ankle), Cap(0.05 * span, 2.3, 3, -0.88 * ankle)
+    caps = (
+        Cap(0.11 * span, 2.4, 4, -0.6 * ankle),
+        Cap(0.19 * (1.0 - ball) * span, 2.3, 3, -0.88 * ankle),
+    )
     rings, poles = Loft(sections, LIMB_SIDES, places).part(low, high, *caps)
     rings[..., 0] = np.maximum(rings[..., 0], -ankle)
     return loft_surface(rings, poles, FOOT_AXES, "foot")
