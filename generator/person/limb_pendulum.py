@@ -106,7 +106,7 @@ def _limb(body: Body, names: Iterable[str]) -> Iterable[tuple[BodySegment, _Arra
     start = 0.0
     for name in names:
         segment = body.segments[name]
-        yield segment, np.array(segment.centre) + (0.0, 0.0, start)
+        yield segment, np.add(segment.centre, (0.0, 0.0, start))
         start += segment.length
 
 
@@ -115,10 +115,10 @@ def _trunk(body: Body, names: Iterable[str]) -> Iterable[tuple[BodySegment, _Arr
     start = 0.0
     for name in names:
         segment = body.segments[name]
-        yield segment, np.array(segment.centre) + (0.0, 0.0, start)
+        yield segment, np.add(segment.centre, (0.0, 0.0, start))
         if name == "upper_torso":
             for side in (-0.5, 0.5):
                 shoulder = (0.0, side * body.shoulder_spacing, start + body.shoulder_height)
                 for part, (x, y, z) in _limb(body, LIMBS["shoulder"]):
-                    yield part, np.array(shoulder) + (x, -y, -z)
+                    yield part, np.add(shoulder, (x, -y, -z))
         start += segment.length
