@@ -1,4 +1,4 @@
-"""Limbs as pendulums: what a joint of a person swings, and the damping that follows from a ratio.
+"""Limbs of a person as pendulums, and the damping that follows from a damping ratio.
 
 A joint of a limb swings what is below it, hanging straight; a joint of the trunk swings what is
 above it, arms straight down, as if it hung too. Turning a limb about its length swings the next
@@ -22,7 +22,7 @@ _Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LimbPendulum:
-    """What swings about an axis of a joint.
+    """Inertia and weight about an axis of a joint.
 
     Attributes:
         inertia: about the axis [kg m2].
@@ -60,7 +60,7 @@ TRUNK = {
 
 
 def limb_pendulum(body: Body, joint: str, axis: str) -> LimbPendulum:
-    """Return what swings about an axis of a joint.
+    """Return inertia and weight about an axis of a joint.
 
     Args:
         body: of the person.
