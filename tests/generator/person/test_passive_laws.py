@@ -64,12 +64,12 @@ def test_a_growing_torque_is_reached_at_both_ends():
 
 
 def test_one_angle_of_a_law_of_several():
-    held = {
+    wanted = {
         "published": "riener_edrich_1999/leg",
         "coordinate": "ankle dorsiflexion",
         "deg": {"hip flexion": 45, "knee flexion": 60},
     }
-    law = build_law({"held": held}, CONTEXT).elastic
+    law = build_law({"held": wanted}, CONTEXT).elastic
     angles = [radians(45.0), radians(60.0), radians(10.0)]
     torque = coupled_law("riener_edrich_1999/leg").law.torques(angles)[2]
     assert law.torque(radians(10.0)) == pytest.approx(torque)
