@@ -1,4 +1,4 @@
-"""Limbs as pendulums: what a joint of a person swings, and the damping that follows from a ratio.
+"""Limbs of a person as pendulums, and the damping that follows from a damping ratio.
 
 A joint of a limb swings what is below it, hanging straight; a joint of the trunk swings what is
 above it, arms straight down, as if it hung too. Turning a limb about its length swings the next
@@ -22,7 +22,7 @@ _Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LimbPendulum:
-    """What swings about an axis of a joint.
+    """Inertia and weight about an axis of a joint.
 
     Attributes:
         inertia: about the axis [kg m2].
@@ -60,7 +60,7 @@ TRUNK = {
 
 
 def limb_pendulum(body: Body, joint: str, axis: str) -> LimbPendulum:
-    """Return what swings about an axis of a joint.
+    """Return inertia and weight about an axis of a joint.
 
     Args:
         body: of the person.
@@ -106,7 +106,7 @@ def _limb(body: Body, names: Iterable[str]) -> Iterable[tuple[BodySegment, _Arra
     start = 0.0
     for name in names:
         segment = body.segments[name]
-        yield segment, np.array(segment.centre) + (0.0, 0.0, start)
+        yield segment, np.add(segment.centre, (0.0, 0.0, start))
         start += segment.length
 
 
@@ -115,10 +115,10 @@ def _trunk(body: Body, names: Iterable[str]) -> Iterable[tuple[BodySegment, _Arr
     start = 0.0
     for name in names:
         segment = body.segments[name]
-        yield segment, np.array(segment.centre) + (0.0, 0.0, start)
+        yield segment, np.add(segment.centre, (0.0, 0.0, start))
         if name == "upper_torso":
             for side in (-0.5, 0.5):
                 shoulder = (0.0, side * body.shoulder_spacing, start + body.shoulder_height)
                 for part, (x, y, z) in _limb(body, LIMBS["shoulder"]):
-                    yield part, np.array(shoulder) + (x, -y, -z)
+                    yield part, np.add(shoulder, (x, -y, -z))
         start += segment.length

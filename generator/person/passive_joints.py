@@ -5,7 +5,9 @@ curve's own sample times m H^2 over that of the sample's mean body. Damping is t
 ratio of the limb which the joint swings (`generator.person.limb_pendulum`).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from math import degrees
 
 from generator.diagnostics import ModelError
 from generator.figure import AxisKind, Figure
@@ -21,15 +23,20 @@ from generator.person.passive_laws import (
     build_law,
     rest_stiffness,
 )
-from generator.person.sources import Origin
+from generator.person.sources import Origin, SourcedNumber
 from generator.springs_file.axes import axis_by_name, parallel_sign, unit_axis
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.published import PublishedLaw
 from springs import Damping, Joining
-from springs.elastic import Range
+from springs.elastic import Elastic, Range
+from springs.exponential import Exponential
+from springs.interpolated import Interpolated
+from springs.linear import Linear
 from springs.published.parse import parse_reference
 from springs.published.reference import Reference
 from springs.published.tables import coupled_law
+from springs.smooth_limit import SmoothLimit
 
 _DATA_FILE = "passive_joints"
 _ESTIMATE = "An estimate, not from a study"
@@ -95,14 +102,14 @@ class PassiveAxis:
 
     @property
     def why(self) -> str:
-        """What the law is, how it was scaled, and the damping, in sentences."""
+        """Choice and rule of the law, its factor and its damping, in sentences."""
         label = "An estimate. " if self.origin is Origin.ESTIMATE else ""
         parts = (f"{label}{self.choice}", self.law.rule, self.scale_rule, self.damping_rule)
         return " ".join(part for part in parts if part)
 
     @property
     def damping_rule(self) -> str:
-        """How the damping follows, in a sentence."""
+        """Rule of the damping, in a sentence."""
         label = ", an estimate" if self.ratio_origin is Origin.ESTIMATE else ""
         frequency = self.pendulum.frequency(self.stiffness)
         return (
@@ -155,11 +162,6 @@ def coupled_leg_springs(body: Body, figure: Figure) -> SpringsFile:
         why=f"{leg['why'].strip()} {rule}",
     )
     return SpringsFile(entries, figure.name, coupled=(coupled,))
-
-
-def scaling_reference() -> Reference:
-    """Publication of the rule by which the torques are scaled."""
-    return load_data_file(_DATA_FILE).reference
 
 
 def passive_axes(body: Body, figure: Figure) -> tuple[PassiveAxis, ...]:
@@ -272,3 +274,101 @@ def _damping_entry(axis: PassiveAxis) -> SpringEntry:
         reference=axis.damping_reference,
         why=axis.damping_rule,
     )
+
+
+def spring_sources(body: Body, figure: Figure) -> tuple[SourcedNumber, ...]:
+    """Return every number of a person's springs with its source, the two-joint law's last."""
+    rows = [row for axis in passive_axes(body, figure) for row in _axis_sources(axis)]
+    for entry in coupled_leg_springs(body, figure).coupled:
+        rows += _coupled_sources(entry)
+    return tuple(rows)
+
+
+def _axis_sources(axis: PassiveAxis) -> Iterator[SourcedNumber]:
+    part, motion = axis.joint, axis.motion
+    reference = axis.law.references[0] if axis.law.references else None
+    rule = " ".join(filter(None, (axis.choice, axis.law.rule)))
+    for quantity, value, unit in _law_numbers(axis.law.law):
+        name = f"{motion}: {quantity}"
+        yield SourcedNumber(part, name, value, unit, axis.origin, reference, rule)
+    yield SourcedNumber(
+        *(part, f"{motion}: factor of the torque", axis.scale, "", Origin.SCALED),
+        _scaling_reference(),
+        axis.scale_rule,
+    )
+    yield SourcedNumber(
+        *(part, f"{motion}: damping ratio of the limb", axis.ratio, "", axis.ratio_origin),
+        axis.ratio_reference,
+        axis.ratio_rule,
+    )
+    published = axis.ratio_origin is Origin.PUBLISHED
+    yield SourcedNumber(
+        *(part, f"{motion}: viscous damping", axis.damping.viscous, "N m s/rad"),
+        Origin.SCALED if published else Origin.ESTIMATE,
+        axis.ratio_reference,
+        axis.damping_rule,
+    )
+
+
+def _law_numbers(law: Elastic | PublishedLaw) -> Iterator[tuple[str, float, str]]:
+    """Quantity, value and unit of the numbers of a law, before its factor."""
+    if isinstance(law, PublishedLaw):
+        yield from _printed_numbers(law)
+        return
+    match law:
+        case Interpolated():
+            for angle, torque in law.points:
+                yield f"torque at {degrees(angle):.6g} deg", torque, "N m"
+        case SmoothLimit():
+            yield "lower limit", law.lower, "rad"
+            yield "upper limit", law.upper, "rad"
+            yield "stiffness beyond the lower limit", law.lower_stiffness, "N m/rad"
+            yield "stiffness beyond the upper limit", law.upper_stiffness, "N m/rad"
+            yield "angle over which it grows", law.transition, "rad"
+        case Exponential():
+            for k, term in enumerate(law.terms, start=1):
+                yield f"amplitude of exponential {k}", term.amplitude, "N m"
+                yield f"rate of exponential {k}", term.rate, "1/rad"
+            yield "constant torque", law.constant, "N m"
+        case Linear():
+            yield "stiffness", law.stiffness, "N m/rad"
+            yield "rest", law.rest, "rad"
+        case _:
+            raise TypeError(f"a person has no law {type(law).__name__}")
+
+
+def _printed_numbers(law: PublishedLaw) -> Iterator[tuple[str, float, str]]:
+    """The law's numbers in SI: those of the law that the printed ones make."""
+    made = law.law
+    if isinstance(made, Interpolated | SmoothLimit | Exponential | Linear):
+        yield from _law_numbers(made)
+    else:
+        for name, value in law.row.printed.coefficients.items():
+            yield f"{name} as printed", value, ""
+
+
+def _coupled_sources(entry: CoupledEntry) -> Iterator[SourcedNumber]:
+    """The numbers of a two-joint law as published, with its factor."""
+    assert entry.published is not None
+    reference: Reference = coupled_law(entry.published).reference
+    law, part = entry.unmodified_law, " and ".join(entry.joints[0]).replace("left_", "")
+    for k, term in enumerate(law.terms, start=1):
+        numbers = [("exponent at zero angles", term.exponent, "")]
+        for name, amplitude, rate in zip(law.coordinates, term.amplitudes, term.rates, strict=True):
+            numbers += [(f"torque about {name}", amplitude, "N m"), (name, rate, "1/rad")]
+        for quantity, value, unit in numbers:
+            label = f"two-joint law, exponential {k}: {quantity}"
+            yield SourcedNumber(part, label, value, unit, Origin.PUBLISHED, reference, entry.why)
+    for name, constant in zip(law.coordinates, law.constants, strict=True):
+        label = f"two-joint law, constant about {name}"
+        yield SourcedNumber(part, label, constant, "N m", Origin.PUBLISHED, reference, entry.why)
+    yield SourcedNumber(
+        *(part, "two-joint law: factor of the torques", entry.scale, "", Origin.SCALED),
+        _scaling_reference(),
+        entry.why,
+    )
+
+
+def _scaling_reference() -> Reference:
+    """Publication of the rule by which the torques are scaled."""
+    return load_data_file(_DATA_FILE).reference

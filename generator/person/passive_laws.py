@@ -64,7 +64,7 @@ class PassiveLaw:
 
 @dataclass(frozen=True)
 class LawContext:
-    """What a rule may refer to besides its row.
+    """Parts of the person to which a rule may refer.
 
     Attributes:
         normal_range: ends of the joint's normal range about the axis [rad].
@@ -130,13 +130,13 @@ def _points(row: Row, context: LawContext) -> PassiveLaw:
     return PassiveLaw(points, (publication(row["source"]).reference,))
 
 
-def _held(row: Row, context: LawContext) -> PassiveLaw:
+def _one_coordinate(row: Row, context: LawContext) -> PassiveLaw:
     """One coordinate of a published law of several, the others held."""
     del context
-    held = row["held"]
-    source = coupled_law(held["published"])
-    angles = {name: angle_from_degrees(angle) for name, angle in held["deg"].items()}
-    law = source.law.single_angle_law(held["coordinate"], angles)
+    entry = row["held"]
+    source = coupled_law(entry["published"])
+    angles = {name: angle_from_degrees(angle) for name, angle in entry["deg"].items()}
+    law = source.law.single_angle_law(entry["coordinate"], angles)
     law = replace(law, terms=tuple(term for term in law.terms if term.amplitude))
     return PassiveLaw(law, (source.reference,), source.note.strip())
 
@@ -204,7 +204,7 @@ LAW_RULES: Mapping[str, Callable[[Row, LawContext], PassiveLaw]] = {
     "published": _published,
     "pieces": _pieces,
     "points_deg_Nm": _points,
-    "held": _held,
+    "held": _one_coordinate,
     "wall": _wall,
     "in_series_with": _series,
     "growing": _growing,

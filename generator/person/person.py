@@ -9,8 +9,7 @@ from generator.geometry.surface import Surface
 from generator.person.body import Body, build_body
 from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
-from generator.person.passive_joints import coupled_leg_springs, person_springs
-from generator.person.passive_sources import spring_sources
+from generator.person.passive_joints import coupled_leg_springs, person_springs, spring_sources
 from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
@@ -28,7 +27,7 @@ class Person:
         figure: standing upright; names no psurfs before it has a path.
         surfaces: of the segments by their names without side, closed, outward, in their frames [m].
         springs: of the joints, one law an axis; None where none were asked for.
-        coupled_springs: the same with a law over hip, knee and ankle; None likewise.
+        coupled_springs: the same with a law over hip and knee; None likewise.
         sources: of the numbers, in the order of the parts above.
     """
 

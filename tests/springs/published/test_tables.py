@@ -105,6 +105,11 @@ ANDERSON_1999 = [
         -(-6.09 * exp(33.94 * (-140 * D - 0.13)) + 11.03 * exp(-11.33 * (-140 * D + 2.4))),
     ),
     ("ankle", 32.0, -2.03 * exp(38.11 * (32 * D - 0.52)) + 0.18 * exp(-12.12 * (32 * D + 0.74))),
+    (
+        "subtalar",
+        35.0,
+        -60.21 * exp(16.32 * (35 * D - 0.65)) + 60.21 * exp(-16.32 * (35 * D + 0.65)),
+    ),
     # Flexed 35 deg is extended by -35 deg.
     (
         "lumbar_extension",
@@ -171,6 +176,23 @@ HAN = [
     ("lateral_bend", 30.0, -0.0087 * 25.0 - 0.6989 * 5.0),
     ("axial_rotation", 30.0, -0.0061 * 125.0 - 1.0191 * 5.0),
 ]
+# Stiffnesses of the four quarters of 28 deg, to the left.
+WATT = [
+    ("lateral_bend", 7.0, -1.7),
+    ("lateral_bend", -28.0, 53.5),
+]
+WIEGNER_WATTS = [
+    ("softest", 50.0, 0.40 * (1.8675 - 50 * D)),
+    ("stiffest", 50.0, 1.8 * (1.8675 - 50 * D)),
+]
+FORMICA = [
+    ("flexion", 30.0, -1.28 * 30 * D),
+    ("radial_deviation", -30.0, 1.74 * 30 * D),
+]
+DELP = [
+    ("wrist_flexion", 90.0, -0.5),
+    ("wrist_flexion", -90.0, 1.2),
+]
 SILDER = [
     ("hip_knee_15", 60.0, -7.515),
     ("hip_knee_60", -15.0, 35.031),
@@ -195,6 +217,10 @@ CURVES = {
     "schmidt_1998": SCHMIDT,
     "han_2010": HAN,
     "silder_2007": SILDER,
+    "watt_2022": WATT,
+    "wiegner_watts_1986": WIEGNER_WATTS,
+    "formica_2012": FORMICA,
+    "delp_1996": DELP,
 }
 ROWS = [(f"{source}/{name}", *rest) for source, rows in CURVES.items() for name, *rest in rows]
 
@@ -522,6 +548,18 @@ def test_curves_end_where_they_were_measured():
     twist = curve("schmidt_1998/axial_rotation")
     assert [degrees(end) for end in twist.valid_range] == pytest.approx([-7.0, 7.0])
     assert not twist.range_is_measured
+
+
+def test_lumbar_bend_integrates_the_stiffness_of_the_quarters():
+    means = (
+        (0.23 + 0.25 + 0.26) / 3.0,
+        (0.61 + 0.63 + 0.64) / 3.0,
+        (1.71 + 1.74 + 1.63) / 3.0,
+        (5.19 + 5.25 + 4.79) / 3.0,
+    )
+    law = curve("watt_2022/lateral_bend").law
+    torques = [-law.torque(radians(angle)) for angle in (7.0, 14.0, 21.0, 28.0)]
+    assert torques == pytest.approx(7.0 * np.cumsum(means), abs=0.06)
 
 
 def test_silder_s_points_are_one_for_each_degree():

@@ -1,0 +1,230 @@
+"""The springs of a person: a law about every axis, scaled by a rule, damped by a ratio."""
+
+from dataclasses import replace
+from functools import cache
+from math import cos, degrees, log, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from generator import Plan, simulate
+from generator.figure_file.read import parse_figure
+from generator.person.body import build_body
+from generator.person.joints import PERSON_JOINTS, person_figure
+from generator.person.measures import Sex, estimate_measures
+from generator.person.passive_joints import (
+    coupled_leg_springs,
+    normal_range,
+    passive_axes,
+    person_springs,
+)
+from generator.person.sources import Origin
+from generator.springs_file.parse import parse_springs
+from generator.springs_file.read import load_springs
+from generator.springs_file.write import write_springs
+from springs import AxisSpring, Damping, JointSprings, SpringSet
+from springs.elastic import total_torque
+from springs.lint.finding import FindingKind
+from springs.lint.report import report_coupled, report_curves
+from springs.transformed import Transformed
+
+
+@cache
+def make(sex=Sex.MALE, stature=1.756, mass=85.5):
+    body = build_body(estimate_measures(sex, stature, mass))
+    return body, person_figure(body)
+
+
+@cache
+def axes(*person):
+    return passive_axes(*make(*person))
+
+
+def bound(content):
+    _, figure = make()
+    loaded = load_springs(figure, choice="me.springs.toml", text=write_springs(content))
+    return loaded.require_value().springs
+
+
+def label(axis):
+    return f"{axis.joint} {axis.motion}"
+
+
+AXES = [pytest.param(axis, id=label(axis)) for axis in axes()]
+
+
+def test_every_axis_of_every_joint_has_a_law_in_the_sense_of_its_motion():
+    wanted = {
+        (joint.names, None if len(joint.rotations) == 1 else one.axis_name, one.motion)
+        for joint in PERSON_JOINTS
+        for one in joint.rotations
+    }
+    assert {(axis.names, axis.axis, axis.motion) for axis in axes()} == wanted
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_the_torque_restores_at_both_ends_of_the_normal_range(axis):
+    _, figure = make()
+    low, high = normal_range(figure, axis.names[0], axis.axis)
+    law = axis.law.elastic
+    assert law.torque(low) > 0.0 > law.torque(high)
+    angles = np.linspace(low, high, 500)
+    assert np.all(np.diff(law.torque(angles)) <= 1e-9), "the stiffness is nowhere negative"
+    margin = 0.1 * (high - low)
+    for beyond in (low - margin, high + margin):
+        assert abs(axis.scale * law.torque(beyond)) < 250.0, "no exponential explodes"
+
+
+@given(st.sampled_from(Sex), st.floats(1.5, 1.95), st.floats(50.0, 110.0))
+@settings(max_examples=8, deadline=None)
+def test_torques_go_with_mass_times_stature_squared(sex, stature, mass):
+    for one, other in zip(axes(sex, stature, mass), axes(), strict=True):
+        ratio = mass * stature**2 / (85.5 * 1.756**2)
+        assert one.scale / other.scale == pytest.approx(ratio, rel=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("joint", "mass", "stature"), [("knee", 72.0, 1.75), ("elbow", 72.0, 1.75)]
+)
+def test_the_factor_is_that_of_the_stated_reference_body(joint, mass, stature):
+    axis = next(axis for axis in axes() if axis.joint == joint)
+    factor = 85.5 * 1.756**2 / (mass * stature**2)
+    assert axis.scale == pytest.approx(factor, rel=5e-5)
+    assert f"{mass:g} kg x ({stature:g} m)^2, an estimate" in axis.why
+
+
+def test_lumbar_bend_has_the_reference_body_of_its_own_sample():
+    axis = next(axis for axis in axes() if "lateral bend" in axis.motion)
+    assert axis.scale == pytest.approx(85.5 * 1.756**2 / (70.2 * 1.69**2), rel=5e-5)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_every_estimate_is_called_an_estimate(axis):
+    if axis.origin is Origin.PUBLISHED:
+        assert axis.law.references
+    else:
+        assert "estimate" in axis.reference.partition(",")[0].lower()
+        assert "estimate" in axis.why.partition("Torques are scaled")[0].lower()
+    is_estimate = axis.ratio_reference is None
+    assert ("an estimate" in axis.damping_rule) == is_estimate
+    assert is_estimate or str(axis.ratio_reference) in axis.reference
+    assert "children" in axis.why, "the rule of scaling is that of children"
+
+
+def test_bound_springs_are_those_of_the_axes_and_equal_on_both_sides():
+    springs = bound(person_springs(*make()))
+    for axis in axes():
+        angles = np.radians(np.linspace(-20.0, 20.0, 5))
+        for name in axis.names:
+            found = [one for one in springs.joints[name].axes if one.motion == axis.motion]
+            assert len(found) == 1
+            without_stops = found[0].elastic[:1]
+            torques = axis.scale * np.asarray(axis.law.elastic.torque(angles))
+            assert total_torque(without_stops, angles) == pytest.approx(torques, abs=1e-9)
+            assert found[0].damping == axis.damping
+
+
+@pytest.mark.parametrize("make_springs", [person_springs, coupled_leg_springs])
+def test_reading_after_writing_returns_equal_springs(make_springs):
+    content = make_springs(*make())
+    read = parse_springs(write_springs(content)).require_value()
+    assert (read.entries, read.joining) == (content.entries, content.joining)
+    assert read.coupled == content.coupled
+
+
+def test_doubts_about_the_curves_are_only_firm_ends_of_range():
+    springs = bound(person_springs(*make()))
+    laws = {
+        name: replace(one, axes=tuple(replace(axis, elastic=axis.elastic[:1]) for axis in one.axes))
+        for name, one in springs.joints.items()
+    }
+    reports = report_curves(SpringSet(laws))
+    firm = {report.joints[0].removeprefix("left_"): report.doubts for report in reports}
+    # The figure's shoulder ends before the normal range does, and so does its free motion.
+    shoulder = {doubt.kind for doubt in firm.pop("shoulder")}
+    assert shoulder <= {FindingKind.EARLY_RESISTANCE, FindingKind.FREE_MOTION}
+    doubts = {doubt.kind for found in firm.values() for doubt in found}
+    assert doubts == {FindingKind.EARLY_RESISTANCE}
+
+
+def test_the_law_of_hip_and_knee_has_an_energy_and_no_doubts():
+    springs = bound(coupled_leg_springs(*make()))
+    assert {axis.joint for one in springs.coupled for axis in one.axes} == {
+        f"{side}_{joint}" for side in ("left", "right") for joint in ("hip_joint", "knee")
+    }
+    assert all(not report.doubts for report in report_coupled(springs))
+    knee = next(axis for axis in axes() if axis.joint == "knee")
+    damping = springs.joints["left_knee"].axes[0].damping
+    assert damping == knee.damping
+
+
+def hinge(body):
+    """The left shank and foot on a thigh that is the ground, in limb axes: z down, x forward."""
+    shank, foot = body.segments["lower_leg"], body.segments["foot"]
+    x, _, z = foot.centre
+    places = ((shank, 0.0, shank.centre[2]), (foot, x, shank.length + z))
+    mass = shank.mass + foot.mass
+    centre_x = sum(part.mass * px for part, px, _ in places) / mass
+    centre_z = sum(part.mass * pz for part, _, pz in places) / mass
+    inertia = sum(
+        part.inertia[1] + part.mass * ((px - centre_x) ** 2 + (pz - centre_z) ** 2)
+        for part, px, pz in places
+    )
+    cgs = 1e7 * inertia
+    text = f"""figure {{
+      segment thigh {{ mass = -1g; site distal->location = trans(0cm,0cm,0cm); }}
+      segment shank {{
+        mass = {mass!r}kg; inertia = ({cgs!r},{cgs!r},{cgs!r});
+        site proximal->location = trans(0cm,0cm,0cm);
+        site CM->location = trans({centre_x!r}m,0m,{centre_z!r}m);
+      }}
+      joint left_knee {{ connect thigh.distal to shank.proximal; type = R(0,-1,0); }}
+      root = thigh.distal;
+    }}"""
+    return parse_figure(text).require_value()
+
+
+@pytest.mark.parametrize("person", [(), (Sex.FEMALE, 1.6, 55.0)])
+def test_small_swings_of_the_knee_decay_with_the_damping_ratio(person):
+    """A free decay, hanging where the spring is slack, gives the ratio of the trace back."""
+    axis = next(axis for axis in axes(*person) if axis.joint == "knee")
+    figure = hinge(make(*person)[0])
+    law = next(
+        entry for entry in person_springs(*make(*person)).entries if "left_knee" in entry.joints
+    )
+    elastic = axis.law.elastic
+    angles = np.radians(np.linspace(50.0, 70.0, 2001))
+    rest = float(angles[np.argmin(np.abs(elastic.torque(angles)))])
+    spring = AxisSpring(
+        figure.joints["left_knee"].chain[0].axis, (Transformed(elastic, law.scale),), law.damping
+    )
+    springs = SpringSet({"left_knee": JointSprings("left_knee", (spring,))})
+    gravity = (-9.81 * sin(rest), 0.0, 9.81 * cos(rest))
+    plan = Plan(
+        stop=4.5,
+        frame=0.01,
+        gravity=gravity,
+        springs=springs,
+        displacements={"left_knee": (rest + 0.1,)},
+    )
+    recording = simulate(figure, plan)
+    angle = np.asarray(recording.displacements["left_knee"])[:, 0]
+    rises = np.diff(angle) > 0.0
+    turns = np.flatnonzero(rises[1:] != rises[:-1]) + 1
+    swings = np.abs(np.diff(angle[turns]))
+    decrement = log(swings[0] / swings[4]) / 2.0
+    ratio = decrement / np.hypot(2.0 * pi, decrement)
+    assert ratio == pytest.approx(axis.ratio, rel=0.02)
+    period = (recording.times[turns[4]] - recording.times[turns[0]]) / 2.0
+    assert 2.0 * pi / period == pytest.approx(axis.pendulum.frequency(axis.stiffness), rel=0.03)
+    assert degrees(rest) == pytest.approx(60.0, abs=0.2)
+
+
+def test_damping_is_twice_ratio_times_frequency_times_inertia():
+    for axis in axes():
+        pendulum = axis.pendulum
+        expected = 2.0 * axis.ratio * pendulum.frequency(axis.stiffness) * pendulum.inertia
+        assert axis.damping == Damping(float(f"{expected:.5g}"))
+        assert axis.damping.viscous > 0.0

@@ -1,0 +1,63 @@
+"""Every number of a person's springs has a row: its value, where it is from, and how it follows."""
+
+from functools import cache
+
+import pytest
+
+from generator.person.body import build_body
+from generator.person.joints import person_figure
+from generator.person.measures import Sex, estimate_measures
+from generator.person.passive_joints import passive_axes, spring_sources
+from generator.person.sources import Origin
+
+
+@cache
+def person():
+    body = build_body(estimate_measures(Sex.FEMALE, 1.628, 67.8))
+    return body, person_figure(body)
+
+
+@cache
+def sources():
+    return spring_sources(*person())
+
+
+def test_factor_ratio_and_damping_of_every_axis_have_a_row():
+    values = {(one.part, one.quantity): one.value for one in sources()}
+    for axis in passive_axes(*person()):
+        for quantity, value in (
+            ("factor of the torque", axis.scale),
+            ("damping ratio of the limb", axis.ratio),
+            ("viscous damping", axis.damping.viscous),
+        ):
+            assert values[axis.joint, f"{axis.motion}: {quantity}"] == value
+
+
+def test_published_numbers_have_a_publication_and_estimates_say_so():
+    for one in sources():
+        assert one.rule
+        if one.origin is Origin.PUBLISHED:
+            assert one.reference is not None
+    neck = [one for one in sources() if one.part == "neck" and "torque at" in one.quantity]
+    assert neck
+    assert {one.origin for one in neck} == {Origin.ESTIMATE}
+
+
+@pytest.mark.parametrize(
+    ("part", "quantity", "value"),
+    [
+        ("knee", "flexion: torque at 120 deg", -5.835),
+        ("waist", "lumbar lateral bend to the right: torque at 28 deg", -53.5),
+        ("wrist", "radial deviation: stiffness", 1.74),
+        ("knee", "flexion: damping ratio of the limb", 0.068),
+        ("hip_joint and knee", "two-joint law, constant about hip flexion", 8.072),
+    ],
+)
+def test_numbers_are_those_of_the_publications(part, quantity, value):
+    found = [one for one in sources() if (one.part, one.quantity) == (part, quantity)]
+    assert [one.value for one in found] == [pytest.approx(value)]
+
+
+def test_no_row_stands_twice():
+    rows = [(one.part, one.quantity) for one in sources()]
+    assert len(rows) == len(set(rows))
