@@ -282,7 +282,9 @@ def _trunk(body: Body) -> Iterator[Surface]:
     waist = segments["lower_torso"].length
     thorax = waist + segments["middle_torso"].length
     neck = thorax + segments["upper_torso"].length
-    places = ring_places([(crotch, 0.02), (0.0, 0.026), (neck, 0.026)], [waist, thorax])
+    shoulder = thorax + body.shoulder_height
+    ends = [(crotch, 0.02), (0.0, 0.026), (shoulder, 0.026), (neck, 0.0)]
+    places = ring_places(ends, [waist, thorax])
     loft = Loft(sections, TRUNK_SIDES, places, _trunk_reliefs(body))
     bottom, top = Cap(0.012, rings=2), Cap(0.02, rings=2)
     # Nearly as high as deep, so that a bent trunk stays round.
