@@ -108,7 +108,7 @@ ELBOW = Setup(
 )
 """Prone, the upper arm level to the side; released with the elbow straight."""
 
-LEG = Setup("left_hip_joint", 2, 20.0, (0.0, -1.0, 0.0), 6.0)
+LEG = Setup("left_hip_joint", 2, 20.0, (0.0, -1.0, 0.0), 4.0)
 """Standing on the other leg; released with the hip flexed, the knee straight."""
 
 SETUPS: Mapping[str, tuple[Setup, tuple[Case, ...]]] = {

@@ -41,7 +41,6 @@ _STYLES = {"male50": LineStyle(BLUE, "-", "o"), "female50": LineStyle(VERMILION,
 
 RELAXED_CASES: Mapping[str, tuple[str, str | None]] = {
     "man": ("male50", None),
-    "woman": ("female50", None),
     "man with coupled leg": ("male50", "coupled"),
 }
 """Figure and choice of springs of the relaxed persons, by words."""
