@@ -271,17 +271,20 @@ def convert_to_si(number: str, factor: Fraction) -> float:
     """
     mantissa, _, exponent = number.lower().partition("e")
     whole, _, decimals = mantissa.partition(".")
-    digits = int(whole + decimals)
+    digits, power = int(whole + decimals), int(exponent or 0) - len(decimals)
+    top, bottom = factor.as_integer_ratio()
+    if -300 < power <= 0 and len(mantissa) < 300:
+        return digits * top / (bottom * 10**-power)
     if digits == 0:
         return 0.0
-    power = int(exponent or 0) - len(decimals)
     places = len(str(abs(digits))) + power
     if places > 400:
         raise OverflowError
     if places < -400:
         return 0.0
-    top, bottom = digits * factor.numerator, factor.denominator
-    return top * 10**power / bottom if power >= 0 else top / (bottom * 10**-power)
+    if power >= 0:
+        return digits * top * 10**power / bottom
+    return digits * top / (bottom * 10**-power)
 
 
 _OUTPUT_UNITS: Mapping[Dimension, tuple[str, str]] = {

@@ -7,6 +7,7 @@ evaluated without sharing, so laws name vectors as wholes where a component woul
 
 import math
 import sys
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias, cast
 
@@ -21,6 +22,12 @@ Real: TypeAlias = Any
 Vector: TypeAlias = Any
 """Three Reals: a numpy array of shape (..., 3) or a symbolic vector; has `+`, `-` and `[]`."""
 
+
+CubicPieces: TypeAlias = Sequence[tuple[float, tuple[float, float, float, float]]]
+"""Origins in increasing order, and coefficients of the powers of the distance from them.
+
+A piece holds from its origin to that of the next one; the first also below its origin.
+"""
 
 _LARGEST_EXPONENT = math.log(sys.float_info.max)
 
@@ -38,6 +45,10 @@ class Operations(Protocol):
         For a removable singularity, such as (1 - cos x)/x^2 and its series, and for contact, whose
         force is smooth enough. A change of the condition does not count as a breakpoint.
         """
+        ...
+
+    def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
+        """The cubic of the piece in which `value` is; origins but the first are breakpoints."""
         ...
 
     def sin(self, value: Real) -> Real:
@@ -77,6 +88,21 @@ class Operations(Protocol):
         ...
 
 
+def select_cubic(ops: Operations, value: Real, pieces: CubicPieces) -> Real:
+    """Evaluate `Operations.piecewise_cubic` by conditions, halving the pieces.
+
+    So an expression tree is as shallow as it can be.
+    """
+    if len(pieces) == 1:
+        origin, (c0, c1, c2, c3) = pieces[0]
+        x = value - origin
+        return c0 + x * (c1 + x * (c2 + x * c3))
+    middle = len(pieces) // 2
+    below = select_cubic(ops, value, pieces[:middle])
+    above = select_cubic(ops, value, pieces[middle:])
+    return ops.where(value < pieces[middle][0], below, above)
+
+
 class _Numpy:
     """Arrays; a vector holds its components along the last axis."""
 
@@ -84,6 +110,15 @@ class _Numpy:
         return np.where(cast("Array", condition), cast("Array", yes), cast("Array", no))
 
     removable = where
+
+    def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
+        origins = np.array([origin for origin, _ in pieces])
+        angles = np.asarray(value, dtype=np.float64)
+        index = np.asarray(np.searchsorted(origins[1:], angles, side="right"))
+        rows = np.array([row for _, row in pieces])[index]
+        x = angles - origins[index]
+        c0, c1, c2, c3 = (rows[..., k] for k in range(4))
+        return c0 + x * (c1 + x * (c2 + x * c3))
 
     def sin(self, value: Real) -> Real:
         return np.sin(value)
@@ -121,6 +156,10 @@ class _Floats:
         return yes if condition else no
 
     removable = where
+
+    def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
+        index = bisect_right(pieces, value, lo=1, key=lambda piece: piece[0]) - 1
+        return select_cubic(self, value, pieces[index : index + 1])
 
     def sin(self, value: Real) -> Real:
         return math.sin(value)

@@ -6,7 +6,6 @@ and the last point it continues along the tangent: an extrapolation, which begin
 `valid_range`.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -16,8 +15,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from springs.backends import NUMPY, Operations, Real
-from springs.cubic import Coefficients, antiderivative, polynomial
+from springs.backends import NUMPY, CubicPieces, Operations, Real
+from springs.cubic import Coefficients, antiderivative
 from springs.elastic import Range
 
 Array: TypeAlias = NDArray[np.float64]
@@ -57,11 +56,11 @@ class Interpolated:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""
-        return self._evaluate_piece(angle, _piece_torque, ops, 0, len(self._pieces))
+        return ops.piecewise_cubic(angle, self._cubics)
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero at the first point; the torque is minus its slope."""
-        return self._evaluate_piece(angle, _piece_energy, ops, 0, len(self._pieces))
+        return self._stored_energy(angle, ops, 0, len(self._pieces))
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -100,27 +99,23 @@ class Interpolated:
             energy = float(_piece_energy(pieces[-1], width))
         return *pieces, _CubicPiece(last[0], (last[1], float(slopes[-1]), 0.0, 0.0), energy)
 
-    def _evaluate_piece(
-        self, angle: Real, function: "_PieceFunction", ops: Operations, first: int, end: int
-    ) -> Real:
-        """`function` of the piece in which `angle` is, among those from `first` to before `end`.
+    @cached_property
+    def _cubics(self) -> CubicPieces:
+        """The pieces of the torque."""
+        return [(piece.start, piece.coefficients) for piece in self._pieces]
+
+    def _stored_energy(self, angle: Real, ops: Operations, first: int, end: int) -> Real:
+        """Energy of the piece in which `angle` is, among those from `first` to before `end`.
 
         Halving keeps an expression tree as shallow as it can be.
         """
         if end - first == 1:
             piece = self._pieces[first]
-            return function(piece, angle - piece.start)
+            return _piece_energy(piece, angle - piece.start)
         middle = (first + end) // 2
-        below = self._evaluate_piece(angle, function, ops, first, middle)
-        above = self._evaluate_piece(angle, function, ops, middle, end)
+        below = self._stored_energy(angle, ops, first, middle)
+        above = self._stored_energy(angle, ops, middle, end)
         return ops.where(angle < self.points[middle - 1][0], below, above)
-
-
-_PieceFunction: TypeAlias = Callable[[_CubicPiece, Real], Real]
-
-
-def _piece_torque(piece: _CubicPiece, x: Real) -> Real:
-    return polynomial(piece.coefficients, x)
 
 
 def _piece_energy(piece: _CubicPiece, x: Real) -> Real:

@@ -1,9 +1,10 @@
 """A stop: the joint limits `llimit` and `ulimit` of a figure file, as a stiff one-sided spring."""
 
 from dataclasses import dataclass
-from math import radians
+from functools import cached_property
+from math import isinf, radians
 
-from springs.backends import NUMPY, Operations, Real
+from springs.backends import NUMPY, CubicPieces, Operations, Real
 
 DEFAULT_STOP_STIFFNESS = 1000.0
 """Default stiffness of a stop [N m/rad]."""
@@ -46,12 +47,7 @@ class Stop:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] (force [N]) at `angle` [rad or m]."""
-        torque: Real = 0.0
-        if self.upper is not None:
-            torque = torque - self._restoring_torque(angle - self.upper, ops)
-        if self.lower is not None:
-            torque = torque + self._restoring_torque(self.lower - angle, ops)
-        return torque
+        return ops.piecewise_cubic(angle, self._pieces)
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero between the limits."""
@@ -75,10 +71,23 @@ class Stop:
         upper = None if self.lower is None else -self.lower
         return Stop(lower, upper, self.stiffness, self.onset)
 
-    def _restoring_torque(self, x: Real, ops: Operations) -> Real:
+    @cached_property
+    def _pieces(self) -> CubicPieces:
+        """Full stiffness, onset, free range, onset, full stiffness; of one limit three of them."""
         k, onset = self.stiffness, self.onset
-        full = k * (x - onset / 2.0)
-        return ops.where(x > onset, full, ops.where(x > 0.0, k / (2.0 * onset) * x * x, 0.0))
+        half, bend = k * onset / 2.0, k / (2.0 * onset)
+        lower, upper = (
+            None if limit is None or isinf(limit) else limit for limit in (self.lower, self.upper)
+        )
+        pieces = [(0.0 if lower is None else lower, (0.0, 0.0, 0.0, 0.0))]
+        if lower is not None:
+            start = lower - onset
+            full, growing = (half, -k, 0.0, 0.0), (half, -k, bend, 0.0)
+            pieces = [(start, full), (start, growing), *pieces]
+        if upper is not None:
+            pieces.append((upper, (0.0, 0.0, -bend, 0.0)))
+            pieces.append((upper + onset, (-half, -k, 0.0, 0.0)))
+        return pieces
 
     def _stored_energy(self, x: Real, ops: Operations) -> Real:
         k, onset = self.stiffness, self.onset

@@ -4,11 +4,13 @@ import inspect
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
 
 import pytest
 from hypothesis import settings
+
+from tests.paths import TESTS
 
 # No deadline: the time of an example tells of the machine, and nothing here measures speed. In CI
 # the examples are the same each time, so that a red run is red for everybody.
@@ -24,6 +26,31 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="rewrite the expected diagnostics of the files in tests/faults",
     )
+
+
+UNCOUNTED = tuple(
+    TESTS / folder for folder in ("docs", "physics", "properties", "generator/simulation/compiled")
+)
+"""Folders of tests that pass through many modules, whose lines are not counted as covered."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Measure coverage by the other tests only, those that mirror the packages.
+
+    Whole runs execute nearly all lines and assert little of each; counting lines makes them, and
+    the compilation of code, three times as slow.
+    """
+    plugin = item.config.pluginmanager.getplugin("_cov")
+    counter = getattr(plugin, "cov_controller", None)
+    is_counted = not any(item.path.is_relative_to(folder) for folder in UNCOUNTED)
+    if counter is None or is_counted:
+        return (yield)
+    counter.pause()
+    try:
+        return (yield)
+    finally:
+        counter.resume()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -38,9 +38,17 @@ def dotted(path: Path) -> str:
 FILES = {dotted(path): path for name in PACKAGES for path in sorted((ROOT / name).rglob("*.py"))}
 
 
+def statements(inside: ast.AST) -> Iterator[ast.AST]:
+    """All statements at any depth; imports do not occur in expressions, which are not visited."""
+    for name in ("body", "handlers", "cases", "orelse", "finalbody"):
+        for statement in getattr(inside, name, ()):
+            yield statement
+            yield from statements(statement)
+
+
 def imports(source: str) -> Iterator[str]:
     """All names that a module imports, at any depth: `a.b` and `a.b.c` for `from a.b import c`."""
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

@@ -185,7 +185,6 @@ def _make_token(
     """The token of one match, or None after reporting what is wrong with it."""
     group, word = match.lastgroup or "", match.group()
     start, end = match.span()
-    span = Span(source, start, end)
     if len(word) > MAX_WORD_LENGTH and group != "odd":
         diagnostics.syntax_error(
             f"a word of {len(word):,} characters",
@@ -199,12 +198,12 @@ def _make_token(
             if not word.isascii():
                 diagnostics.syntax_error(
                     f"`{shorten(word)}` has characters that a name cannot have",
-                    span,
+                    Span(source, start, end),
                     "a name is made of the letters a-z and A-Z, digits and `_`",
                 )
             return Token(_KINDS[group], word, start, end, starts_line=starts_line)
         case "number":
-            return _make_number(span, word, starts_line, diagnostics)
+            return _make_number(Span(source, start, end), word, starts_line, diagnostics)
         case "string":
             return Token(TokenKind.STRING, word[1:-1], start, end, starts_line=starts_line)
         case "quote":
@@ -218,7 +217,7 @@ def _make_token(
         case "bracket":
             diagnostics.syntax_error(
                 f"`{word}` is not part of the language",
-                span,
+                Span(source, start, end),
                 "lists stand in round brackets: `(1, 2, 3)`",
             )
             mark = "(" if word == "[" else ")"
@@ -226,13 +225,15 @@ def _make_token(
         case "signed":
             diagnostics.syntax_error(
                 f"`{shorten(word)}` is not a number",
-                span,
+                Span(source, start, end),
                 "a number is finite and written in digits",
             )
             return Token(TokenKind.NUMBER, "0", start, end, starts_line=starts_line)
         case _:
             diagnostics.syntax_error(
-                f"{_describe_characters(word)} is not part of the language", span, _odd_hint(word)
+                f"{_describe_characters(word)} is not part of the language",
+                Span(source, start, end),
+                _odd_hint(word),
             )
             return None
 
@@ -308,7 +309,8 @@ class TokenStream:
 
     def take(self) -> Token:
         """The next token, taken; the end is never taken."""
-        self.peek(1)
+        if len(self._lookahead) == 1:
+            self.peek(1)
         self._last = self._lookahead.popleft()
         return self._last
 

@@ -14,7 +14,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from math import isfinite
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from generator.diagnostics import (
 )
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.geometry.surface import MIN_FACE_CORNERS, Surface, SurfaceText
-from generator.text_io import parse_file, parse_text, write_atomic
+from generator.text_io import load_text, parse_source, parse_text, write_atomic
 from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
 
 CENTIMETRE = default_unit_factor(Dimension.LENGTH)
@@ -59,12 +59,19 @@ def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
 
 def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
     """Parse a psurf file; invalid input becomes diagnostics and raises nothing."""
-    return parse_file(path, partial(_parse_psurf, unit=unit))
+    source, unreadable = load_text(Path(path), str(path))
+    return Parsed(None, (unreadable,)) if unreadable is not None else _parse_once(source, unit)
 
 
 def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
     """Parse the text of a psurf; `name` stands for it in the diagnostics."""
     return parse_text(text, partial(_parse_psurf, unit=unit), name)
+
+
+@lru_cache(maxsize=32)
+def _parse_once(source: Source, unit: Fraction) -> Parsed[Surface]:
+    """Parse a text; contact, mass, soundness and drawing read the same files of a figure again."""
+    return parse_source(source, partial(_parse_psurf, unit=unit))
 
 
 def _parse_psurf(source: Source, diagnostics: Diagnostics, unit: Fraction) -> Surface | None:
@@ -100,42 +107,44 @@ class _Parser:
 
     def parse_lines(self) -> None:
         """Parse all lines; errors become diagnostics."""
-        in_faces, start, last = True, 0, Span(self.source, 0, 0)
-        ended = True
+        in_faces, ended = True, True
+        start, following, last = 0, 0, (0, "")
         for line in self.source.text.split("\n"):
-            here = Span(self.source, start, start + len(line))
-            start += len(line) + 1
+            start, following = following, following + len(line) + 1
             text = line.strip()
             if not text:
                 continue
             if ended:
                 in_faces, ended = False, False
                 self.blocks.append(len(self.vertices))
-            last = _strip_span(here)
+            last = start, line
             if text.startswith(_BLOCK_END):
                 in_faces, ended = not in_faces, in_faces
             elif _BLOCK_END in text:
-                self._report_separator_in_line(last, line)
+                self._report_separator_in_line(line, start)
                 in_faces, ended = not in_faces, in_faces
             elif in_faces:
-                self._parse_face(line, here.start)
+                self._parse_face(line, start)
             elif text.endswith(";"):
                 self.diagnostics.error(
                     "the vertices end without `;;`",
-                    last,
+                    self._stripped(line, start),
                     "this is a face; put a line `;;` before the first face",
                 )
                 in_faces = True
-                self._parse_face(line, here.start)
+                self._parse_face(line, start)
             else:
-                self._parse_vertex(line, here.start)
+                self._parse_vertex(line, start)
+        start, line = last
+        end = self._stripped(line, start)
         if not ended:
             what = "faces" if in_faces else "vertices"
             self.diagnostics.error(
-                f"the {what} end without `;;`", last, "put a line `;;` after the last one"
+                f"the {what} end without `;;`", end, "put a line `;;` after the last one"
             )
         if not self.faces_seen:
-            end = last if self.blocks else Span(self.source, 0, min(1, len(self.source.text)))
+            if not self.blocks:
+                end = Span(self.source, 0, min(1, len(self.source.text)))
             self.diagnostics.error(
                 "there are no faces in this file", end, "vertices, `;;`, faces, and `;;` again"
             )
@@ -155,8 +164,13 @@ class _Parser:
             text,
         )
 
-    def _report_separator_in_line(self, place: Span, line: str) -> None:
-        at = place.start + line.strip().index(_BLOCK_END)
+    def _stripped(self, text: str, start: int) -> Span:
+        """Return the place of a text that begins at `start`, without the blanks around it."""
+        first = start + len(text) - len(text.lstrip())
+        return Span(self.source, first, max(first, start + len(text.rstrip())))
+
+    def _report_separator_in_line(self, line: str, start: int) -> None:
+        at = start + line.index(_BLOCK_END)
         self.diagnostics.error(
             "`;;` is not alone on its line",
             Span(self.source, at, at + len(_BLOCK_END)),
@@ -207,13 +221,14 @@ class _Parser:
         """`INDEX INDEX INDEX+ text? ";" text?`."""
         self.faces_seen += 1
         head, mark, tail = line.partition(";")
-        place = _strip_span(Span(self.source, start, start + len(head) + len(mark)))
         if not mark:
-            self.diagnostics.error("this face has no `;` at its end", place, "as in `1 2 3;`")
+            self.diagnostics.error(
+                "this face has no `;` at its end", self._stripped(head, start), "as in `1 2 3;`"
+            )
         elif ";" in tail and _WORD.search(tail) and _INDEX.fullmatch(tail.split()[0]):
             self.diagnostics.error(
                 "a second face in one line",
-                _strip_span(Span(self.source, place.end, start + len(line))),
+                self._stripped(tail, start + len(head) + len(mark)),
             )
         base, known = self.blocks[-1], len(self.vertices) - self.blocks[-1]
         face = self._plain_indices(head) if _PLAIN_FACE.fullmatch(head) else None
@@ -223,16 +238,21 @@ class _Parser:
             return
         if len(face) < MIN_FACE_CORNERS:
             count = "1 vertex" if len(face) == 1 else f"{len(face) or 'no'} vertices"
-            self.diagnostics.error(f"this face has {count}, not three or more", place)
+            self.diagnostics.error(
+                f"this face has {count}, not three or more", self._stripped(head + mark, start)
+            )
         elif len(set(face)) < len(face):
             repeated = next(index for k, index in enumerate(face) if index in face[:k])
             self.diagnostics.error(
-                f"vertex {repeated} is twice in this face", place, "list each vertex of a face once"
+                f"vertex {repeated} is twice in this face",
+                self._stripped(head + mark, start),
+                "list each vertex of a face once",
             )
         else:
             self.corners.extend(base + index - 1 for index in face)
             self.starts.append(len(self.corners))
-            self.face_spans.append((place.start, place.end))
+            first = start + len(head) - len(head.lstrip())
+            self.face_spans.append((first, start + len(head) + len(mark)))
 
     @staticmethod
     def _plain_indices(head: str) -> list[int] | None:
@@ -274,22 +294,16 @@ class _Parser:
         return face if valid else None
 
 
-def _strip_span(span: Span) -> Span:
-    text = span.text
-    start = span.start + len(text) - len(text.lstrip())
-    return Span(span.source, start, max(start, span.start + len(text.rstrip())))
-
-
 _USUAL_DIGITS = (12, 15, 16, 17)
 """Numbers of digits of a coordinate that are tried first."""
 
 
 def format_psurf(surface: Surface, unit: Fraction = CENTIMETRE) -> str:
     """Return the text of a psurf of one block; reading it gives exactly the same vertices."""
-    lines = [
-        " ".join(_format_coordinate(value, unit) for value in vertex)
-        for vertex in surface.vertices.tolist()
-    ]
+    values = surface.vertices.ravel().tolist()
+    quotients = (surface.vertices.ravel() / float(unit)).tolist()
+    numbers = [_format_coordinate(*pair, unit) for pair in zip(values, quotients, strict=True)]
+    lines = [" ".join(numbers[k : k + 3]) for k in range(0, len(numbers), 3)]
     lines.append(";;")
     lines += [" ".join(str(corner + 1) for corner in face) + ";" for face in surface.faces]
     lines.append(";;")
@@ -301,9 +315,8 @@ def write_psurf(surface: Surface, path: str | Path) -> None:
     write_atomic(Path(path), format_psurf(surface))
 
 
-def _format_coordinate(value: float, unit: Fraction) -> str:
+def _format_coordinate(value: float, quotient: float, unit: Fraction) -> str:
     """Return a number that reads back as `value`, the shortest one in nearly all cases."""
-    quotient = value / float(unit)
     for digits in _USUAL_DIGITS if isfinite(quotient) else ():
         text = f"{quotient:.{digits}g}"
         if convert_to_si(text, unit) == value:

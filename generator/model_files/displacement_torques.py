@@ -6,6 +6,7 @@ displacement get that of a rotation about its axis alone; their sum differs from
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -46,7 +47,7 @@ class SampledTorque:
     range: Range
     unit: str = "N m"
 
-    @property
+    @cached_property
     def weights(self) -> Array:
         """Weights of the differences: a stiff end of the range does not spoil the rest."""
         return 1.0 / (1.0 + np.abs(self.torques) / TYPICAL_TORQUE)

@@ -7,7 +7,7 @@ joints are spherical. The forearm turns at the wrist, so that the elbow stays an
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import pi
+from math import degrees, pi, radians
 
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
@@ -46,6 +46,10 @@ _UPRIGHT = Rotation((-pi / 2.0, 0.0, -pi / 2.0))
 
 _DOWNWARDS = Rotation((-pi, 0.0, 0.0))
 """Axes of a limb (x forward, y right, z down) in those of the trunk."""
+
+MAX_LIMIT = radians(170.0)
+"""Largest limit [rad]. The angle of a ball is a component of its rotation vector, which ends at 180
+deg: a stop at that angle would never act, and a run that comes there ends."""
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -190,7 +194,7 @@ def limit_sources(body: Body) -> tuple[SourcedNumber, ...]:
         SourcedNumber(
             joint.name,
             f"limit of {end.motion}",
-            end.angle,
+            _limit(end),
             "rad",
             Origin.ESTIMATE if end.is_estimate else Origin.PUBLISHED,
             end.reference,
@@ -202,8 +206,15 @@ def limit_sources(body: Body) -> tuple[SourcedNumber, ...]:
     )
 
 
+def _limit(end: RangeEnd) -> float:
+    """Angle of the stop at an end of the normal range [rad]."""
+    return max(-MAX_LIMIT, min(end.angle, MAX_LIMIT))
+
+
 def _limit_rule(end: RangeEnd, sex: Sex) -> str:
     rule = "end of the normal range of motion"
+    if _limit(end) != end.angle:
+        rule += f" ({degrees(end.angle):.4g} deg), but not beyond {degrees(MAX_LIMIT):.4g} deg"
     if sex is Sex.FEMALE and end.source not in PUBLICATIONS_OF_WOMEN:
         rule += "; not measured in women, who move more in nearly every joint"
     return rule
@@ -281,7 +292,7 @@ def _joint(joint: PersonJoint, side: str, body: Body) -> Joint:
     if joint is _ROOT_JOINT:
         return figure_joint
     ends = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
-    lower, upper = (tuple(end.angle for end in row) for row in zip(*ends, strict=True))
+    lower, upper = (tuple(map(_limit, row)) for row in zip(*ends, strict=True))
     return replace(figure_joint, lower_limit=lower, upper_limit=upper)
 
 

@@ -5,9 +5,7 @@ curve's own sample times m H^2 over that of the sample's mean body. Damping is t
 ratio of the limb which the joint swings (`generator.person.limb_pendulum`).
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from math import degrees
+from dataclasses import dataclass
 
 from generator.diagnostics import ModelError
 from generator.figure import AxisKind, Figure
@@ -19,21 +17,19 @@ from generator.person.passive_laws import (
     LawContext,
     PassiveLaw,
     Row,
+    angle_from_degrees,
     build_law,
     rest_stiffness,
 )
-from generator.person.sources import Origin, SourcedNumber
+from generator.person.sources import Origin
 from generator.springs_file.axes import axis_by_name, parallel_sign, unit_axis
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
-from generator.springs_file.published import PublishedLaw
 from springs import Damping, Joining
 from springs.elastic import Range
-from springs.interpolated import Interpolated
 from springs.published.parse import parse_reference
 from springs.published.reference import Reference
 from springs.published.tables import coupled_law
-from springs.smooth_limit import SmoothLimit
 
 _DATA_FILE = "passive_joints"
 _ESTIMATE = "An estimate, not from a study"
@@ -82,12 +78,13 @@ class PassiveAxis:
     @property
     def damping(self) -> Damping:
         """Viscous damping of the ratio."""
-        return Damping(self.pendulum.damping(self.ratio, self.stiffness))
+        return Damping(round_significant(self.pendulum.damping(self.ratio, self.stiffness)))
 
     @property
     def reference(self) -> str:
-        """Publications of the law, with an estimate called so."""
-        cited = "; ".join(map(str, self.law.references))
+        """Publications of law and damping, with an estimate called so."""
+        damping = () if self.ratio_reference is None else (f"damping: {self.ratio_reference}",)
+        cited = "; ".join((*map(str, self.law.references), *damping))
         match self.origin:
             case Origin.ESTIMATE:
                 return _ESTIMATE
@@ -109,9 +106,14 @@ class PassiveAxis:
         label = ", an estimate" if self.ratio_origin is Origin.ESTIMATE else ""
         frequency = self.pendulum.frequency(self.stiffness)
         return (
-            f"The damping is that of a damping ratio of {self.ratio:g}{label}, for the limb that "
-            f"the joint swings at {frequency:.3g} rad/s: {self.ratio_rule}."
+            f"Damping: {self.ratio:g} of the critical one{label} ({self.ratio_rule}), for the limb "
+            f"that the joint swings at {frequency:.3g} rad/s."
         )
+
+    @property
+    def damping_reference(self) -> str:
+        """Publication of the damping ratio, or that it is an estimate."""
+        return _ESTIMATE if self.ratio_reference is None else str(self.ratio_reference)
 
 
 def person_springs(body: Body, figure: Figure) -> SpringsFile:
@@ -125,24 +127,27 @@ def person_springs(body: Body, figure: Figure) -> SpringsFile:
 
 
 def coupled_leg_springs(body: Body, figure: Figure) -> SpringsFile:
-    """Return springs in which hip, knee and ankle know of each other; all others stay as they are.
+    """Return springs in which hip and knee know of each other; all others stay as they are.
 
-    The damping of the three angles is that of `person_springs`.
+    The damping of both angles is that of `person_springs`.
     """
     leg = load_data_file(_DATA_FILE).content["coupled_leg"]
-    joints, axes = tuple(leg["joints"]), tuple(leg["axes"])
-    chosen = tuple(None if axis == "joint" else axis for axis in axes)
+    joints = tuple(leg["joints"])
+    axes = tuple(None if axis == "joint" else axis for axis in leg["axes"])
     own = {(each.joint, each.axis): each for each in passive_axes(body, figure)}
-    damped = [own[pair] for pair in zip(joints, chosen, strict=True)]
-    entries = tuple(replace(_entry(each), law=None, scale=1.0, why=each.damping_rule) for each in damped)
+    damped = [own[pair] for pair in zip(joints, axes, strict=True)]
+    entries = tuple(map(_damping_entry, damped))
     scale, rule = _scale(body, leg, load_data_file(_DATA_FILE))
     row = coupled_law(leg["published"])
     coupled = CoupledEntry(
         joints=tuple(tuple(f"{side}_{name}" for name in joints) for side in SIDES),
         coordinates=tuple(leg["coordinates"]),
-        axes=chosen,
+        axes=axes,
         senses=(1,) * len(joints),
         published=leg["published"],
+        held_angles=tuple(
+            (name, angle_from_degrees(angle)) for name, angle in leg["held_deg"].items()
+        ),
         is_nearest_conservative=True,
         scale=scale,
         offsets=(0.0,) * len(joints),
@@ -150,6 +155,11 @@ def coupled_leg_springs(body: Body, figure: Figure) -> SpringsFile:
         why=f"{leg['why'].strip()} {rule}",
     )
     return SpringsFile(entries, figure.name, coupled=(coupled,))
+
+
+def scaling_reference() -> Reference:
+    """Publication of the rule by which the torques are scaled."""
+    return load_data_file(_DATA_FILE).reference
 
 
 def passive_axes(body: Body, figure: Figure) -> tuple[PassiveAxis, ...]:
@@ -206,10 +216,16 @@ def _scale(body: Body, row: Row, data: DataFile) -> tuple[float, str]:
     mass, stature = body.measures.mass, body.measures.stature
     scale = mass * stature**2 / (sample["mass_kg"] * sample["stature_m"] ** 2)
     rule = (
-        f"Scaled by m H^2, {mass:.4g} kg x ({stature:.4g} m)^2 over {sample['mass_kg']:g} kg x "
-        f"({sample['stature_m']:g} m)^2, {sample['why']}. {data.note.strip()}"
+        f"Torques are scaled by m H^2, {mass:.4g} kg x ({stature:.4g} m)^2 over "
+        f"{sample['mass_kg']:g} kg x ({sample['stature_m']:g} m)^2, {sample['why']}; "
+        f"the rule is that of {data.reference.text.partition(', ')[0]} 1999 for children's knees."
     )
-    return scale, rule
+    return round_significant(scale), rule
+
+
+def round_significant(value: float) -> float:
+    """Return a number with five significant digits."""
+    return float(f"{value:.5g}")
 
 
 def _joint_names(figure: Figure, joint: str) -> tuple[str, ...]:
@@ -227,9 +243,10 @@ def normal_range(figure: Figure, name: str, axis: str | None) -> Range:
     joint = figure.joints[name]
     direction = axis_by_name(joint, axis)
     for k, factor in enumerate(joint.chain):
-        if factor.kind is AxisKind.ROTATION and parallel_sign(unit_axis(factor.axis), direction):
-            if joint.lower_limit is not None and joint.upper_limit is not None:
-                return joint.lower_limit[k], joint.upper_limit[k]
+        if factor.kind is not AxisKind.ROTATION or joint.lower_limit is None:
+            continue
+        if joint.upper_limit is not None and parallel_sign(unit_axis(factor.axis), direction):
+            return joint.lower_limit[k], joint.upper_limit[k]
     raise ModelError(f"joint `{name}` has no limits, from which its passive law follows")
 
 
@@ -243,4 +260,15 @@ def _entry(axis: PassiveAxis) -> SpringEntry:
         motion=axis.motion,
         reference=axis.reference,
         why=axis.why,
+    )
+
+
+def _damping_entry(axis: PassiveAxis) -> SpringEntry:
+    return SpringEntry(
+        joints=axis.names,
+        axis=axis.axis,
+        damping=axis.damping,
+        motion=axis.motion,
+        reference=axis.damping_reference,
+        why=axis.damping_rule,
     )

@@ -1,16 +1,18 @@
 """Elastic laws of a person's joints, from the rows of `data/passive_joints.toml`.
 
-A row names a published curve as it is, points of published curves, or a rule that makes an estimate.
+A row names a published curve as it is, points of published curves, or a rule that makes an
+estimate.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from math import degrees, radians, sinh
+from math import degrees, sinh
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from generator.springs_file.published import PublishedLaw
+from generator.units import convert_to_si, parse_unit
 from springs.elastic import Elastic, Range, valid_range
 from springs.interpolated import Interpolated
 from springs.published.reference import Reference
@@ -19,6 +21,25 @@ from springs.smooth_limit import SmoothLimit
 
 Row: TypeAlias = Mapping[str, Any]
 """A table of the data file."""
+
+_DEGREE = parse_unit("deg").factor
+_TORQUE_DECIMALS = 4
+"""Decimals of the torques of points [N m]."""
+
+
+def angle_from_degrees(value: float) -> float:
+    """Angle as a springs file reads a number of degrees [rad]."""
+    return convert_to_si(repr(float(value)), _DEGREE)
+
+
+def _rounded_points(points: Iterable[tuple[float, float]]) -> Interpolated:
+    """A curve through points of angle [deg] and torque [N m] with a few decimals."""
+    return Interpolated(
+        tuple(
+            (angle_from_degrees(round(angle, 4)), round(torque, _TORQUE_DECIMALS) + 0.0)
+            for angle, torque in points
+        )
+    )
 
 
 @dataclass(frozen=True)
@@ -93,20 +114,20 @@ def _pieces(row: Row, context: LawContext) -> PassiveLaw:
     for piece in row["pieces"]:
         source = curve(piece["published"])
         references[source.reference] = None
-        for angle in map(radians, piece["deg"]):
-            torque = float(source.law.torque(angle))
+        for angle in piece["deg"]:
+            torque = float(source.law.torque(angle_from_degrees(angle)))
             if plus is not None:
-                torque -= plus["stiffness_Nm_rad"] * (angle - radians(plus["rest_deg"]))
+                torque -= plus["stiffness_Nm_rad"] * angle_from_degrees(angle - plus["rest_deg"])
             points.append((angle, torque))
     if plus is not None:
         references[publication(plus["published"]).reference] = None
-    return PassiveLaw(Interpolated(tuple(points)), tuple(references))
+    return PassiveLaw(_rounded_points(points), tuple(references))
 
 
 def _points(row: Row, context: LawContext) -> PassiveLaw:
     del context
-    points = tuple((radians(angle), float(torque)) for angle, torque in row["points_deg_Nm"])
-    return PassiveLaw(Interpolated(points), (publication(row["source"]).reference,))
+    points = _rounded_points(row["points_deg_Nm"])
+    return PassiveLaw(points, (publication(row["source"]).reference,))
 
 
 def _held(row: Row, context: LawContext) -> PassiveLaw:
@@ -114,7 +135,7 @@ def _held(row: Row, context: LawContext) -> PassiveLaw:
     del context
     held = row["held"]
     source = coupled_law(held["published"])
-    angles = {name: radians(angle) for name, angle in held["deg"].items()}
+    angles = {name: angle_from_degrees(angle) for name, angle in held["deg"].items()}
     law = source.law.single_angle_law(held["coordinate"], angles)
     law = replace(law, terms=tuple(term for term in law.terms if term.amplitude))
     return PassiveLaw(law, (source.reference,), source.note.strip())
@@ -123,11 +144,14 @@ def _held(row: Row, context: LawContext) -> PassiveLaw:
 def _wall(row: Row, context: LawContext) -> PassiveLaw:
     """A published wall that begins at some distance before the ends of the normal range."""
     wall = row["wall"]
-    source, before = curve(wall["published"]), radians(wall["before_end_deg"])
+    source, before = curve(wall["published"]), angle_from_degrees(wall["before_end_deg"])
     law, (low, high) = source.law, context.normal_range
     if not isinstance(law, SmoothLimit):
         raise TypeError(f"`{wall['published']}` has no limits")
-    placed = replace(law, lower=low + before, upper=high - before, valid_range=None)
+    lower, upper = (
+        angle_from_degrees(round(degrees(end), 4)) for end in (low + before, high - before)
+    )
+    placed = replace(law, lower=lower, upper=upper, valid_range=None)
     return PassiveLaw(
         placed,
         (source.reference,),
@@ -143,12 +167,12 @@ def _series(row: Row, context: LawContext) -> PassiveLaw:
     low, high = context.normal_range
     if not isinstance(law, Interpolated):
         raise TypeError("only a curve through points can be stretched")
-    points = tuple(
-        (angle * (high / series_high if angle > 0.0 else low / series_low), torque)
+    points = [
+        (degrees(angle) * (high / series_high if angle > 0.0 else low / series_low), torque)
         for angle, torque in law.points
-    )
+    ]
     return PassiveLaw(
-        Interpolated(points),
+        _rounded_points(points),
         (),
         f"It bends in series with the {row['in_series_with']}: at the same torque it is at the "
         f"same fraction of its normal range, {degrees(low):.4g} to {degrees(high):.4g} deg.",
@@ -164,13 +188,12 @@ def _growing(row: Row, context: LawContext) -> PassiveLaw:
     growing, (low, high) = row["growing"], context.normal_range
     end, growth = growing["end_torque_Nm"], growing["growth"]
     sides = [
-        (fraction * angle, sense * end * sinh(growth * fraction) / sinh(growth))
+        (fraction * degrees(angle), sense * end * sinh(growth * fraction) / sinh(growth))
         for angle, sense in ((low, 1.0), (high, -1.0))
         for fraction in _GROWING_FRACTIONS
     ]
-    points = tuple(sorted([*sides, (0.0, 0.0)]))
     return PassiveLaw(
-        Interpolated(points),
+        _rounded_points(sorted([*sides, (0.0, 0.0)])),
         (),
         f"The torque grows as sinh({growth:g} a / end) to {end:g} N m at the ends of the normal "
         "range: an estimate.",

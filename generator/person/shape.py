@@ -165,9 +165,9 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
         section(thorax, chest, 0.48 * bust * depth, 0.52 * depth, CHEST_EXPONENT),
         section(
             0.5 * (thorax + shoulder),
-            1.05 * chest,
-            0.46 * (0.5 + 0.5 * bust) * depth,
-            0.53 * depth,
+            1.03 * chest,
+            0.44 * (0.5 + 0.5 * bust) * depth,
+            0.51 * depth,
             2.6,
         ),
         section(
@@ -284,7 +284,9 @@ def _trunk(body: Body) -> Iterator[Surface]:
     places = ring_places([(crotch, 0.02), (0.0, 0.026), (neck, 0.026)], [waist, thorax])
     loft = Loft(sections, TRUNK_SIDES, places, _trunk_reliefs(body))
     bottom, top = Cap(0.012, rings=2), Cap(0.02, rings=2)
-    at_waist, at_thorax = Cap(0.3 * length("waist_depth")), Cap(0.3 * length("chest_depth"))
+    # Nearly as high as deep, so that a bent trunk stays round.
+    at_waist = Cap(min(0.45 * length("waist_depth"), 0.7 * waist, 0.7 * (thorax - waist)))
+    at_thorax = Cap(min(0.45 * length("chest_depth"), 0.7 * (thorax - waist)))
     yield _part("lower_torso", loft, (crotch, waist), 0.0, (bottom, at_waist))
     yield _part("middle_torso", loft, (waist, thorax), waist, (at_waist, at_thorax))
     yield _part("upper_torso", loft, (thorax, neck), thorax, (at_thorax, top))
@@ -307,22 +309,24 @@ def _head(body: Body) -> Surface:
     def neck(at: float, size: float, centre: float) -> Section:
         return Section(at, 2.0 * size * radius, size * radius, size * radius, centre * radius)
 
-    throat = min(-0.004, chin - 0.06 * face)
-    nape = (radius + centre) / deep
+    throat = chin - 0.13 * face
+    nape = (0.91 * radius + centre) / deep
     jaw = min(1.0, 2.0 * radius / broad)
     sections = (
-        neck(throat - 0.34 * top, 0.80, -0.30),
-        neck(throat - 0.18 * top, 0.98, -0.14),
-        neck(throat, 0.98, 0.06),
-        skull(chin + 0.02 * face, 0.5 * jaw + 0.30, 0.40, nape, 1.75, 2.0),
-        skull(chin + 0.20 * face, 0.82, 0.44, nape, 1.9, 2.0),
+        neck(throat - 0.32 * top, 0.80, -0.30),
+        neck(throat - 0.16 * top, 0.98, -0.12),
+        neck(throat, 0.98, 0.08),
+        skull(chin - 0.06 * face, 0.96 * jaw, 0.32, nape, 1.95, 2.0),
+        skull(chin, 0.7 * jaw + 0.18, 0.385, nape, 1.8, 2.0),
+        skull(chin + 0.10 * face, 0.3 * jaw + 0.52, 0.43, nape, 1.85, 2.0),
+        skull(chin + 0.20 * face, 0.83, 0.445, nape, 1.9, 2.0),
         skull(chin + 0.50 * face, 0.90, 0.46, 0.5 * nape + 0.24, 2.1, 2.0),
         skull(top - tragion, 0.96, 0.465, 0.50, 2.1, 2.0),
         skull(sellion + 0.14 * face, 1.0, 0.48, 0.52, 2.15, 2.1),
         skull(top - 0.62 * tragion, 1.0, 0.475, 0.52, 2.2, 2.1),
     )
     reliefs = (
-        Relief(sellion - 0.34 * face, 0.0, 0.11 * deep, 0.16 * face, 0.05 * face, 0.055 * broad),
+        Relief(sellion - 0.36 * face, 0.0, 0.09 * deep, 0.17 * face, 0.075 * face, 0.075 * broad),
         Relief(
             sellion - 0.06 * face,
             0.23 * broad,
@@ -331,11 +335,11 @@ def _head(body: Body) -> Surface:
             0.09 * face,
             0.09 * broad,
         ),
-        Relief(chin + 0.10 * face, 0.0, 0.035 * deep, 0.08 * face, 0.06 * face, 0.13 * broad),
+        Relief(chin + 0.09 * face, 0.0, 0.025 * deep, 0.07 * face, 0.07 * face, 0.14 * broad),
         Relief(chin + 0.36 * face, 0.0, 0.02 * deep, 0.05 * face, 0.05 * face, 0.12 * broad),
     )
     low, high = sections[0].at, sections[-1].at
-    places = ring_places([(low, 0.02), (throat, 1.0), (sections[3].at, 0.0105), (high, 0.0)], [])
+    places = ring_places([(low, 0.02), (throat, 0.009), (chin, 0.0105), (high, 0.0)], [])
     caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
     rings, poles = Loft(sections, HEAD_SIDES, places, reliefs, 0.4).part(low, high, *caps)
     return loft_surface(rings, poles, UPWARD, "head")
@@ -389,9 +393,11 @@ def _arm(body: Body) -> Iterator[Surface]:
     loft = Loft(sections, LIMB_SIDES, places)
     top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.002) * stature, 0.31 * deltoid))
     at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth)
+    # Flatter than the end of the upper arm, which covers it in a bent elbow.
+    covered = Cap(0.85 * at_elbow.height, 1.7)
     tip = Cap(0.06 * (finger - wrist), rings=3)
     yield _part("upper_arm", loft, (0.0, elbow), 0.0, (top, at_elbow))
-    yield _part("lower_arm", loft, (elbow, wrist), elbow, (at_elbow, at_wrist))
+    yield _part("lower_arm", loft, (elbow, wrist), elbow, (covered, at_wrist))
     yield _part("hand", loft, (wrist, end), wrist, (at_wrist, tip))
 
 
@@ -403,8 +409,10 @@ def _leg(body: Body) -> Iterator[Surface]:
     length, segments = body.measures.length, body.segments
     knee = segments["upper_leg"].length
     ankle = knee + segments["lower_leg"].length
-    breadth = length("hip_breadth") - body.hip_spacing
     thigh, low = length("thigh_circumference"), length("lower_thigh_circumference")
+    # Bounds for people far from the survey: the hip centres grow with the stature alone.
+    across = length("hip_breadth") - body.hip_spacing
+    breadth = min(max(across, 0.75 * thigh / pi), 1.15 * thigh / pi)
     knee_girth, calf = KNEE_OVER_LOWER_THIGH * low, length("calf_circumference")
     ankle_girth, malleoli = length("ankle_circumference"), length("bimalleolar_breadth")
     fold = length("trochanterion_height") - length("crotch_height") + 0.003
@@ -434,7 +442,8 @@ def _leg(body: Body) -> Iterator[Surface]:
     loft = Loft(sections, LIMB_SIDES, places)
     top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature, 2.5), Cap(knee_girth / (2.0 * pi))
     yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee))
-    yield _part("lower_leg", loft, (knee, ankle), knee, (at_knee, Cap(0.45 * malleoli)))
+    covered, at_ankle = Cap(0.85 * at_knee.height, 1.7), Cap(0.45 * malleoli)
+    yield _part("lower_leg", loft, (knee, ankle), knee, (covered, at_ankle))
 
 
 def _foot(body: Body) -> Surface:
@@ -454,8 +463,8 @@ def _foot(body: Body) -> Surface:
         )
 
     sections = (
-        section(0.11, 0.94 * heel, 0.95 * ankle),
-        section(at_ankle, heel, ankle + 0.50 * malleoli),
+        section(0.11, 0.94 * heel, 0.88 * ankle),
+        section(at_ankle, 0.98 * heel, ankle + 0.42 * malleoli),
         section(at_ankle + 0.13, heel, 1.24 * ankle, 2.1),
         section(0.58, 0.94 * broad, 0.90 * ankle, 2.2),
         section(ball, broad, 0.62 * ankle, 2.4),

@@ -10,7 +10,7 @@ from typing import Any, cast
 import exudyn
 from exudyn import advancedUtilities, itemInterface, rigidBodyUtilities
 
-from springs.backends import Operations, Real, Vector
+from springs.backends import CubicPieces, Operations, Real, Vector, select_cubic
 
 exu: Any = exudyn
 items: Any = itemInterface
@@ -84,6 +84,9 @@ class _Symbolic:
         return symbols.IfThenElse(condition, _as_symbol(yes), _as_symbol(no))
 
     removable = where
+
+    def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
+        return select_cubic(self, value, pieces)
 
     def sin(self, value: Real) -> Real:
         return symbols.sin(value)

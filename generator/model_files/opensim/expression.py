@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from springs.backends import Operations, Real, Vector
+from springs.backends import CubicPieces, Operations, Real, Vector, select_cubic
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,9 @@ class _ExpressionOperations:
         return condition.holds * yes + condition.fails * no
 
     removable = where
+
+    def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
+        return select_cubic(self, value, pieces)
 
     def sin(self, value: Real) -> Real:
         return Expression(f"sin({_operand_text(value)})")

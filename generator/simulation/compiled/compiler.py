@@ -134,7 +134,7 @@ def compile_source(source: str, name: str, signature: Any) -> FunctionPointer:
     numba and LLVM never free a function, so equal sources must share it.
 
     Args:
-        source: text of a module that decorates nothing and imports only `math`.
+        source: text of a module that decorates nothing.
         name: of the function in it.
         signature: numba signature of the function.
     """

@@ -38,6 +38,8 @@ from springs.backends import Vector
 _HEADER = '''"""Generated from the definitions of laws; constants are in the table P."""
 import math
 
+from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
+
 
 def laws(X, V, P, Z, rows, bounds, T, G, power):
     elastic, viscous = P[0], P[1]
@@ -211,7 +213,7 @@ class _Code:
         """Return the use that reads, evaluates the law, and ends with these lines."""
         recorder = self._recorder
         starts = [f"j{k} = rows[u, {2 + k}]" for k in range(len(joints))]
-        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
+        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching) if name]
         return LawUse(
             (*starts, *self._reads, *recorder.lines, *switching, *ends),
             tuple(recorder.constants),

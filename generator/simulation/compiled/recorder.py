@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from springs import Operations, Real
-from springs.backends import Vector
+from springs.backends import CubicPieces, Vector
 
 _BRANCHING = "a law decides by `ops.where`, not by `if`"
 
@@ -28,7 +28,8 @@ class Recorder:
     Attributes:
         lines: assignments, each to a new name.
         constants: entries of the table that the lines read as `P[o + k]`.
-        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`.
+        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`; ""
+            for one that the lines themselves store in `G[s + k]`.
     """
 
     lines: list[str] = field(default_factory=list[str])
@@ -50,6 +51,19 @@ class Recorder:
             self._names[text] = f"v{len(self._names)}"
             self.lines.append(f"{self._names[text]} = {text}")
         return Symbol(self, self._names[text])
+
+    def record_piecewise_cubic(self, value: "Real", pieces: CubicPieces) -> "Symbol":
+        """Record a search of the table of pieces, and the cubic of the one that is found.
+
+        The lines are those of any other pieces of this number: their table is not code.
+        """
+        table, first, breaks = len(self.constants), len(self.switching), len(pieces) - 1
+        for origin, coefficients in pieces:
+            self.constants += [origin, *coefficients]
+        self.switching += [""] * breaks
+        return self.record(
+            f"piecewise_cubic({{}}, P, o + {table}, {breaks}, Z, G, s + {first})", value
+        )
 
     def switch(self, comparison: "Comparison") -> str:
         """Return the held sign of a comparison's switching function."""
@@ -148,6 +162,9 @@ class _Recording:
         recorder = _recorder(condition.larger, condition.smaller)
         operands = yes, condition.larger, condition.smaller, no
         return recorder.record("{} if {} > {} else {}", *operands)
+
+    def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
+        return _recorder(value).record_piecewise_cubic(value, pieces)
 
     def sin(self, value: Real) -> Real:
         return _recorder(value).record("math.sin({})", value)

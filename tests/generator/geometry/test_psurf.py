@@ -177,6 +177,20 @@ def test_files_are_read_and_written(tmp_path):
         write_psurf(surface, tmp_path / "nowhere" / "wedge.pss")
 
 
+def test_a_changed_file_is_parsed_again(tmp_path):
+    path = tmp_path / "wedge.pss"
+    path.write_text(WEDGE)
+    first = read_psurf(path)
+    assert read_psurf(path) is first
+    assert read_psurf(path, Fraction(1)).vertices[1, 0] == 10.0
+    path.write_text(WEDGE.replace("10 0 0", "12 0 0"))
+    assert read_psurf(path).vertices[1, 0] == 0.12
+    path.write_text(WEDGE.replace("1 3 2;", "1 3 9;"))
+    assert [str(one.message) for one in parse_psurf_file(path).diagnostics] == [
+        "there is no vertex 9"
+    ]
+
+
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_psurf(tmp_path / "none.pss")

@@ -48,7 +48,7 @@ def rows_of(rows: list[Row], joint_name: str, direction: tuple[float, ...]) -> l
 
 
 def cases() -> Iterator[tuple[Figure, SpringSet]]:
-    for name in shipped_figures():
+    for name in sorted(shipped_figures().keys() - {"female50"}):
         drawn = read_figure(name)
         springs = read_springs(None, drawn)
         if has_curves(springs):

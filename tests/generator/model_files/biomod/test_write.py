@@ -33,7 +33,9 @@ from tests.generator.model_files.model_cases import (
 
 pytestmark = pytest.mark.verify
 
-SHIPPED = {name: read_figure(name) for name in shipped_figures()}
+SHIPPED = {name: read_figure(name) for name in shipped_figures() if name != "female50"}
+"""Figures of different joints."""
+
 FIGURES = {**TREES, **SHIPPED}
 
 

@@ -23,7 +23,8 @@ from springs.hysteresis import Hysteresis
 from tests.chains import SKEW
 from tests.generator.model_files.model_cases import hinge, on_a_rail, slide, spring_set
 
-SHIPPED = list(shipped_figures())
+SHIPPED = [name for name in shipped_figures() if name != "female50"]
+"""Figures of different joints."""
 
 
 def written(drawn: Figure, folder: Path) -> Path:

@@ -1,0 +1,77 @@
+"""Volumes that surfaces share, and densities of a person's segments."""
+
+import numpy as np
+import pytest
+
+from generator.geometry.primitives import box, sphere
+from generator.geometry.surface import Surface
+from generator.geometry.validate import build_solid
+from generator.person.body import build_body
+from generator.person.densities import (
+    PUBLISHED_DENSITIES,
+    SegmentDensity,
+    segment_densities,
+    shared_volumes,
+)
+from generator.person.measures import Sex, estimate_measures
+from generator.person.shape import body_surfaces
+
+
+def moved(surface: Surface, x: float, y: float = 0.0) -> Surface:
+    pose = np.eye(4)
+    pose[:2, 3] = x, y
+    return surface.transformed(pose)
+
+
+def test_volume_of_a_sphere() -> None:
+    surface = sphere(0.1)
+    found = shared_volumes([surface], spacing=0.003)
+    assert found == pytest.approx([build_solid(surface).volume], rel=2e-3)
+
+
+def test_volume_does_not_depend_on_the_place() -> None:
+    volumes = [shared_volumes([moved(sphere(0.1), x, 0.3)])[0] for x in (0.0, 0.7013, -2.2)]
+    assert volumes == pytest.approx([volumes[0]] * 3, rel=3e-3)
+
+
+def test_what_two_share_counts_half_for_each() -> None:
+    one, two = box(0.1, 0.1, 0.1), moved(box(0.1, 0.1, 0.1), 0.1)
+    found = shared_volumes([one, two], spacing=0.004)
+    assert found == pytest.approx([0.006, 0.006], rel=0.02)
+
+
+def test_what_two_share_belongs_to_the_higher_rank() -> None:
+    one, two = box(0.1, 0.1, 0.1), moved(box(0.1, 0.1, 0.1), 0.0, 0.1)
+    found = shared_volumes([one, two], [0, 1], spacing=0.004)
+    assert found == pytest.approx([0.004, 0.008], rel=0.02)
+
+
+def test_a_void_is_not_counted() -> None:
+    outer, inner = box(0.1, 0.1, 0.1), box(0.05, 0.05, 0.05)
+    inverse = inner.with_flipped_faces(np.ones(inner.face_count, dtype=bool))
+    shell = Surface.from_faces(
+        np.concatenate([outer.vertices, inverse.vertices]),
+        [*outer.faces, *(tuple(8 + k for k in face) for face in inverse.faces)],
+    )
+    assert shared_volumes([shell], spacing=0.004) == pytest.approx([0.007], rel=0.02)
+
+
+def test_deviation_is_from_the_nearest_published_density() -> None:
+    published = {"one": 1000.0, "other": 1100.0}
+    within = SegmentDensity("foot", 1.05, 0.001, published)
+    assert within.deviation == 0.0
+    assert SegmentDensity("foot", 1.21, 0.001, published).deviation == pytest.approx(0.1)
+    assert SegmentDensity("foot", 0.9, 0.001, published).deviation == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize(
+    ("sex", "stature", "mass"), [(Sex.MALE, 1.756, 85.5), (Sex.FEMALE, 1.628, 67.8)]
+)
+def test_densities_of_the_mean_bodies(sex: Sex, stature: float, mass: float) -> None:
+    body = build_body(estimate_measures(sex, stature, mass))
+    *rows, whole = segment_densities(body, body_surfaces(body))
+    assert {row.name for row in rows} == PUBLISHED_DENSITIES.keys()
+    counts = [1 if "torso" in row.name or row.name == "head" else 2 for row in rows]
+    total = sum(count * row.volume for count, row in zip(counts, rows, strict=True))
+    assert whole.volume == pytest.approx(total)
+    assert 1000.0 < whole.density < 1060.0
