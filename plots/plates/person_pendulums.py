@@ -440,7 +440,14 @@ def _draw_leg_periods(axes: Axes) -> None:
     for count in range(1, 4):
         axes.axvline(count / fact.value, color=BLACK, lw=0.8, ls=":")
     bottom = axes.get_ylim()[0]
-    axes.text(1.0 / fact.value, bottom, " period of 0.64 Hz [5]", fontsize=7.0, va="bottom")
+    axes.text(
+        1.02 / fact.value,
+        bottom,
+        "period of 0.64 Hz [5]",
+        fontsize=7.0,
+        va="bottom",
+        bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.0},
+    )
 
 
 def _tables(made: Swings) -> dict[str, Mapping[str, Array]]:
