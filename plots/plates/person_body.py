@@ -3,7 +3,7 @@
 # Matplotlib leaves the types of its keyword arguments open.
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import radians
@@ -101,7 +101,7 @@ class WholePerson:
         """Mass properties in a posture."""
         return mass_properties(self.person.figure, self.poses(posture))
 
-    @property
+    @cached_property
     def dimensions(self) -> Mapping[str, float]:
         """The dimensions of `DIMENSIONS` [m].
 
@@ -124,7 +124,7 @@ def build_whole_person(sex: Sex, stature: float, mass: float) -> WholePerson:
     return WholePerson(build_person(estimate_measures(sex, stature, mass), springs=False))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """Persons beside measured bodies.
 
@@ -141,17 +141,25 @@ class Comparison:
         """The person of mean stature and mass."""
         return self.persons[sex][1]
 
+    @cached_property
+    def _wholes(self) -> Mapping[str, Sequence[MassProperties]]:
+        """Mass properties of the men's persons by posture."""
+        return {
+            name: [person.whole(posture) for _, person in self.men]
+            for name, posture in MEASURED_POSTURES.items()
+        }
+
     def inertia_ratios(self, posture: str) -> Array:
         """Moment of inertia over the measured one, shape (men, 3)."""
         return np.array(
             [
                 [
-                    person.whole(MEASURED_POSTURES[posture]).inertia[axis, axis] / measured
+                    whole.inertia[axis, axis] / measured
                     for axis, measured in zip(
                         _AXES.values(), man.postures[posture].moments, strict=True
                     )
                 ]
-                for man, person in self.men
+                for (man, _), whole in zip(self.men, self._wholes[posture], strict=True)
             ]
         )
 
@@ -163,13 +171,9 @@ class Comparison:
         return np.array(
             [
                 100.0
-                * (
-                    person.stature
-                    - person.whole(MEASURED_POSTURES[posture]).centre[1]
-                    - man.postures[posture].centre_depth
-                )
-                / person.stature
-                for man, person in self.men
+                * (man.stature - whole.centre[1] - man.postures[posture].centre_depth)
+                / man.stature
+                for (man, _), whole in zip(self.men, self._wholes[posture], strict=True)
             ]
         )
 

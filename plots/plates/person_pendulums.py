@@ -108,7 +108,7 @@ ELBOW = Setup(
 )
 """Prone, the upper arm level to the side; released with the elbow straight."""
 
-LEG = Setup("left_hip_joint", 2, 20.0, (0.0, -1.0, 0.0), 6.0)
+LEG = Setup("left_hip_joint", 2, 20.0, (0.0, -1.0, 0.0), 4.0)
 """Standing on the other leg; released with the hip flexed, the knee straight."""
 
 SETUPS: Mapping[str, tuple[Setup, tuple[Case, ...]]] = {
@@ -440,7 +440,14 @@ def _draw_leg_periods(axes: Axes) -> None:
     for count in range(1, 4):
         axes.axvline(count / fact.value, color=BLACK, lw=0.8, ls=":")
     bottom = axes.get_ylim()[0]
-    axes.text(1.0 / fact.value, bottom, " period of 0.64 Hz [5]", fontsize=7.0, va="bottom")
+    axes.text(
+        1.02 / fact.value,
+        bottom,
+        "period of 0.64 Hz [5]",
+        fontsize=7.0,
+        va="bottom",
+        bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.0},
+    )
 
 
 def _tables(made: Swings) -> dict[str, Mapping[str, Array]]:

@@ -41,7 +41,6 @@ _STYLES = {"male50": LineStyle(BLUE, "-", "o"), "female50": LineStyle(VERMILION,
 
 RELAXED_CASES: Mapping[str, tuple[str, str | None]] = {
     "man": ("male50", None),
-    "woman": ("female50", None),
     "man with coupled leg": ("male50", "coupled"),
 }
 """Figure and choice of springs of the relaxed persons, by words."""
@@ -293,9 +292,9 @@ _STANDING_STRIP = Strip(
 _RELAXED_STRIP = Strip(
     View(turn=radians(-60.0), tilt=radians(8.0)),
     spacing=1.0,
-    left=-0.42,
-    right=0.58,
-    bottom=0.15,
+    left=-0.5,
+    right=0.85,
+    bottom=-0.05,
     top=1.85,
     floor=None,
     scale=150.0,
@@ -384,7 +383,7 @@ def _draw_relaxed(axes: Axes, made: Postures) -> None:
         text = f"{word}\ntrunk to thigh {relaxed.trunk_to_thigh:.0f} deg"
         axes.text(left + 0.5 * width, 0.0, text, ha="center", va="top", fontsize=7.0)
     axes.set_xlim(0.0, len(made.relaxed) * width)
-    axes.set_ylim(-0.2, height)
+    axes.set_ylim(-0.15, height)
     axes.set_title("relaxed without gravity", loc="left")
 
 

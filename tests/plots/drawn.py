@@ -14,6 +14,7 @@ from plots.plates import (
     fall_energy,
     fall_on_floor,
     hip_directional,
+    person_body,
     person_pendulums,
     person_posture,
 )
@@ -42,6 +43,11 @@ def exported() -> exported_fall.Fall:
 @cache
 def contact_cases() -> contact.Cases:
     return contact.simulate_cases()
+
+
+@cache
+def whole_bodies() -> person_body.Comparison:
+    return person_body.compare_whole_bodies()
 
 
 @cache
@@ -81,6 +87,8 @@ def plate(name: str) -> Plate:
             return exported_fall.build_plate(exported())
         case hip_directional.hip_directional:
             return hip_directional.build_plate(cycle())
+        case person_body.person_body:
+            return person_body.build_plate(whole_bodies())
         case person_pendulums.person_pendulums:
             return person_pendulums.build_plate(swings())
         case person_posture.person_posture:

@@ -1,7 +1,6 @@
 """The plate of whole persons: postures, ratios, and dimensions read from surfaces."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -14,22 +13,15 @@ from plots.plates.person_body import (
     MEASURED_POSTURES,
     SITTING,
     STANDING,
-    Comparison,
     WholePerson,
     build_plate,
-    compare_whole_bodies,
 )
 from plots.whole_body import mass_properties
-from tests.plots.drawn import plate
-
-
-@cache
-def comparison() -> Comparison:
-    return compare_whole_bodies()
+from tests.plots.drawn import plate, whole_bodies
 
 
 def man() -> WholePerson:
-    return comparison().mean(Sex.MALE)
+    return whole_bodies().mean(Sex.MALE)
 
 
 def test_the_centre_of_mass_agrees() -> None:
@@ -80,10 +72,11 @@ def test_a_measured_man_of_twice_the_inertia_differs() -> None:
         return replace(measured, postures=postures)
 
     wrong = replace(
-        comparison(), men=tuple((twice(measured), person) for measured, person in comparison().men)
+        whole_bodies(),
+        men=tuple((twice(measured), person) for measured, person in whole_bodies().men),
     )
     ratios = wrong.inertia_ratios(STANDING)
-    assert ratios == pytest.approx(0.5 * comparison().inertia_ratios(STANDING))
+    assert ratios == pytest.approx(0.5 * whole_bodies().inertia_ratios(STANDING))
     claims = [c for c in build_plate(wrong).claims if "moment of inertia" in c.sentence]
     assert all(claim.outcome is Outcome.DIFFERS for claim in claims)
 
