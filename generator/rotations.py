@@ -41,6 +41,12 @@ def unit_vector(vector: ArrayLike) -> Array:
     return array / length
 
 
+def cross_product(one: Array, other: Array) -> Array:
+    """Return the cross product of two vectors, shape (3,), faster than `np.cross` for arrays."""
+    (a, b, c), (x, y, z) = one.tolist(), other.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
 def cross_matrix(vector: ArrayLike) -> Array:
     """Return `[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)

@@ -9,7 +9,7 @@ the opposite order, with opposite generators.
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import assert_never
 
 import numpy as np
@@ -198,10 +198,32 @@ class Tree:
 def build_tree(figure: Figure) -> Tree:
     """Return the tree of a figure, breadth first from the ground, joints in the order of the file.
 
+    Trees of the last figures are kept, since many functions need that of one figure.
+
     Raises:
         InputError: the figure was made in Python and is wrong; it holds all errors.
         ModelError: no single joint can have the chain of a joint.
     """
+    return _build_once(_SameFigure(figure))
+
+
+class _SameFigure:
+    """A key that equals only keys of the same object, which does not change."""
+
+    def __init__(self, figure: Figure) -> None:
+        self.figure = figure
+
+    def __hash__(self) -> int:
+        return id(self.figure)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _SameFigure) and other.figure is self.figure
+
+
+@lru_cache(maxsize=8)
+def _build_once(key: _SameFigure) -> Tree:
+    """Check a figure and build its tree."""
+    figure = key.figure
     require_valid_figure(figure)
     chains = {name: build_chain(joint.chain) for name, joint in figure.joints.items()}
     reached = set(figure.ground)

@@ -25,7 +25,7 @@ from generator.kinematics.placement import (
 )
 from generator.loads import LoadKind, TimedLoad
 from generator.named_mapping import NamedMapping
-from generator.rotations import Array, matrix_from_rotation_vector
+from generator.rotations import Array, cross_product, matrix_from_rotation_vector
 from generator.scene import Scene
 from generator.simulation.bodies import body_pose
 from generator.simulation.coupled_springs import coupled_torques
@@ -330,7 +330,7 @@ class _StaticModel:
             if tree_joint.inboard in wrenches:
                 wrenches[tree_joint.inboard] = wrenches[tree_joint.inboard] + wrench
             child = site_pose(placement, joint, "child")
-            moment = wrench[3:] - np.cross(child[:3, 3], wrench[:3])
+            moment = wrench[3:] - cross_product(child[:3, 3], wrench[:3])
             torque = site_pose(placement, joint, "parent")[:3, :3].T @ moment
             torques[joint.name] = torque if tree_joint.parent_is_inboard else -torque
         return torques
@@ -367,7 +367,7 @@ class _StaticModel:
             # torque, and G G^T is four times the identity.
             torque = 0.25 * np.asarray(rigid.EulerParameters2G(pose_coordinates[3:])) @ force[3:]
             wrenches[name] = np.concatenate(
-                [force[:3], torque + np.cross(pose_coordinates[:3], force[:3])]
+                [force[:3], torque + cross_product(pose_coordinates[:3], force[:3])]
             )
         return wrenches
 

@@ -12,6 +12,7 @@ from generator.rotations import (
     Array,
     RotationSequence,
     cross_matrix,
+    cross_product,
     inverse_pose,
     matrix_from_axis_angle,
     matrix_from_chain_angles,
@@ -248,6 +249,7 @@ def test_rotation_about_an_axis(axis, a) -> None:
 @given(vector, vector)
 def test_cross_matrix(v, w) -> None:
     assert np.allclose(cross_matrix(v) @ w, np.cross(v, w))
+    assert np.array_equal(cross_product(np.array(v), np.array(w)), np.cross(v, w))
 
 
 near_minus_z = st.sampled_from([0.0, 1e-13, 1e-9, 1e-7, 1e-5]).map(

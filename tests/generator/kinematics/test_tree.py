@@ -20,6 +20,18 @@ def test_branches_come_base_first() -> None:
     assert tree.closures == ()
 
 
+def test_a_figure_has_one_tree_and_its_equal_another() -> None:
+    made = row(2)
+    equal = replace(made, path=None)
+    assert build_tree(made) is build_tree(made)
+    assert equal == made
+    assert build_tree(equal).figure is equal
+    wrong = replace(made, joints={})
+    for _ in range(2):
+        with pytest.raises(InputError):
+            build_tree(wrong)
+
+
 def test_the_tree_does_not_follow_the_order_in_connect() -> None:
     factors, values = chain("Rz"), (0.2,)
     there, back = (build_tree(two_bodies(factors, values, reverse=r)) for r in (False, True))
