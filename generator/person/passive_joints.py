@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees
 
-from generator.diagnostics import ModelError
-from generator.figure import AxisKind, Figure
+from generator.figure import Figure
 from generator.person.body import Body
 from generator.person.data_files import DataFile, load_data_file
-from generator.person.joints import SIDES
+from generator.person.joints import PERSON_JOINTS, SIDES, motion_range
 from generator.person.limb_pendulum import LimbPendulum, limb_pendulum
 from generator.person.passive_laws import (
     LawContext,
@@ -24,7 +23,7 @@ from generator.person.passive_laws import (
     rest_stiffness,
 )
 from generator.person.sources import Origin, SourcedNumber
-from generator.springs_file.axes import axis_by_name, parallel_sign, unit_axis
+from generator.person.survey import Sex
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
@@ -124,11 +123,7 @@ class PassiveAxis:
 
 
 def person_springs(body: Body, figure: Figure) -> SpringsFile:
-    """Return the passive springs of a person's figure, one curve an axis.
-
-    Raises:
-        ModelError: for a joint without limits.
-    """
+    """Return the passive springs of a person's figure, one curve an axis."""
     axes = passive_axes(body, figure)
     return SpringsFile(tuple(map(_entry, axes)), figure.name, Joining.CONSERVATIVE)
 
@@ -165,11 +160,7 @@ def coupled_leg_springs(body: Body, figure: Figure) -> SpringsFile:
 
 
 def passive_axes(body: Body, figure: Figure) -> tuple[PassiveAxis, ...]:
-    """Return the passive laws of the joints that a figure has.
-
-    Raises:
-        ModelError: for a joint without limits.
-    """
+    """Return the passive laws of the joints that a figure has."""
     data = load_data_file(_DATA_FILE)
     laws: dict[tuple[str, str | None], tuple[PassiveLaw, Range]] = {}
     axes: list[PassiveAxis] = []
@@ -178,7 +169,7 @@ def passive_axes(body: Body, figure: Figure) -> tuple[PassiveAxis, ...]:
         names = _joint_names(figure, joint)
         if not names:
             continue
-        limits = normal_range(figure, names[0], axis)
+        limits = normal_range(joint, axis, body.measures.sex)
         series = laws.get((row.get("in_series_with", ""), axis))
         context = LawContext(limits, series and (series[0].elastic, series[1]))
         law = build_law(row, context)
@@ -236,20 +227,22 @@ def _joint_names(figure: Figure, joint: str) -> tuple[str, ...]:
     return tuple(name for name in names if name in figure.joints)
 
 
-def normal_range(figure: Figure, name: str, axis: str | None) -> Range:
-    """Limits of a joint about one of its axes [rad].
+def normal_range(joint: str, axis: str | None, sex: Sex) -> Range:
+    """Ends of the normal range about an axis of a joint, also where its stops are narrower [rad].
 
-    Raises:
-        ModelError: for a joint without them.
+    Args:
+        joint: name without side.
+        axis: "x", "y" or "z", or None for a hinge.
+        sex: of the person.
     """
-    joint = figure.joints[name]
-    direction = axis_by_name(joint, axis)
-    for k, factor in enumerate(joint.chain):
-        if factor.kind is not AxisKind.ROTATION or joint.lower_limit is None:
-            continue
-        if joint.upper_limit is not None and parallel_sign(unit_axis(factor.axis), direction):
-            return joint.lower_limit[k], joint.upper_limit[k]
-    raise ModelError(f"joint `{name}` has no limits, from which its passive law follows")
+    turns = (
+        (each, rotation)
+        for each in PERSON_JOINTS
+        for rotation in each.rotations
+        if each.name == joint and axis in (None, rotation.axis_name)
+    )
+    low, high = motion_range(*next(turns), sex)
+    return low.angle, high.angle
 
 
 def _entry(axis: PassiveAxis) -> SpringEntry:
