@@ -113,13 +113,13 @@ def claims(sex: Sex, found: Differences) -> Iterator[Claim]:
     others = [name for name in SEGMENTS if name not in _LEG]
     for quantity, names, rows in (
         ("mass of a segment", SEGMENTS, slice(0, 1)),
-        ("moment of inertia of a segment, without thigh and shank", others, slice(1, 4)),
+        ("moment of inertia of a segment but thigh and shank", others, slice(1, 4)),
         ("moment of inertia of thigh and shank", _LEG, slice(1, 4)),
     ):
         largest = {name: float(np.abs(found[name][rows]).max()) for name in names}
         worst = max(largest, key=lambda name: largest[name])
         yield fact.compare(
-            f"The {word}: largest difference of the {quantity} from the measured one",
+            f"The {word}: largest difference from the measured {quantity}",
             largest[worst],
             remark=_remark(sex, worst, list(names), largest, fact.high),
         )

@@ -108,6 +108,16 @@ def test_other_processes_give_the_same_files_and_print_nothing(
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
 
 
+def test_the_first_word_of_several_plates_names_them_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    both = {"spring_damper": TARGETS["damper"], "spring": TARGETS["spring"]}
+    monkeypatch.setattr(module, "PLATES", both)
+    assert [*module._select_targets(["spring"], tmp_path, None)] == ["spring"]
+    monkeypatch.setattr(module, "PLATES", {"spring_a": "a", "spring_b": "b", "springs": "c"})
+    assert module._select_targets(["spring"], tmp_path, None) == {"spring_a": "a", "spring_b": "b"}
+
+
 @pytest.mark.usefixtures("here")
 def test_the_plates_that_are_named_are_made(tmp_path: Path):
     said = answer("plots", "damper", "-o", tmp_path, "damper")
