@@ -127,8 +127,8 @@ def _coordinate_axis(axis: AxisSpring) -> int | None:
 
 def _with_positive_axis(axis: AxisSpring) -> AxisSpring:
     """Return the axis about the positive coordinate axis where it is along a negative one."""
-    turned = axis.with_opposite_axis()
-    return turned if _coordinate_axis(turned) is not None else axis
+    is_negative = -1.0 in axis.direction and sum(map(abs, axis.direction)) == 1.0
+    return axis.with_opposite_axis() if is_negative else axis
 
 
 def _component(axis: AxisSpring, vector: Vector, ops: Operations) -> Real:
