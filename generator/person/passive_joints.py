@@ -8,6 +8,7 @@ ratio of the limb which the joint swings (`generator.person.limb_pendulum`).
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees
+from textwrap import fill
 
 from generator.figure import Figure
 from generator.person.body import Body
@@ -38,6 +39,7 @@ from springs.published.tables import coupled_law
 from springs.smooth_limit import SmoothLimit
 
 _DATA_FILE = "passive_joints"
+_COMMENT_WIDTH = 96
 _ESTIMATE = "An estimate, not from a study"
 _NO_HINGE_AXIS = "y"
 """Axis of a hinge, as the pendulum of its limb names it."""
@@ -120,6 +122,17 @@ class PassiveAxis:
     def damping_reference(self) -> str:
         """Publication of the damping ratio, or that it is an estimate."""
         return _ESTIMATE if self.ratio_reference is None else str(self.ratio_reference)
+
+
+def springs_comment() -> str:
+    """Lines on the scaling of the torques and on the damping, for the head of a springs file."""
+    damping = (
+        "Damping is that of a damping ratio of the limb that the joint swings: arms and legs hang "
+        "straight, a limb that turns about its length is bent at a right angle, and the trunk "
+        "swings what is above the joint, as if it hung too."
+    )
+    notes = (load_data_file(_DATA_FILE).note.strip(), damping)
+    return "\n\n".join(fill(note, _COMMENT_WIDTH) for note in notes)
 
 
 def person_springs(body: Body, figure: Figure) -> SpringsFile:
@@ -287,7 +300,7 @@ def _axis_sources(axis: PassiveAxis) -> Iterator[SourcedNumber]:
     yield SourcedNumber(
         *(part, f"{motion}: factor of the torque", axis.scale, "", Origin.SCALED),
         _scaling_reference(),
-        axis.scale_rule,
+        f"{axis.scale_rule} {load_data_file(_DATA_FILE).note.strip()}",
     )
     yield SourcedNumber(
         *(part, f"{motion}: damping ratio of the limb", axis.ratio, "", axis.ratio_origin),

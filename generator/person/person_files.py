@@ -11,13 +11,14 @@ from generator.model_files.figure_files import figure_files, older_springs_loss,
 from generator.model_files.model_files import ModelFiles
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
 from generator.person.measures import Measures
+from generator.person.passive_joints import springs_comment
 from generator.person.person import Person
 from generator.person.sources import SourcedNumber
 from generator.springs_file.write import write_springs
 from generator.text_io import is_file, load_text
 
 COUPLED_SPRINGS = "coupled"
-"""Name that chooses the springs with the law over hip, knee and ankle: `--springs coupled`."""
+"""Name that chooses the springs with the law over hip and knee: `--springs coupled`."""
 
 SOURCES_SUFFIX = ".sources.csv"
 
@@ -44,7 +45,8 @@ def person_files(person: Person, path: Path) -> ModelFiles:
     beside = {sources_path(path): format_sources(person.sources, path.name)}
     for name, springs in ((None, person.springs), (COUPLED_SPRINGS, person.coupled_springs)):
         if springs is not None:
-            comment = f"Passive joints of {path.name}, {who}, {MADE_BY}"
+            first = f"Passive joints of {path.name}, {who}, {MADE_BY}"
+            comment = f"{first}\n\n{springs_comment()}"
             beside[springs_path(path, name)] = write_springs(springs, comment)
     files = figure_files(
         person.figure,

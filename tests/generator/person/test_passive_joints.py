@@ -19,6 +19,7 @@ from generator.person.passive_joints import (
     normal_range,
     passive_axes,
     person_springs,
+    springs_comment,
 )
 from generator.person.sources import Origin
 from generator.springs_file.parse import parse_springs
@@ -144,6 +145,18 @@ def test_doubts_about_the_curves_are_only_firm_ends_of_range():
     assert doubts == {FindingKind.EARLY_RESISTANCE}
     firm = {report.joints[0].removeprefix("left_") for report in reports if report.doubts}
     assert firm == {"waist", "thorax", "elbow", "hip_joint", "knee", "ankle"}
+
+
+def test_the_head_of_the_file_says_what_the_rules_leave_out():
+    comment = " ".join(springs_comment().split())
+    for words in (
+        "87 healthy children",
+        "this is an estimate",
+        "Women are softer",
+        "damping ratio",
+    ):
+        assert words in comment
+    assert max(map(len, springs_comment().splitlines())) <= 96
 
 
 def test_the_law_of_hip_and_knee_has_an_energy_and_no_doubts():
