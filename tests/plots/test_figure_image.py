@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure
-from generator.geometry.appearance import Appearance
+from generator.geometry.appearance import Appearance, segment_appearances
 from generator.geometry.surface import Surface
 from generator.scene import Box, Prop, Scene
 from plots import figure_image
@@ -203,3 +203,13 @@ def test_the_floor_has_a_height_and_is_seen_from_its_level() -> None:
     for height in (0.35, 0.55):
         assert pixel(image, tuple(0.6 * right + (0.0, height, 0.0)), level)[3] == 0.0
     assert towards[1] == 0.0
+
+
+def test_surfaces_of_a_figure_are_its_body() -> None:
+    figure, _ = motion()
+    appearances, _ = segment_appearances(figure)
+    surfaces = {name: each.surface for name, each in appearances.items()}
+    one, other = Body.of_surfaces(surfaces, SKIN[:3]), Body.of_figure(figure, SKIN[:3])
+    assert one.segments == other.segments
+    assert np.array_equal(one.corners, other.corners)
+    assert np.array_equal(one.colours, other.colours)
