@@ -33,8 +33,14 @@ SIMULATE = [
 
 CONVERT = ["convert", "prototype", "out.fig", "out.xml", "out.osim", "dyspam"]
 CONVERTED = {"out.fig", "out.xml", "out.osim", "out_geometry", "dyspam"}
-PERSON = "person --sex male --stature 1.75m --mass 75kg -o out.fig".split()
-MADE = {"out.fig", "out.springs.toml", "out.coupled.springs.toml", "out.sources.csv", "out_geometry"}
+PERSON = ["person", "--sex", "male", "--stature", "1.75m", "--mass", "75kg", "-o", "out.fig"]
+MADE = {
+    "out.fig",
+    "out.springs.toml",
+    "out.coupled.springs.toml",
+    "out.sources.csv",
+    "out_geometry",
+}
 COMMANDS = ((SIMULATE, set(OUTPUTS)), (CONVERT, CONVERTED), (PERSON, MADE))
 
 MAX_DELAY = 0.08
