@@ -1,4 +1,4 @@
-"""Draws docs/pictures/fall.png: the prototype, leaning and with bent knees, falls on a floor.
+"""Draws docs/pictures/fall.png: `male50` lets go of all muscles and falls on a floor.
 
 Run with `python docs/pictures/fall.py` in the project's folder.
 """
@@ -13,15 +13,7 @@ from generator import Plan, read_figure, simulate
 from generator.scene import Scene
 from plots.figure_image import Strip, View, strip_image
 
-START = {
-    "left_knee": (15.0,),
-    "right_knee": (25.0,),
-    "root_torso": (-8.0, 0.0, 0.0),
-    "left_hip_joint": (0.0, 8.0, 0.0),
-}
-"""Initial angles [deg]."""
-
-TIMES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.4)
+TIMES = (0.0, 0.3, 0.5, 0.7, 0.9, 1.2, 2.0)
 """Moments that are drawn [s]."""
 
 FRAME = 0.1
@@ -42,12 +34,9 @@ LABEL_SHIFT = 0.1
 
 def main() -> None:
     """Simulate, draw, write."""
-    figure = read_figure("prototype")
+    figure = read_figure("male50")
     scene = Scene.floor()
-    start = {name: tuple(map(radians, angles)) for name, angles in START.items()}
-    plan = Plan(
-        stop=TIMES[-1], frame=FRAME, free_root=True, height=0.0, scene=scene, displacements=start
-    )
+    plan = Plan(stop=TIMES[-1], frame=FRAME, free_root=True, height=0.0, scene=scene)
     recording = simulate(figure, plan)
     frames = [round(time / FRAME) for time in TIMES]
     image = strip_image(figure, recording, frames, STRIP, scene)
