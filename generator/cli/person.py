@@ -148,12 +148,13 @@ def _springs_text(made: Person) -> str:
         return "none"
     counts = _count_curves(made)
     parts = (f"{counts[origin]} {words}" for origin, words in _ORIGINS.items())
-    return f"{format_count(counts.total(), 'curve')}, {', '.join(parts)}"
+    curves = format_count(counts.total(), "curve")
+    return f"{curves}, scaled with mass times stature squared: {', '.join(parts)}"
 
 
 _ORIGINS = {
     Origin.PUBLISHED: "published",
-    Origin.SCALED: "partly estimates",
+    Origin.SCALED: "partly estimated",
     Origin.ESTIMATE: "estimates",
 }
 
