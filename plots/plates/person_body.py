@@ -291,8 +291,8 @@ def _claims(made: Comparison) -> Iterator[Claim]:
         )
     yield incomparable_claim(
         "Sitting: moments of inertia of three men",
-        "the page does not name the angles of its seated posture, of three that were measured; "
-        "by its numbers it has the thighs raised",
+        "the page does not state which of three seated postures it shows; its numbers suggest "
+        "raised thighs",
     )
     for name in DIMENSIONS:
         for sex, differences in made.dimension_differences(name).items():
@@ -303,7 +303,7 @@ def _claims(made: Comparison) -> Iterator[Claim]:
 def _dimension_claim(name: str, sex: Sex, difference: float, error: float) -> Claim:
     remark = {
         "span": "no clavicle moves the shoulders inwards as the arms rise",
-        "sitting_height": "no seat compresses the flesh",
+        "sitting_height": "it is measured on flesh that no seat compresses",
     }.get(name, "")
     return Claim(
         f"{name.replace('_', ' ').capitalize()} of the mean {_WORDS[sex]} less that of the survey, "

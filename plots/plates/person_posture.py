@@ -279,7 +279,8 @@ def _claims(made: Postures) -> Iterator[Claim]:
             f"Relaxed {word}, without gravity: angle between trunk and thigh (published: "
             f"{fact.value_text})",
             relaxed.trunk_to_thigh,
-            remark="the torque of the hip vanishes nearer to standing; crews differed as much",
+            remark="the passive torque of the hip vanishes nearer to standing; crew members "
+            "differed from each other by as much",
         )
 
 

@@ -17,6 +17,7 @@ from plots.plates.person_pendulums import (
     LIMP,
     MAN,
     SETUPS,
+    SITTING,
     WOMAN,
     Setup,
     Swings,
@@ -84,6 +85,12 @@ def test_people_and_persons_swing_alike() -> None:
     for case in (MAN, WOMAN, COUPLED):
         for text in ("relaxation index", "period", "number of swings"):
             assert claim_of(f"Knee of the {case.words}: {text}").outcome is Outcome.AGREES
+
+
+def test_the_coupled_leg_is_stiffer_sitting_than_lying() -> None:
+    lying, sitting = swings().swing("knee", COUPLED), swings().swing("seated knee", SITTING)
+    assert lying.period() > sitting.period()
+    assert lying.rest < sitting.rest
 
 
 def test_what_differs_says_why_and_the_index_of_the_elbow_is_not_compared() -> None:
