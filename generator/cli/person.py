@@ -84,7 +84,7 @@ def person(
         *made.body.measures.warnings,
         *(str(loss) for losses in written.values() for loss in losses.entries),
     ]
-    densities = segment_densities(made.body, made.surfaces)
+    densities = segment_densities(made)
     return CommandResult(
         text="\n\n".join(_sections(made, densities, files)),
         data={
