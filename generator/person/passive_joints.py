@@ -11,7 +11,6 @@ from math import degrees
 from textwrap import fill
 
 from generator.person.body import SIDES, Body
-from generator.person.data_files import DataFile, load_data_file
 from generator.person.joints import PERSON_JOINTS, JointRotation, PersonJoint, motion_range
 from generator.person.limb_pendulum import LimbPendulum, limb_pendulum
 from generator.person.passive_laws import (
@@ -22,7 +21,7 @@ from generator.person.passive_laws import (
     build_law,
     rest_stiffness,
 )
-from generator.person.sources import Origin, SourcedNumber
+from generator.person.sources import DataFile, Origin, SourcedNumber, load_data_file
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
@@ -134,7 +133,7 @@ def springs_comment() -> str:
         "straight, a limb that turns about its length is bent at a right angle, and the trunk "
         "swings what is above the joint, as if it hung too."
     )
-    notes = (load_data_file(_DATA_FILE).note.strip(), damping)
+    notes = (load_data_file(_DATA_FILE).note, damping)
     return "\n\n".join(fill(note, _COMMENT_WIDTH) for note in notes)
 
 
@@ -283,7 +282,7 @@ def _axis_sources(axis: PassiveAxis) -> Iterator[SourcedNumber]:
     yield SourcedNumber(
         *(part, f"{motion}: factor of the torque", axis.scale, "", Origin.SCALED),
         _scaling_reference(),
-        f"{axis.scale_rule} {load_data_file(_DATA_FILE).note.strip()}",
+        f"{axis.scale_rule} {load_data_file(_DATA_FILE).note}",
     )
     yield SourcedNumber(
         *(part, f"{motion}: damping ratio of the limb", axis.ratio, "", axis.ratio_origin),
