@@ -1,8 +1,8 @@
 """Limbs of a person as pendulums, and the damping that follows from a damping ratio.
 
-A joint of a limb swings what is below it, hanging straight; a joint of the trunk swings what is
-above it, arms straight down, as if it hung too. Turning a limb about its length swings the next
-part bent at a right angle, since a straight limb has nearly no inertia about its length.
+About a joint of a limb the parts below it swing, hanging straight; about a joint of the trunk those
+above it, with straight arms, as if they hung too. A limb that turns about its length is bent at a
+right angle, since a straight one has nearly no inertia about its length.
 """
 
 from collections.abc import Iterable

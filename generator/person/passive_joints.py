@@ -1,8 +1,8 @@
 """The passive joints of a person: published curves, scaled to the body, with damping by a ratio.
 
-`data/passive_joints.toml` holds what was chosen for each axis, and why. Torques are those of the
-curve's own sample times m H^2 over that of the sample's mean body. Damping is that of a damping
-ratio of the limb which the joint swings (`generator.person.limb_pendulum`).
+`data/passive_joints.toml` names the curve of each rotation and the reason for its choice. Torques
+are those of the curve's own sample times m H^2 over that of the sample's mean body. Damping follows
+from a damping ratio of the limb that swings about the joint (`generator.person.limb_pendulum`).
 """
 
 from collections.abc import Iterable, Iterator
@@ -116,8 +116,8 @@ class PassiveAxis:
         label = ", an estimate" if self.ratio_origin is Origin.ESTIMATE else ""
         frequency = self.pendulum.frequency(self.stiffness)
         return (
-            f"Damping: {self.ratio:g} of the critical one{label} ({self.ratio_rule}), for the limb "
-            f"that the joint swings at {frequency:.3g} rad/s."
+            f"Damping: {self.ratio:g} of the critical one{label} ({self.ratio_rule}), for a limb "
+            f"that swings at {frequency:.3g} rad/s."
         )
 
     @property
@@ -128,12 +128,13 @@ class PassiveAxis:
 
 def springs_comment() -> str:
     """Lines on the scaling of the torques and on the damping, for the head of a springs file."""
+    scale = "Torques are scaled with mass times stature squared."
     damping = (
-        "Damping is that of a damping ratio of the limb that the joint swings: arms and legs hang "
-        "straight, a limb that turns about its length is bent at a right angle, and the trunk "
-        "swings what is above the joint, as if it hung too."
+        "Damping follows from a damping ratio of the limb that swings about the joint. Arms and "
+        "legs hang straight, and a limb that turns about its length is bent at a right angle. At a "
+        "joint of the trunk the parts above it swing as if they hung."
     )
-    notes = (load_data_file(_DATA_FILE).note, damping)
+    notes = (f"{scale} {load_data_file(_DATA_FILE).note}", damping)
     return "\n\n".join(fill(note, _COMMENT_WIDTH) for note in notes)
 
 

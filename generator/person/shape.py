@@ -516,9 +516,11 @@ def foot_contact_spheres(body: Body) -> tuple[ContactSphere, ...]:
 
 _HARRINGTON = Reference(
     "M. E. Harrington et al., Prediction of the hip joint centre in adults, children, and patients "
-    "with cerebral palsy based on magnetic resonance imaging, J Biomech 40, 2007",
-    Sureness.SEVERAL_CODES,
+    "with cerebral palsy based on magnetic resonance imaging, J Biomech 40:595-602, 2007",
+    Sureness.ONE_CODE,
+    doi="10.1016/j.jbiomech.2006.02.003",
 )
+"""The regression is the same in several codes, the distance of the front spines stands in one."""
 
 
 def shape_sources(body: Body) -> tuple[SourcedNumber, ...]:
@@ -561,6 +563,7 @@ def shape_sources(body: Body) -> tuple[SourcedNumber, ...]:
             *("upper_leg", "upper end above the hip centre", SPINE_ABOVE_HIP * stature, "m"),
             *(Origin.SCALED, _HARRINGTON),
             f"{SPINE_ABOVE_HIP:g} of the stature: the pelvis's front spine, 88 mm above the hip "
-            "centre of a man of 1.741 m whose front spines are 255.7 mm from each other",
+            "centre of a man of 1.741 m whose front spines are 255.7 mm from each other (de Leva "
+            "1996, table 3)",
         ),
     )
