@@ -249,7 +249,7 @@ _REPORTED = (
 def _caption(made: Postures) -> str:
     relaxed = made.relaxed["man"]
     angles = ", ".join(
-        f"{words} {relaxed.angle(joint, axis):.0f}" for joint, axis, words in _REPORTED
+        f"{words} {round(relaxed.angle(joint, axis))}" for joint, axis, words in _REPORTED
     )
     return (
         "Left: the joints are set so that knee, hip, shoulder and ear are as far in front of the "
