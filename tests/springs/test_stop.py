@@ -1,4 +1,4 @@
-from math import radians
+from math import inf, radians
 
 import numpy as np
 import pytest
@@ -66,3 +66,9 @@ def test_one_limit_stops_one_way():
     assert Stop(None, 0.5).torque(1.0) < 0.0
     assert Stop(0.5, None).torque(0.0) > 0.0
     assert Stop(0.5, None).mirrored() == Stop(None, -0.5)
+
+
+def test_an_infinite_limit_does_not_stop():
+    angle, open_below = np.linspace(-3.0, 3.0, 50), Stop(-inf, 1.0)
+    assert np.array_equal(open_below.torque(angle), Stop(None, 1.0).torque(angle))
+    assert not Stop(-inf, inf).torque(angle).any()
