@@ -18,7 +18,6 @@ from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
 from generator.person.densities import SegmentDensity, segment_densities
 from generator.person.measures import Sex, estimate_measures, parse_measures_file
-from generator.person.passive_joints import passive_axes
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
     COUPLED_SPRINGS,
@@ -84,7 +83,7 @@ def person(
         *made.body.measures.warnings,
         *(str(loss) for losses in written.values() for loss in losses.entries),
     ]
-    densities = segment_densities(made.body, made.surfaces)
+    densities = segment_densities(made)
     return CommandResult(
         text="\n\n".join(_sections(made, densities, files)),
         data={
@@ -161,7 +160,7 @@ _ORIGINS = {
 
 def _count_curves(made: Person) -> Counter[Origin]:
     """Count the curves of the springs by their origins; left and right are one."""
-    return Counter(axis.origin for axis in passive_axes(made.body, made.figure))
+    return Counter(axis.origin for axis in made.passive_axes)
 
 
 def _data(made: Person, densities: Sequence[SegmentDensity]) -> dict[str, object]:

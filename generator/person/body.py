@@ -20,8 +20,17 @@ from springs.published.reference import Reference, Sureness
 TRUNK_SEGMENTS = ("lower_torso", "middle_torso", "upper_torso", "head")
 """From the hips up."""
 
-LIMB_SEGMENTS = ("upper_arm", "lower_arm", "hand", "upper_leg", "lower_leg", "foot")
-"""Each of them on both sides, as `left_upper_arm` and `right_upper_arm`."""
+ARM_SEGMENTS = ("upper_arm", "lower_arm", "hand")
+LEG_SEGMENTS = ("upper_leg", "lower_leg", "foot")
+LIMB_SEGMENTS = (*ARM_SEGMENTS, *LEG_SEGMENTS)
+"""From the trunk outward; each of them on both sides."""
+
+SIDES = ("left", "right")
+
+
+def side_names(segment: str) -> tuple[str, ...]:
+    """Return the names in the figure of a segment: `head`, or `left_foot` and `right_foot`."""
+    return tuple(f"{side}_{segment}" for side in SIDES) if segment in LIMB_SEGMENTS else (segment,)
 
 
 @dataclass(frozen=True)
@@ -71,40 +80,8 @@ class Body:
     @property
     def hip_height(self) -> float:
         """Height of the hip centres above the sole, standing [m]."""
-        return self.knee_height + self.segments["upper_leg"].length
-
-    @property
-    def knee_height(self) -> float:
-        """Height of the knee centres above the sole, standing [m]."""
-        return self.ankle_height + self.segments["lower_leg"].length
-
-    @property
-    def origin_heights(self) -> Mapping[str, float]:
-        """Heights of the origins of the segments above the sole, standing [m], by their names."""
-        heights = {
-            "foot": self.ankle_height,
-            "lower_leg": self.knee_height,
-            "upper_leg": self.hip_height,
-        }
-        height = self.hip_height
-        for name in TRUNK_SEGMENTS:
-            heights[name] = height
-            height += self.segments[name].length
-        height = heights["upper_torso"] + self.shoulder_height
-        for name in ("upper_arm", "lower_arm", "hand"):
-            heights[name] = height
-            height -= self.segments[name].length
-        return heights
-
-    @property
-    def centre_height(self) -> float:
-        """Height of the body's centre of mass above the sole, standing [m]."""
-        heights, moment, mass = self.origin_heights, 0.0, 0.0
-        for name, segment in self.segments.items():
-            up, count = (1, 1) if name in TRUNK_SEGMENTS else (-1, 2)
-            moment += count * segment.mass * (heights[name] + up * segment.centre[2])
-            mass += count * segment.mass
-        return moment / mass
+        legs = self.segments["upper_leg"].length + self.segments["lower_leg"].length
+        return legs + self.ankle_height
 
 
 @dataclass(frozen=True)

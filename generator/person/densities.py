@@ -12,8 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from generator.figure import Figure
 from generator.geometry.surface import Array, Indices, Surface
-from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body
+from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.tree import build_tree
+from generator.person.body import SIDES, side_names
+from generator.person.person import Person
 from springs.published.reference import Reference, Sureness
 
 COLUMN_SPACING = 0.006
@@ -90,67 +94,45 @@ class SegmentDensity:
         return self.density / min(max(self.density, low), high) - 1.0
 
 
-def segment_densities(body: Body, surfaces: Mapping[str, Surface]) -> tuple[SegmentDensity, ...]:
+def segment_densities(person: Person) -> tuple[SegmentDensity, ...]:
     """Return the densities of the segments, by names without side, and of the whole body."""
-    placed = place_surfaces(body, surfaces, SPREAD_ARMS, SPREAD_LEGS)
+    placed = place_surfaces(person.figure, person.surfaces, SPREAD_ARMS, SPREAD_LEGS)
     ranks = [1 if name.endswith("leg") else 0 for name in placed]
     volumes = dict(zip(placed, shared_volumes(list(placed.values()), ranks), strict=True))
     rows: list[SegmentDensity] = []
-    for name in TRUNK_SEGMENTS:
-        rows.append(_row(body, name, volumes[name]))
-    for name in LIMB_SEGMENTS:
-        rows.append(_row(body, name, 0.5 * (volumes[f"left_{name}"] + volumes[f"right_{name}"])))
-    total = sum(volumes.values())
-    return (*rows, SegmentDensity("body", body.measures.mass, total, {}))
+    for name, segment in person.body.segments.items():
+        sides = [volumes[side] for side in side_names(name)]
+        mean = sum(sides) / len(sides)
+        rows.append(SegmentDensity(name, segment.mass, mean, PUBLISHED_DENSITIES[name]))
+    return (*rows, SegmentDensity("body", person.measures.mass, sum(volumes.values()), {}))
 
-
-def _row(body: Body, name: str, volume: float) -> SegmentDensity:
-    return SegmentDensity(name, body.segments[name].mass, volume, PUBLISHED_DENSITIES[name])
-
-
-TRUNK_AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-"""Axes of trunk segments in the world, in columns: forward, to the left, up."""
-
-LIMB_AXES = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-"""Axes of limb segments in the world, in columns: forward, to the right, down."""
 
 SPREAD_ARMS, SPREAD_LEGS = 0.8, 0.3
 """Abduction of shoulders and hips in which limbs touch neither the trunk nor each other [rad]."""
 
 
 def place_surfaces(
-    body: Body, surfaces: Mapping[str, Surface], arms: float = 0.0, legs: float = 0.0
+    figure: Figure, surfaces: Mapping[str, Surface], arms: float = 0.0, legs: float = 0.0
 ) -> dict[str, Surface]:
-    """Return the surfaces in the world, by names with side.
+    """Return the surfaces of a person's figure in the world, by names with side.
 
     Args:
-        body: that stands upright, with the hips at their height.
+        figure: that stands upright.
         surfaces: by names without side.
         arms: abduction of the shoulders [rad].
         legs: abduction of the hips [rad].
     """
-    heights = body.origin_heights
-    placed: dict[str, Surface] = {}
-    for name in TRUNK_SEGMENTS:
-        placed[name] = surfaces[name].transformed(_pose(TRUNK_AXES, 0.0, heights[name]))
-    for name in LIMB_SEGMENTS:
-        is_leg = name in ("upper_leg", "lower_leg", "foot")
-        beside = 0.5 * (body.hip_spacing if is_leg else body.shoulder_spacing)
-        joint = heights["upper_leg" if is_leg else "upper_arm"]
-        for side, sign in (("left", 1.0), ("right", -1.0)):
-            angle = sign * (legs if is_leg else arms)
-            c, s = np.cos(angle), np.sin(angle)
-            turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            down = joint - heights[name]
-            pose = _pose(turn @ LIMB_AXES, sign * beside + s * down, joint - c * down)
-            placed[f"{side}_{name}"] = surfaces[name].transformed(pose)
-    return placed
-
-
-def _pose(axes: Array, x: float, y: float) -> Array:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:2, 3] = axes, (x, y)
-    return pose
+    tree = build_tree(figure)
+    displacements = initial_displacements(tree)
+    for side in SIDES:
+        displacements[f"{side}_shoulder"] = np.array([0.0, arms, 0.0])
+        displacements[f"{side}_hip_joint"] = np.array([0.0, legs, 0.0])
+    poses = forward_kinematics(tree, displacements).poses
+    return {
+        side: surface.transformed(poses[side])
+        for name, surface in surfaces.items()
+        for side in side_names(name)
+    }
 
 
 def shared_volumes(

@@ -25,7 +25,7 @@ from generator.figure import (
     Vector,
 )
 from generator.named_mapping import by_name
-from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, BodySegment
+from generator.person.body import LIMB_SEGMENTS, SIDES, TRUNK_SEGMENTS, Body, BodySegment
 from generator.person.identity import Identity
 from generator.person.shape import foot_contact_spheres
 from generator.person.sources import Origin, SourcedNumber
@@ -36,8 +36,6 @@ from springs.published.range_of_motion import (
     RangeEnd,
     normal_range,
 )
-
-SIDES = ("left", "right")
 
 GROUND_SEGMENT = "body_root"
 """Segment of the ground at the hips' height, by which the figure stands on the world's origin."""
@@ -172,12 +170,6 @@ def person_figure(body: Body) -> Figure:
     )
 
 
-def hip_height(body: Body) -> float:
-    """Height of the hip centres above the soles [m]."""
-    legs = sum(body.segments[name].length for name in ("upper_leg", "lower_leg"))
-    return legs + body.ankle_height
-
-
 def motion_range(
     joint: PersonJoint, rotation: JointRotation, sex: Sex
 ) -> tuple[RangeEnd, RangeEnd]:
@@ -230,10 +222,8 @@ def _attributes(body: Body) -> tuple[Attribute, ...]:
 
 
 def _ground_segment(body: Body) -> Segment:
-    height = hip_height(body)
-    sites = by_name(
-        Site("distal", Location((_UPRIGHT,))), Site("base", Location.at(0.0, -height, 0.0))
-    )
+    base = Location.at(0.0, -body.hip_height, 0.0)
+    sites = by_name(Site("distal", Location((_UPRIGHT,))), Site("base", base))
     return Segment(GROUND_SEGMENT, mass=-1e-3, sites=sites)
 
 

@@ -12,7 +12,13 @@ from math import hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.person.body import Body, BodySegment
+from generator.person.body import (
+    ARM_SEGMENTS,
+    LEG_SEGMENTS,
+    TRUNK_SEGMENTS,
+    Body,
+    BodySegment,
+)
 
 STANDARD_GRAVITY = 9.81
 """Acceleration of free fall for the pendulum of a limb [m/s2]."""
@@ -42,19 +48,19 @@ class LimbPendulum:
 
 
 LIMBS = {
-    "shoulder": ("upper_arm", "lower_arm", "hand"),
-    "elbow": ("lower_arm", "hand"),
-    "wrist": ("hand",),
-    "hip_joint": ("upper_leg", "lower_leg", "foot"),
-    "knee": ("lower_leg", "foot"),
-    "ankle": ("foot",),
+    "shoulder": ARM_SEGMENTS,
+    "elbow": ARM_SEGMENTS[1:],
+    "wrist": ARM_SEGMENTS[2:],
+    "hip_joint": LEG_SEGMENTS,
+    "knee": LEG_SEGMENTS[1:],
+    "ankle": LEG_SEGMENTS[2:],
 }
 """Segments below the joints of the limbs."""
 
 TRUNK = {
-    "waist": ("middle_torso", "upper_torso", "head"),
-    "thorax": ("upper_torso", "head"),
-    "neck": ("head",),
+    "waist": TRUNK_SEGMENTS[1:],
+    "thorax": TRUNK_SEGMENTS[2:],
+    "neck": TRUNK_SEGMENTS[3:],
 }
 """Segments above the joints of the trunk; arms hang from the upper torso."""
 

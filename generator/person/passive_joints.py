@@ -5,15 +5,13 @@ curve's own sample times m H^2 over that of the sample's mean body. Damping is t
 ratio of the limb which the joint swings (`generator.person.limb_pendulum`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import degrees
 from textwrap import fill
 
-from generator.figure import Figure
-from generator.person.body import Body
-from generator.person.data_files import DataFile, load_data_file
-from generator.person.joints import PERSON_JOINTS, SIDES, motion_range
+from generator.person.body import SIDES, Body
+from generator.person.joints import PERSON_JOINTS, JointRotation, PersonJoint, motion_range
 from generator.person.limb_pendulum import LimbPendulum, limb_pendulum
 from generator.person.passive_laws import (
     LawContext,
@@ -23,8 +21,7 @@ from generator.person.passive_laws import (
     build_law,
     rest_stiffness,
 )
-from generator.person.sources import Origin, SourcedNumber
-from generator.person.survey import Sex
+from generator.person.sources import DataFile, Origin, SourcedNumber, load_data_file
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
@@ -41,8 +38,13 @@ from springs.smooth_limit import SmoothLimit
 _DATA_FILE = "passive_joints"
 _COMMENT_WIDTH = 96
 _ESTIMATE = "An estimate, not from a study"
-_NO_HINGE_AXIS = "y"
-"""Axis of a hinge, as the pendulum of its limb names it."""
+
+_ROTATIONS = {
+    (joint.name, rotation.motion): (joint, rotation)
+    for joint in PERSON_JOINTS
+    for rotation in joint.rotations
+}
+"""Joint and rotation of a row of the data file."""
 
 
 @dataclass(frozen=True)
@@ -131,77 +133,76 @@ def springs_comment() -> str:
         "straight, a limb that turns about its length is bent at a right angle, and the trunk "
         "swings what is above the joint, as if it hung too."
     )
-    notes = (load_data_file(_DATA_FILE).note.strip(), damping)
+    notes = (load_data_file(_DATA_FILE).note, damping)
     return "\n\n".join(fill(note, _COMMENT_WIDTH) for note in notes)
 
 
-def person_springs(body: Body, figure: Figure) -> SpringsFile:
-    """Return the passive springs of a person's figure, one curve an axis."""
-    axes = passive_axes(body, figure)
-    return SpringsFile(tuple(map(_entry, axes)), figure.name, Joining.CONSERVATIVE)
+def person_springs(axes: Iterable[PassiveAxis]) -> SpringsFile:
+    """Return the passive springs of a person, one curve an axis."""
+    return SpringsFile(tuple(map(_entry, axes)), joining=Joining.CONSERVATIVE)
 
 
-def coupled_leg_springs(body: Body, figure: Figure) -> SpringsFile:
-    """Return springs in which hip and knee know of each other; all others stay as they are.
+def coupled_leg_springs(body: Body, axes: Iterable[PassiveAxis]) -> SpringsFile:
+    """Return the springs with one law over hip and knee; all others stay as they are.
 
-    The damping of both angles is that of `person_springs`.
+    The damping of both angles is that of `axes`, the `passive_axes` of the person.
     """
     leg = load_data_file(_DATA_FILE).content["coupled_leg"]
-    joints = tuple(leg["joints"])
-    axes = tuple(None if axis == "joint" else axis for axis in leg["axes"])
-    own = {(each.joint, each.axis): each for each in passive_axes(body, figure)}
-    damped = [own[pair] for pair in zip(joints, axes, strict=True)]
+    own = {(each.joint, each.motion): each for each in axes}
+    damped = [own[joint, leg["motion"]] for joint in leg["joints"]]
     entries = tuple(map(_damping_entry, damped))
     scale, rule = _scale(body, leg, load_data_file(_DATA_FILE))
     row = coupled_law(leg["published"])
     coupled = CoupledEntry(
-        joints=tuple(tuple(f"{side}_{name}" for name in joints) for side in SIDES),
+        joints=tuple(tuple(f"{side}_{name}" for name in leg["joints"]) for side in SIDES),
         coordinates=tuple(leg["coordinates"]),
-        axes=axes,
-        senses=(1,) * len(joints),
+        axes=tuple(each.axis for each in damped),
+        senses=(1,) * len(damped),
         published=leg["published"],
         held_angles=tuple(
             (name, angle_from_degrees(angle)) for name, angle in leg["held_deg"].items()
         ),
         is_nearest_conservative=True,
         scale=scale,
-        offsets=(0.0,) * len(joints),
+        offsets=(0.0,) * len(damped),
         reference=str(row.reference),
         why=f"{leg['why'].strip()} {rule}",
     )
-    return SpringsFile(entries, figure.name, coupled=(coupled,))
+    return SpringsFile(entries, coupled=(coupled,))
 
 
-def passive_axes(body: Body, figure: Figure) -> tuple[PassiveAxis, ...]:
-    """Return the passive laws of the joints that a figure has."""
+def passive_axes(body: Body) -> tuple[PassiveAxis, ...]:
+    """Return the passive laws of all joints of a person, one an axis."""
     data = load_data_file(_DATA_FILE)
-    laws: dict[tuple[str, str | None], tuple[PassiveLaw, Range]] = {}
+    laws: dict[tuple[str, str], tuple[Elastic, Range]] = {}
     axes: list[PassiveAxis] = []
     for row in data.content["axis"]:
-        joint, axis = row["joint"], row.get("axis")
-        names = _joint_names(figure, joint)
-        if not names:
-            continue
-        limits = normal_range(joint, axis, body.measures.sex)
-        series = laws.get((row.get("in_series_with", ""), axis))
-        context = LawContext(limits, series and (series[0].elastic, series[1]))
-        law = build_law(row, context)
-        laws[joint, axis] = law, limits
-        axes.append(_passive_axis(body, data, row, names, law, limits))
+        joint, rotation = _ROTATIONS[row["joint"], row["motion"]]
+        # Also where the stops are narrower.
+        low, high = (end.angle for end in motion_range(joint, rotation, body.measures.sex))
+        series = laws.get((row.get("in_series_with", ""), rotation.axis_name))
+        law = build_law(row, LawContext((low, high), series))
+        laws[joint.name, rotation.axis_name] = law.elastic, (low, high)
+        axes.append(_passive_axis(body, data, row, joint, rotation, law, (low, high)))
     return tuple(axes)
 
 
 def _passive_axis(
-    body: Body, data: DataFile, row: Row, names: tuple[str, ...], law: PassiveLaw, limits: Range
+    body: Body,
+    data: DataFile,
+    row: Row,
+    joint: PersonJoint,
+    rotation: JointRotation,
+    law: PassiveLaw,
+    limits: Range,
 ) -> PassiveAxis:
     scale, scale_rule = _scale(body, row, data)
     ratio = data.content["damping"][row["damping"]]
-    axis = row.get("axis")
     return PassiveAxis(
-        joint=row["joint"],
-        axis=axis,
-        motion=row["motion"],
-        names=names,
+        joint=joint.name,
+        axis=rotation.axis_name if len(joint.rotations) > 1 else None,
+        motion=rotation.motion,
+        names=joint.names,
         origin=Origin(row["kind"]),
         law=law,
         scale=scale,
@@ -210,7 +211,7 @@ def _passive_axis(
         ratio_origin=Origin(ratio["kind"]),
         ratio_reference=parse_reference(ratio) if "reference" in ratio else None,
         ratio_rule=ratio["why"].strip(),
-        pendulum=limb_pendulum(body, row["joint"], axis or _NO_HINGE_AXIS),
+        pendulum=limb_pendulum(body, joint.name, rotation.axis_name),
         stiffness=scale * rest_stiffness(law.elastic, limits),
         choice=row["why"].strip(),
     )
@@ -232,30 +233,6 @@ def _scale(body: Body, row: Row, data: DataFile) -> tuple[float, str]:
 def round_significant(value: float) -> float:
     """Return a number with five significant digits."""
     return float(f"{value:.5g}")
-
-
-def _joint_names(figure: Figure, joint: str) -> tuple[str, ...]:
-    """Names in the figure of a joint, of both sides where it has sides."""
-    names = (joint, *(f"{side}_{joint}" for side in SIDES))
-    return tuple(name for name in names if name in figure.joints)
-
-
-def normal_range(joint: str, axis: str | None, sex: Sex) -> Range:
-    """Ends of the normal range about an axis of a joint, also where its stops are narrower [rad].
-
-    Args:
-        joint: name without side.
-        axis: "x", "y" or "z", or None for a hinge.
-        sex: of the person.
-    """
-    turns = (
-        (each, rotation)
-        for each in PERSON_JOINTS
-        for rotation in each.rotations
-        if each.name == joint and axis in (None, rotation.axis_name)
-    )
-    low, high = motion_range(*next(turns), sex)
-    return low.angle, high.angle
 
 
 def _entry(axis: PassiveAxis) -> SpringEntry:
@@ -282,10 +259,15 @@ def _damping_entry(axis: PassiveAxis) -> SpringEntry:
     )
 
 
-def spring_sources(body: Body, figure: Figure) -> tuple[SourcedNumber, ...]:
-    """Return every number of a person's springs with its source, the two-joint law's last."""
-    rows = [row for axis in passive_axes(body, figure) for row in _axis_sources(axis)]
-    for entry in coupled_leg_springs(body, figure).coupled:
+def spring_sources(axes: Iterable[PassiveAxis], coupled: SpringsFile) -> tuple[SourcedNumber, ...]:
+    """Return every number of a person's springs with its source, the two-joint law's last.
+
+    Args:
+        axes: of `passive_axes`.
+        coupled: of `coupled_leg_springs`.
+    """
+    rows = [row for axis in axes for row in _axis_sources(axis)]
+    for entry in coupled.coupled:
         rows += _coupled_sources(entry)
     return tuple(rows)
 
@@ -300,7 +282,7 @@ def _axis_sources(axis: PassiveAxis) -> Iterator[SourcedNumber]:
     yield SourcedNumber(
         *(part, f"{motion}: factor of the torque", axis.scale, "", Origin.SCALED),
         _scaling_reference(),
-        f"{axis.scale_rule} {load_data_file(_DATA_FILE).note.strip()}",
+        f"{axis.scale_rule} {load_data_file(_DATA_FILE).note}",
     )
     yield SourcedNumber(
         *(part, f"{motion}: damping ratio of the limb", axis.ratio, "", axis.ratio_origin),

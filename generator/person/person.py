@@ -9,7 +9,13 @@ from generator.geometry.surface import Surface
 from generator.person.body import Body, build_body
 from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
-from generator.person.passive_joints import coupled_leg_springs, person_springs, spring_sources
+from generator.person.passive_joints import (
+    PassiveAxis,
+    coupled_leg_springs,
+    passive_axes,
+    person_springs,
+    spring_sources,
+)
 from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
@@ -26,7 +32,8 @@ class Person:
         body: segments with their masses, and the places of the joints.
         figure: standing upright; names no psurfs before it has a path.
         surfaces: of the segments by their names without side, closed, outward, in their frames [m].
-        springs: of the joints, one law an axis; None where none were asked for.
+        passive_axes: laws and damping of the joints, one an axis; empty where none were asked for.
+        springs: the same as a springs file; None where none were asked for.
         coupled_springs: the same with a law over hip and knee; None likewise.
         sources: of the numbers, in the order of the parts above.
     """
@@ -34,6 +41,7 @@ class Person:
     body: Body
     figure: Figure
     surfaces: Mapping[str, Surface]
+    passive_axes: tuple[PassiveAxis, ...]
     springs: SpringsFile | None
     coupled_springs: SpringsFile | None
     sources: tuple[SourcedNumber, ...]
@@ -66,15 +74,12 @@ def build_person(measures: Measures, springs: bool = True) -> Person:
     """
     body = build_body(measures)
     figure = person_figure(body)
-    sources = [*measure_sources(measures), *body.sources, *limit_sources(body)]
+    surfaces = body_surfaces(body)
+    sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
     sources += shape_sources(body)
-    if springs:
-        sources += spring_sources(body, figure)
-    return Person(
-        body,
-        figure,
-        body_surfaces(body),
-        person_springs(body, figure) if springs else None,
-        coupled_leg_springs(body, figure) if springs else None,
-        tuple(sources),
-    )
+    if not springs:
+        return Person(body, figure, surfaces, (), None, None, sources)
+    axes = passive_axes(body)
+    coupled = coupled_leg_springs(body, axes)
+    sources += spring_sources(axes, coupled)
+    return Person(body, figure, surfaces, axes, person_springs(axes), coupled, sources)

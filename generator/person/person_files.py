@@ -9,7 +9,7 @@ from pathlib import Path
 from generator.losses import Losses
 from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
 from generator.model_files.model_files import ModelFiles
-from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
+from generator.person.body import side_names
 from generator.person.measures import Measures
 from generator.person.passive_joints import springs_comment
 from generator.person.person import Person
@@ -31,11 +31,6 @@ def sources_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SOURCES_SUFFIX}")
 
 
-def side_segments(name: str) -> tuple[str, ...]:
-    """Return the segments of a figure that a segment without side is: one, or left and right."""
-    return (name,) if name in TRUNK_SEGMENTS else (f"left_{name}", f"right_{name}")
-
-
 def person_files(person: Person, path: Path) -> ModelFiles:
     """Return the files of a person whose figure file is at `path`.
 
@@ -53,11 +48,7 @@ def person_files(person: Person, path: Path) -> ModelFiles:
         path,
         person.surfaces,
         beside,
-        surface_names={
-            segment: name
-            for name in (*TRUNK_SEGMENTS, *LIMB_SEGMENTS)
-            for segment in side_segments(name)
-        },
+        surface_names={segment: name for name in person.surfaces for segment in side_names(name)},
         comment=f"A person, {who}, {MADE_BY}\nSources of the numbers: {sources_path(path).name}",
     )
     stale = older_springs_loss(path) if person.springs is None else None

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from generator.named_mapping import UnknownNameError
-from generator.person.data_files import DataFile, load_data_file
+from generator.person.sources import DataFile, load_data_file
 from generator.person.survey import Sex
 from springs.published.reference import Reference
 
@@ -46,7 +45,6 @@ class SegmentTable:
         stature: of the reference body [m].
         mass: of the reference body [kg].
         rows: in the order of the publication.
-        end_points: descriptions of the end points by their abbreviations.
         reference: of the publication.
     """
 
@@ -54,22 +52,16 @@ class SegmentTable:
     stature: float
     mass: float
     rows: tuple[SegmentRow, ...]
-    end_points: Mapping[str, str]
     reference: Reference
 
     def row(self, segment: str, *ends: str) -> SegmentRow:
-        """Row of a segment between two end points. Raises UnknownNameError."""
-        for row in self.rows:
-            if row.segment == segment and row.ends == ends:
-                return row
-        raise UnknownNameError(f"the table has no segment `{segment}` from {' to '.join(ends)}")
+        """Return the row of a segment between two end points."""
+        return next(row for row in self.rows if (row.segment, row.ends) == (segment, ends))
 
     def mass_fraction(self, segment: str) -> float:
-        """Mass of a segment as a fraction of the body's. Raises UnknownNameError."""
-        for row in self.rows:
-            if row.segment == segment and row.mass is not None:
-                return row.mass
-        raise UnknownNameError(f"the table has no mass of the segment `{segment}`")
+        """Return the mass of a segment as a fraction of the body's."""
+        masses = (row.mass for row in self.rows if row.segment == segment)
+        return next(mass for mass in masses if mass is not None)
 
 
 @cache
@@ -86,7 +78,6 @@ def _parse_table(data: DataFile, sex: Sex) -> SegmentTable:
         body["stature_m"],
         body["mass_kg"],
         tuple(_parse_row(row, row[sex]) for row in data.content["segment"]),
-        data.content["end_points"],
         data.reference,
     )
 

@@ -1,9 +1,43 @@
-"""Numbers of a person with their sources, one row of the provenance report each."""
+"""Sources of a person's numbers: files of published ones, and the rows of the provenance report.
 
+A file `data/*.toml` is one publication. Its head is that of a published table of springs
+(`reference`, `sureness`, `doi`, `place`, `note`), the rest its numbers as printed, whose units end
+their keys.
+"""
+
+import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
+from importlib.resources import files
+from typing import Any
 
+from springs.published.parse import parse_reference
 from springs.published.reference import Reference
+
+
+@dataclass(frozen=True)
+class DataFile:
+    """A file of published numbers.
+
+    Attributes:
+        reference: the publication.
+        note: on the sample, and on how the numbers were checked.
+        content: its tables and keys.
+    """
+
+    reference: Reference
+    note: str
+    content: Mapping[str, Any]
+
+
+@cache
+def load_data_file(name: str) -> DataFile:
+    """Return the file `data/NAME.toml`."""
+    path = files("generator").joinpath("person", "data", f"{name}.toml")
+    content = tomllib.loads(path.read_text(encoding="utf-8"))
+    return DataFile(parse_reference(content), content["note"].strip(), content)
 
 
 class Origin(Enum):

@@ -14,14 +14,12 @@ from math import sqrt
 from typing import Any, assert_never
 
 from generator.named_mapping import NamedMapping
-from generator.person.data_files import load_data_file
-from springs.published.parse import PublishedError
+from generator.person.sources import load_data_file
 from springs.published.reference import Reference
 
 MAX_DEVIATIONS = 2.0
 """Standard deviations from the sample's mean up to which the regressions are used."""
 
-_FILE_NAME = "ansur_2012"
 _MM = 1e-3
 
 
@@ -139,14 +137,12 @@ class Survey:
 
     Attributes:
         reference: its report.
-        note: on the sample and its limits.
         samples: of both sexes.
         dimensions: from which a person is built, by name.
         validation: dimensions that a person is only compared with, by name.
     """
 
     reference: Reference
-    note: str
     samples: Mapping[Sex, SurveySample]
     dimensions: Mapping[str, SurveyDimension]
     validation: Mapping[str, SurveyDimension]
@@ -184,18 +180,14 @@ class Survey:
 @cache
 def survey() -> Survey:
     """The survey that comes with the program."""
-    data = load_data_file(_FILE_NAME)
-    content = data.content
-    try:
-        samples = {sex: _parse_sample(content["sample"][sex]) for sex in Sex}
-        rows, validation = (
-            {row["name"]: _parse_dimension(row) for row in content[kind]}
-            for kind in ("dimension", "validation")
-        )
-    except (KeyError, ValueError) as failure:
-        raise PublishedError(f"{data.name}: {failure}") from failure
+    data = load_data_file("ansur_2012")
+    samples = {sex: _parse_sample(data.content["sample"][sex]) for sex in Sex}
+    rows, validation = (
+        {row["name"]: _parse_dimension(row) for row in data.content[kind]}
+        for kind in ("dimension", "validation")
+    )
     dimensions = NamedMapping(rows, "the survey has no dimension")
-    return Survey(data.reference, data.note, samples, dimensions, validation)
+    return Survey(data.reference, samples, dimensions, validation)
 
 
 def _parse_sample(row: Mapping[str, Any]) -> SurveySample:

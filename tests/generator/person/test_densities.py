@@ -6,7 +6,6 @@ import pytest
 from generator.geometry.primitives import box, sphere
 from generator.geometry.surface import Surface
 from generator.geometry.validate import build_solid
-from generator.person.body import build_body
 from generator.person.densities import (
     PUBLISHED_DENSITIES,
     SegmentDensity,
@@ -14,7 +13,7 @@ from generator.person.densities import (
     shared_volumes,
 )
 from generator.person.measures import Sex, estimate_measures
-from generator.person.shape import body_surfaces
+from generator.person.person import build_person
 
 
 def moved(surface: Surface, x: float, y: float = 0.0) -> Surface:
@@ -68,8 +67,8 @@ def test_deviation_is_from_the_nearest_published_density() -> None:
     ("sex", "stature", "mass"), [(Sex.MALE, 1.756, 85.5), (Sex.FEMALE, 1.628, 67.8)]
 )
 def test_densities_of_the_mean_bodies(sex: Sex, stature: float, mass: float) -> None:
-    body = build_body(estimate_measures(sex, stature, mass))
-    *rows, whole = segment_densities(body, body_surfaces(body))
+    person = build_person(estimate_measures(sex, stature, mass), springs=False)
+    *rows, whole = segment_densities(person)
     assert {row.name for row in rows} == PUBLISHED_DENSITIES.keys()
     counts = [1 if "torso" in row.name or row.name == "head" else 2 for row in rows]
     total = sum(count * row.volume for count, row in zip(counts, rows, strict=True))

@@ -18,7 +18,6 @@ from generator.person.body import Body, build_body
 from generator.person.identity import identity_of
 from generator.person.joints import (
     PERSON_JOINTS,
-    hip_height,
     limit_sources,
     motion_range,
     person_figure,
@@ -93,7 +92,7 @@ def test_soles_are_on_the_ground_and_the_vertex_at_the_stature(body: Body):
     hips = [point(places, f"{side}_upper_leg.proximal") for side in ("left", "right")]
     assert np.allclose(np.mean(hips, axis=0), point(places, "lower_torso.proximal"), atol=1e-12)
     assert hips[0] - hips[1] == pytest.approx([body.hip_spacing, 0.0, 0.0])
-    assert hips[0][1] == pytest.approx(hip_height(body))
+    assert hips[0][1] == pytest.approx(body.hip_height)
 
 
 @settings(max_examples=15)

@@ -5,26 +5,29 @@ from functools import cache
 import pytest
 
 from generator.person.body import build_body
-from generator.person.joints import person_figure
 from generator.person.measures import Sex, estimate_measures
-from generator.person.passive_joints import passive_axes, spring_sources
+from generator.person.passive_joints import coupled_leg_springs, passive_axes, spring_sources
 from generator.person.sources import Origin
 
 
 @cache
-def person():
-    body = build_body(estimate_measures(Sex.FEMALE, 1.628, 67.8))
-    return body, person_figure(body)
+def body():
+    return build_body(estimate_measures(Sex.FEMALE, 1.628, 67.8))
+
+
+@cache
+def axes():
+    return passive_axes(body())
 
 
 @cache
 def sources():
-    return spring_sources(*person())
+    return spring_sources(axes(), coupled_leg_springs(body(), axes()))
 
 
 def test_factor_ratio_and_damping_of_every_axis_have_a_row():
     values = {(one.part, one.quantity): one.value for one in sources()}
-    for axis in passive_axes(*person()):
+    for axis in axes():
         for quantity, value in (
             ("factor of the torque", axis.scale),
             ("damping ratio of the limb", axis.ratio),

@@ -16,7 +16,6 @@ from generator.person.person_files import (
     format_sources,
     person_files,
     read_references,
-    side_segments,
     sources_path,
 )
 from generator.person.sources import Origin, SourcedNumber
@@ -88,11 +87,6 @@ def test_a_person_without_springs_has_no_springs_files(tmp_path: Path):
     beside = [path.name for path in files.contents if path.parent == tmp_path]
     assert beside == ["me.sources.csv", "me.fig"]
     assert files.losses.entries == ()
-
-
-def test_left_and_right_share_the_surface_of_a_limb():
-    assert side_segments("head") == ("head",)
-    assert side_segments("foot") == ("left_foot", "right_foot")
 
 
 def test_a_row_of_sources_has_its_reference_and_rule():

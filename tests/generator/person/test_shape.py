@@ -13,6 +13,7 @@ from generator.geometry.surface import Array, Surface
 from generator.geometry.validate import build_solid, validate_surface, winding_numbers
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, build_body
 from generator.person.densities import place_surfaces
+from generator.person.joints import person_figure
 from generator.person.measures import Sex, estimate_measures
 from generator.person.shape import (
     RELAXED_BICEPS,
@@ -75,7 +76,8 @@ def check_surfaces(body: Body, surfaces: dict[str, Surface]) -> None:
         assert build_solid(surface).volume > 0.0, name
         inner = np.array([*centres[name], body.segments[name].centre])
         assert (winding_numbers(triangles_of(surface), inner) > 0.5).all(), name
-    heights = np.concatenate([s.vertices[:, 1] for s in place_surfaces(body, surfaces).values()])
+    placed = place_surfaces(person_figure(body), surfaces)
+    heights = np.concatenate([surface.vertices[:, 1] for surface in placed.values()])
     assert heights.min() == pytest.approx(0.0, abs=2e-5)
     assert heights.max() == pytest.approx(body.measures.stature, abs=2e-5)
 
@@ -149,7 +151,7 @@ def tape_around_trunk(body: Body, surfaces: dict[str, Surface], height: float) -
     from scipy.spatial import ConvexHull
 
     points: list[Array] = []
-    for name, surface in place_surfaces(body, surfaces).items():
+    for name, surface in place_surfaces(person_figure(body), surfaces).items():
         if "torso" in name or "upper_leg" in name:
             points.append(crossings_with_plane(surface, 1, body.hip_height + height).reshape(-1, 3))
     return float(ConvexHull(np.concatenate(points)[:, [0, 2]]).area)

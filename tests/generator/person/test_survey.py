@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.named_mapping import UnknownNameError
-from generator.person.data_files import load_data_file
+from generator.person.sources import load_data_file
 from generator.person.survey import MAX_DEVIATIONS, Scaling, Sex, Spread, survey
 from springs.published.reference import Sureness
 
