@@ -124,27 +124,6 @@ class MeasuredMan:
 
 
 @dataclass(frozen=True)
-class Regression:
-    """A dimension of the body over stature and mass.
-
-    Attributes:
-        constant: [m].
-        by_stature: [m/m].
-        by_mass: [m/kg].
-        standard_error: spread between people of one stature and mass [m].
-    """
-
-    constant: float
-    by_stature: float
-    by_mass: float
-    standard_error: float
-
-    def expected(self, stature: float, mass: float) -> float:
-        """Expected value of a person [m]."""
-        return self.constant + self.by_stature * stature + self.by_mass * mass
-
-
-@dataclass(frozen=True)
 class PersonFacts:
     """All facts of the file.
 
@@ -153,14 +132,12 @@ class PersonFacts:
         facts: single numbers, by name.
         segments: by sex.
         men: in the order of the file.
-        dimensions: by sex and name.
     """
 
     sources: Mapping[str, FactSource]
     facts: Mapping[str, Fact]
     segments: Mapping[Sex, SegmentMeans]
     men: tuple[MeasuredMan, ...]
-    dimensions: Mapping[Sex, Mapping[str, Regression]]
 
     def references(self, *names: str) -> tuple[str, ...]:
         """Return the references of sources, in full."""
@@ -185,10 +162,6 @@ def parse_person_facts(data: Mapping[str, Any]) -> PersonFacts:
         facts={fact.key: fact for fact in facts},
         segments={Sex(sex): _segment_means(row) for sex, row in data["segments"].items()},
         men=tuple(_man(row) for row in data["man"]),
-        dimensions={
-            Sex(sex): {name: Regression(*numbers) for name, numbers in rows.items()}
-            for sex, rows in data["dimensions"].items()
-        },
     )
 
 

@@ -113,8 +113,8 @@ def show_curve(page: Any, viewer: Viewer) -> None:
 
 
 def show_pose(page: Any, viewer: Viewer) -> None:
-    """Bend an elbow by its slider, and put arrows on the forearm."""
-    choose(page, "Segment", "left_lower_arm")
+    """Bend an elbow by its slider, and put arrows on the hand."""
+    choose(page, "Segment", "left_hand")
     for joint in ("Left shoulder", "Left elbow"):
         page.get_by_text(joint, exact=True).first.click()
         page.wait_for_timeout(500.0)
@@ -173,16 +173,16 @@ def main() -> None:
     with TemporaryDirectory() as name, launch_browser() as browser:
         folder = Path(name)
         (folder / "arms.springs.toml").write_text(ARMS, encoding="utf-8")
-        figure = read_figure("prototype")
+        figure = read_figure("male50")
         plan = Plan(stop=2.0, free_root=True, height=0.0, scene=Scene.floor())
         recording = simulate(figure, plan)
         write_recording(recording, figure, folder / "fall.npz")
         write_recording(recording, figure, folder / "fall.html", read_springs(None, figure))
         draw_page(browser, "page", folder / "fall.html")
         draw(browser, "view_curve", folder / "arms.springs.toml", show_curve, folder)
-        draw(browser, "view_pose", Path("prototype"), show_pose, folder)
-        draw(browser, "view_balance", Path("prototype"), show_balance, folder)
-        draw(browser, "view_live", Path("prototype"), show_fall, folder)
+        draw(browser, "view_pose", Path("male50"), show_pose, folder)
+        draw(browser, "view_balance", Path("male50"), show_balance, folder)
+        draw(browser, "view_live", Path("male50"), show_fall, folder)
         draw(browser, "view_play", folder / "fall.npz", show_motion, folder)
 
 

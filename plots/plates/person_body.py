@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from generator.inertia import MassProperties
 from generator.person.measures import Sex, estimate_measures
 from generator.person.person import Person, build_person
+from generator.person.survey import survey
 from generator.scene import Scene
 from plots.canvas import (
     BLACK,
@@ -55,18 +56,6 @@ LEVEL_ARMS = on_both_sides({"shoulder": (0.0, 90.0, 0.0)})
 
 _AXES = {"antero-posterior": 2, "lateral": 0, "long": 1}
 """Axes of the standing figure's world."""
-
-MEAN_PERSONS: Mapping[Sex, tuple[float, float]] = {
-    Sex.MALE: (1.756, 85.5),
-    Sex.FEMALE: (1.628, 67.8),
-}
-"""Stature [m] and mass [kg] of the means of the survey."""
-
-STATURE_DEVIATIONS: Mapping[Sex, tuple[float, float]] = {
-    Sex.MALE: (0.069, 14.2),
-    Sex.FEMALE: (0.064, 11.0),
-}
-"""Standard deviations of stature [m] and mass [kg] in the survey."""
 
 _WORDS = {Sex.MALE: "man", Sex.FEMALE: "woman"}
 
@@ -117,6 +106,12 @@ class WholePerson:
             "span": float(np.ptp(level[:, 0])),
             "wrist_height": float(self.poses({})["left_hand"][1, 3]),
         }
+
+
+def _expected(name: str, person: WholePerson) -> tuple[float, float]:
+    """Value that the survey expects of a person, and its standard error [m]."""
+    measures = person.person.measures
+    return survey().expected(name, measures.sex, measures.stature, measures.mass)
 
 
 def build_whole_person(sex: Sex, stature: float, mass: float) -> WholePerson:
@@ -180,15 +175,7 @@ class Comparison:
     def dimension_differences(self, name: str) -> Mapping[Sex, Array]:
         """Dimension of the persons less the expected one of the survey, shape (3,) [m]."""
         return {
-            sex: np.array(
-                [
-                    one.dimensions[name]
-                    - person_facts()
-                    .dimensions[sex][name]
-                    .expected(one.stature, one.person.measures.mass)
-                    for one in persons
-                ]
-            )
+            sex: np.array([one.dimensions[name] - _expected(name, one)[0] for one in persons])
             for sex, persons in self.persons.items()
         }
 
@@ -203,12 +190,12 @@ def compare_whole_bodies() -> Comparison:
             sex: tuple(
                 build_whole_person(
                     sex,
-                    stature + 2.0 * side * STATURE_DEVIATIONS[sex][0],
-                    mass + side * STATURE_DEVIATIONS[sex][1],
+                    sample.stature.mean + 2.0 * side * sample.stature.deviation,
+                    sample.mass.mean + side * sample.mass.deviation,
                 )
                 for side in (-1.0, 0.0, 1.0)
             )
-            for sex, (stature, mass) in MEAN_PERSONS.items()
+            for sex, sample in survey().samples.items()
         },
     )
 
@@ -226,7 +213,7 @@ def person_body() -> Plate:
 
 def build_plate(made: Comparison) -> Plate:
     """Draw the plate of a comparison."""
-    references = person_facts().references("santschi_1963", "gordon_2014")
+    references = (*person_facts().references("santschi_1963"), str(survey().reference))
     return Plate(
         name="person_body",
         title="Whole persons beside measured ones",
@@ -269,7 +256,7 @@ def _caption(made: Comparison) -> str:
 
 def _claims(made: Comparison) -> Iterator[Claim]:
     facts = person_facts().facts
-    for sex in MEAN_PERSONS:
+    for sex in _WORDS:
         person = made.mean(sex)
         yield facts["centre_of_mass_height"].compare(
             f"Height of the centre of mass of the mean {_WORDS[sex]}, standing",
@@ -296,7 +283,7 @@ def _claims(made: Comparison) -> Iterator[Claim]:
     )
     for name in DIMENSIONS:
         for sex, differences in made.dimension_differences(name).items():
-            error = 1e3 * person_facts().dimensions[sex][name].standard_error
+            error = 1e3 * _expected(name, made.mean(sex))[1]
             yield _dimension_claim(name, sex, 1e3 * float(differences[1]), error)
 
 
@@ -420,7 +407,7 @@ def _draw_dimensions(axes: Axes, made: Comparison) -> None:
             (-0.15, 0.15), made.dimension_differences(name).items(), strict=True
         ):
             style = LINE_STYLES[0 if sex is Sex.MALE else 1]
-            error = 1e3 * person_facts().dimensions[sex][name].standard_error
+            error = 1e3 * _expected(name, made.mean(sex))[1]
             axes.fill_between(
                 [place + side - 0.12, place + side + 0.12], -error, error, color=PALE, lw=0.0
             )

@@ -397,7 +397,7 @@ def _draw_angles(axes: Axes, swings: Sequence[tuple[Case, Swing]], name: str, st
             case.style.dash,
             color=case.style.colour,
             lw=1.3,
-            label=case.words,
+            label=case.words.removeprefix("man with "),
         )
     axes.set_xlim(0.0, stop)
     axes.set_ylabel(f"{name}: angle\nfrom rest [deg]")
@@ -422,7 +422,7 @@ def _draw_trace(axes: Axes) -> None:
         label="one adult [2]",
         zorder=4,
     )
-    axes.set_ylim(-95.0, 165.0)
+    axes.set_ylim(-95.0, 150.0)
     axes.legend(loc="upper right", ncols=2, fontsize=6.5)
 
 

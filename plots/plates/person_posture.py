@@ -15,6 +15,7 @@ from generator import Plan, read_figure
 from generator.figure import Figure as Body
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
+from generator.person.survey import Sex, survey
 from generator.rotations import matrix_from_rotation_vector
 from generator.scene import Scene
 from plots.canvas import (
@@ -45,8 +46,7 @@ RELAXED_CASES: Mapping[str, tuple[str, str | None]] = {
 }
 """Figure and choice of springs of the relaxed persons, by words."""
 
-EAR_BELOW_VERTEX = {"male50": 0.131, "female50": 0.126}
-"""Mean distance of the ear from the top of the head [m], of the survey."""
+_SEXES = {"male50": Sex.MALE, "female50": Sex.FEMALE}
 
 LANDMARKS = ("ankle", "knee", "hip", "shoulder", "ear")
 """From below."""
@@ -199,11 +199,16 @@ def relax(body: Body, springs: str | None) -> Relaxed:
     return Relaxed(body, displacements, poses)
 
 
+def ear_below_vertex(name: str) -> float:
+    """Mean distance of the ear from the top of the head of a figure's sample [m]."""
+    return survey().dimensions["tragion_to_top_of_head"].fits[_SEXES[name]].mean
+
+
 def find_postures() -> Postures:
     """Pose and settle the persons."""
     bodies = {name: read_figure(name) for name in PERSONS}
     return Postures(
-        {name: stand(body, EAR_BELOW_VERTEX[name]) for name, body in bodies.items()},
+        {name: stand(body, ear_below_vertex(name)) for name, body in bodies.items()},
         {word: relax(bodies[name], springs) for word, (name, springs) in RELAXED_CASES.items()},
     )
 
@@ -249,7 +254,7 @@ _REPORTED = (
 def _caption(made: Postures) -> str:
     relaxed = made.relaxed["man"]
     angles = ", ".join(
-        f"{words} {relaxed.angle(joint, axis):.0f}" for joint, axis, words in _REPORTED
+        f"{words} {round(relaxed.angle(joint, axis))}" for joint, axis, words in _REPORTED
     )
     return (
         "Left: the joints are set so that knee, hip, shoulder and ear are as far in front of the "

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
-from generator.person.measures import Sex
+from generator.person.survey import Sex
 from plots.person_facts import parse_person_facts, person_facts
 from plots.plate import ClaimKind, Outcome
 
@@ -37,23 +37,6 @@ def test_the_segments_are_those_of_a_person_and_sum_to_its_mass() -> None:
         assert total == pytest.approx(means.mass, rel=1e-2)
         for _, *moments in means.segments.values():
             assert max(moments) < sum(moments) - max(moments)
-
-
-@pytest.mark.parametrize(
-    ("sex", "stature", "mass", "heights"),
-    [
-        (Sex.MALE, 1.7563, 85.5, (0.918, 1.814, 0.848)),
-        (Sex.FEMALE, 1.6285, 67.8, (0.857, 1.660, 0.794)),
-    ],
-)
-def test_the_regressions_give_the_means_at_the_means(
-    sex: Sex, stature: float, mass: float, heights: tuple[float, ...]
-) -> None:
-    rows = person_facts().dimensions[sex]
-    found = [
-        rows[name].expected(stature, mass) for name in ("sitting_height", "span", "wrist_height")
-    ]
-    assert found == pytest.approx(heights, abs=1.5e-3)
 
 
 def test_a_fact_compares() -> None:

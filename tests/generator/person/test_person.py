@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import figures
+from benchmarks.persons import draw_measures, find_faults
 from generator import Plan, read_figure, read_springs, simulate, write_figure
 from generator.diagnostics import UsageError
 from generator.figure_file.read import parse_figure
@@ -99,7 +100,7 @@ def test_springs_of_the_prototype_fit_the_joints_that_it_has(tmp_path: Path):
     assert simulate(figure, Plan(stop=0.1, springs=springs)).outcome.succeeded
 
 
-@pytest.mark.parametrize(("sex", "stature", "mass"), draw_persons(6, seed=15))
+@pytest.mark.parametrize(("sex", "stature", "mass"), draw_persons(4, seed=15))
 def test_a_random_person_is_sound_and_moves(sex: Sex, stature: float, mass: float):
     person = build_person(estimate_measures(sex, stature, mass))
     read = parse_figure(write_figure(person.figure))
@@ -117,3 +118,8 @@ def joint_gaps(person: Person) -> float:
     body = person.body
     lengths = [body.segments[name].length for name in (*TRUNK_SEGMENTS, "upper_leg", "lower_leg")]
     return sum(lengths) + body.ankle_height - person.measures.stature
+
+
+@pytest.mark.parametrize("seed", [0, 11])
+def test_a_person_of_the_benchmark_is_written_read_settled_and_simulated(seed: int, tmp_path: Path):
+    assert list(find_faults(build_person(draw_measures(seed)), tmp_path)) == []

@@ -84,7 +84,7 @@ def test_a_measured_man_of_twice_the_inertia_differs() -> None:
 def test_the_mass_is_the_person_s() -> None:
     figure = man().person.figure
     assert segment_masses(figure).total == pytest.approx(man().person.measures.mass)
-    assert mass_properties(figure, man().poses({})).mass == pytest.approx(85.5)
+    assert mass_properties(figure, man().poses({})).mass == pytest.approx(85.5, abs=0.1)
 
 
 def test_the_tables_have_every_dimension() -> None:

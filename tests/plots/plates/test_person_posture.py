@@ -7,9 +7,9 @@ from generator import build_tree, forward_kinematics, static_torques
 from plots.person_facts import person_facts
 from plots.plate import Outcome
 from plots.plates.person_posture import (
-    EAR_BELOW_VERTEX,
     LANDMARKS,
     PERSONS,
+    ear_below_vertex,
     stand,
 )
 from tests.plots.drawn import plate, postures
@@ -58,7 +58,7 @@ def test_standing_people_agree() -> None:
 
 def test_a_lower_ear_bends_the_head_further() -> None:
     one = postures().standing["male50"]
-    other = stand(one.body, EAR_BELOW_VERTEX["male50"] + 0.05)
+    other = stand(one.body, ear_below_vertex("male50") + 0.05)
     assert other.landmarks["ear"][0] == pytest.approx(one.landmarks["ear"][0])
     assert other.centre_in_front("hip") > one.centre_in_front("hip") + 0.01
 
