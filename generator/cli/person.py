@@ -16,7 +16,11 @@ from generator.diagnostics import InputError, error, warning
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
-from generator.person.densities import SegmentDensity, segment_densities
+from generator.person.densities import (
+    DENSITY_REFERENCES,
+    SegmentDensity,
+    segment_densities,
+)
 from generator.person.measures import Sex, estimate_measures, parse_measures_file
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
@@ -132,7 +136,10 @@ def _sections(
         low, high = (f"{f(one.published.values(), default=0):.0f}" for f in (min, max))
         published = "" if not one.published else low if low == high else f"{low} to {high}"
         rows.append([one.name, f"{one.mass:.3f}", length, f"{one.density:.0f}", published])
-    yield format_table(rows)
+    years = ", ".join(
+        f"{author} {reference.text[-4:]}" for author, reference in DENSITY_REFERENCES.items()
+    )
+    yield f"{format_table(rows)}\npublished: densities of cadavers, {years}"
     yield f"springs: {_springs_text(made)}"
     if files is None:
         yield "nothing is written without -o, such as -o me.fig"
@@ -183,6 +190,7 @@ def _data(made: Person, densities: Sequence[SegmentDensity]) -> dict[str, object
             if one.name in made.body.segments
         ],
         "density_kg_m3": densities[-1].density,
+        "density_references": {name: str(one) for name, one in DENSITY_REFERENCES.items()},
         "dimensions": [
             {
                 "name": one.name,

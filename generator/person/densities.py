@@ -71,7 +71,7 @@ class SegmentDensity:
     Attributes:
         name: of the segment without side, or "body".
         mass: [kg].
-        volume: with half of what a neighbour shares [m3].
+        volume: with its part of what neighbours share [m3].
         published: densities [kg/m3] by their first authors; empty for the body.
     """
 
@@ -84,14 +84,6 @@ class SegmentDensity:
     def density(self) -> float:
         """Mass over volume [kg/m3]."""
         return self.mass / self.volume
-
-    @property
-    def deviation(self) -> float:
-        """Relative deviation from the nearest published density, 0 between them."""
-        if not self.published:
-            return 0.0
-        low, high = min(self.published.values()), max(self.published.values())
-        return self.density / min(max(self.density, low), high) - 1.0
 
 
 def segment_densities(person: Person) -> tuple[SegmentDensity, ...]:

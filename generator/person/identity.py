@@ -8,7 +8,7 @@ from math import isfinite
 
 from generator.figure import Attribute, Figure
 from generator.figure_file.check import PERSON_ATTRIBUTE
-from generator.person.measures import Sex
+from generator.person.survey import Sex
 
 SEX_KEY = "sex"
 STATURE_KEY = "stature_m"

@@ -176,8 +176,8 @@ def motion_range(
     """Ends of the normal range of a rotation, for women of women where these were measured."""
     women = PUBLICATIONS_OF_WOMEN if sex is Sex.FEMALE else ()
     low, high = normal_range(joint.name, rotation.motion, (*women, *PREFERRED_PUBLICATIONS))
-    if low is None or high is None:
-        raise ValueError(f"the normal range of {joint.name} {rotation.motion} is not known")
+    assert low is not None
+    assert high is not None
     return low, high
 
 

@@ -2,7 +2,6 @@
 
 import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass
 from io import StringIO
 from pathlib import Path
 
@@ -76,18 +75,8 @@ def read_references(path: Path) -> dict[str, list[str]]:
     return quantities
 
 
-@dataclass(frozen=True)
-class _Row:
-    """A row of the table of sources."""
-
-    part: str
-    quantity: str
-    value: str
-    unit: str
-    origin: str
-    reference: str
-    sureness: str
-    rule: str
+_COLUMNS = ("part", "quantity", "value", "unit", "origin", "reference", "sureness", "rule")
+"""Columns of the table of sources."""
 
 
 def format_sources(numbers: Iterable[SourcedNumber], figure: str) -> str:
@@ -100,18 +89,18 @@ def format_sources(numbers: Iterable[SourcedNumber], figure: str) -> str:
     text = StringIO()
     text.write(f"# figure {figure}\n")
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(_Row.__dataclass_fields__)
-    table.writerows(astuple(_row(number)) for number in numbers)
+    table.writerow(_COLUMNS)
+    table.writerows(map(_row, numbers))
     return text.getvalue()
 
 
-def _row(number: SourcedNumber) -> _Row:
+def _row(number: SourcedNumber) -> tuple[str, ...]:
     source, reference, sureness = number.reference, "", ""
     if source is not None:
         doi = f"doi:{source.doi}" if source.doi else ""
         reference = "; ".join(part for part in (source.text, source.place, doi) if part)
         sureness = source.sureness.description
-    return _Row(
+    return (
         number.part,
         number.quantity,
         repr(float(number.value)),

@@ -6,7 +6,7 @@ section at their joint, and each ends beyond it in a round cap within the other,
 stay closed. Limbs are symmetric about their sagittal plane: left and right share one surface.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import pi
 
@@ -25,8 +25,8 @@ from generator.person.loft import (
     ring_places,
     section_girth,
 )
-from generator.person.measures import Sex
 from generator.person.sources import Origin, SourcedNumber
+from generator.person.survey import Sex
 from springs.published.reference import Reference, Sureness
 
 LIMB_SIDES, TRUNK_SIDES, HEAD_SIDES = 20, 32, 30
@@ -54,7 +54,6 @@ SPINE_ABOVE_HIP = 0.050
 """Upper end of the thigh above the hip centre, over the stature: the pelvis's front spine, where
 the published tables divide thigh and trunk."""
 
-
 CHEST_EXPONENT = 2.8
 """Exponent of the chest's section; an estimate."""
 
@@ -65,33 +64,37 @@ def body_surfaces(body: Body) -> Mapping[str, Surface]:
     return {surface.name: surface for surface in surfaces}
 
 
-def _half_axis(girth: float, other: float) -> float:
-    """Half axis of the ellipse of a girth and its other half axis, at least a third of that [m].
-
-    Ramanujan's first approximation of the girth, solved by bisection.
-    """
-    low, high = other / 3.0, girth
-    for _ in range(60):
+def _number_of_girth(
+    girth_of: Callable[[float], float], girth: float, low: float, high: float
+) -> float:
+    """Return the number from `low` to `high` at which an increasing girth has a value [m]."""
+    for _ in range(40):
         middle = 0.5 * (low + high)
-        a, b = middle, other
-        perimeter = pi * (3.0 * (a + b) - ((3.0 * a + b) * (a + 3.0 * b)) ** 0.5)
-        low, high = (middle, high) if perimeter < girth else (low, middle)
+        low, high = (middle, high) if girth_of(middle) < girth else (low, middle)
     return 0.5 * (low + high)
+
+
+def _half_axis(girth: float, other: float) -> float:
+    """Half axis of the ellipse of a girth and its other half axis, at least a third of that [m]."""
+
+    def ramanujan(half: float) -> float:
+        product = (3.0 * half + other) * (half + 3.0 * other)
+        return pi * (3.0 * (half + other) - product**0.5)
+
+    return _number_of_girth(ramanujan, girth, other / 3.0, girth)
+
+
+def _superellipse_girth(breadth: float, depth: float, exponent: float) -> float:
+    half = depth / 2.0
+    return section_girth(Section(0.0, breadth, half, half, 0.0, exponent, exponent))
 
 
 def _exponent(girth: float, breadth: float, depth: float) -> float:
     """Exponent from 2 to 3.5 of the superellipse of a breadth and depth nearest to a girth."""
-    low, high = 2.0, 3.5
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        section = Section(0.0, breadth, depth / 2.0, depth / 2.0, 0.0, middle, middle)
-        low, high = (middle, high) if section_girth(section) < girth else (low, middle)
-    return 0.5 * (low + high)
+    return _number_of_girth(lambda n: _superellipse_girth(breadth, depth, n), girth, 2.0, 3.5)
 
 
-def _ring(
-    at: float, girth: float, flatness: float = 1.0, forward: float = 0.0, tip: float = 2.0
-) -> Section:
+def _ring(at: float, girth: float, flatness: float = 1.0, forward: float = 0.0) -> Section:
     """Elliptic section of a girth.
 
     Args:
@@ -99,13 +102,10 @@ def _ring(
         girth: [m].
         flatness: depth over breadth.
         forward: of its middle, over half of its depth.
-        tip: exponent of its front and back.
     """
     half_breadth = girth / (2.0 * pi) * (2.0 / (1.0 + flatness**2)) ** 0.5
     half_depth = half_breadth * flatness
-    section = Section(
-        at, 2.0 * half_breadth, half_depth, half_depth, forward * half_depth, tip, tip
-    )
+    section = Section(at, 2.0 * half_breadth, half_depth, half_depth, forward * half_depth)
     factor = girth / section_girth(section)
     return replace(
         section,
@@ -205,13 +205,10 @@ def _chest_breadth(body: Body) -> float:
     """
     length = body.measures.length
     depth, girth = length("chest_depth"), length("chest_circumference")
-    low, high = 0.5 * depth, girth / 2.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        n = CHEST_EXPONENT
-        section = Section(0.0, middle, depth / 2.0, depth / 2.0, 0.0, n, n)
-        low, high = (middle, high) if section_girth(section) < girth else (low, middle)
-    return 0.5 * (low + high)
+    return _number_of_girth(
+        lambda breadth: _superellipse_girth(breadth, depth, CHEST_EXPONENT),
+        *(girth, 0.5 * depth, 0.5 * girth),
+    )
 
 
 def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
