@@ -87,11 +87,13 @@ def limb_pendulum(body: Body, joint: str, axis: str) -> LimbPendulum:
 
 
 def _turned_limb(body: Body, names: tuple[str, ...]) -> LimbPendulum:
-    """A limb that turns about its length, the parts below the first one bent at a right angle."""
+    """A limb that turns about its length, the parts below the first one bent at a right angle.
+
+    A hand has no such part: it turns as fast as it swings about the y axis of the wrist.
+    """
     first = body.segments[names[0]].inertia[2]
     if len(names) == 1:
         segment = body.segments[names[0]]
-        # As fast as the same part swings about the joint's axis across.
         length = segment.centre[2]
         swing = segment.inertia[1] + segment.mass * length**2
         weight = STANDARD_GRAVITY * segment.mass * length

@@ -186,7 +186,7 @@ class Measures:
         stature: [m].
         mass: [kg].
         dimensions: by their names; every dimension of ANSUR II that is used.
-        warnings: sentences on what lies outside the samples.
+        warnings: sentences on measures outside the samples.
     """
 
     sex: Sex
@@ -244,7 +244,7 @@ def estimate_measures(
 
 
 def _check_person(stature: float, mass: float) -> None:
-    """Raise UsageError for a stature or a mass of which nobody is."""
+    """Raise UsageError for an impossible stature or mass."""
     if not MIN_STATURE <= stature <= MAX_STATURE:
         raise UsageError(
             f"a stature of {stature:g} m is impossible; "
@@ -293,7 +293,7 @@ def _raise_problems(problems: Iterable[_Problem], measured: Mapping[str, float])
 def _find_impossible(
     measured: Mapping[str, float], expected: Mapping[str, tuple[float, float]]
 ) -> Iterator[_Problem]:
-    """Unknown names, and values that nobody has."""
+    """Yield unknown names and impossible values."""
     for name, value in measured.items():
         if name not in expected:
             message = f"a person has no dimension `{shorten(name)}`"
@@ -368,7 +368,7 @@ def _find_contradictions(
     measured: Mapping[str, float],
     stature: float,
 ) -> Iterator[_Problem]:
-    """Dimensions that no body has at once; without a measured one there are none."""
+    """Yield contradictions between dimensions, one of which at least is measured."""
     if not measured:
         return
     values, expected = ({**one, "stature": stature} for one in (values, expected))

@@ -92,7 +92,7 @@ class PassiveAxis:
 
     @property
     def reference(self) -> str:
-        """Publications of law and damping, with an estimate called so."""
+        """Publications of law and damping, with the label of an estimate."""
         damping = () if self.ratio_reference is None else (f"damping: {self.ratio_reference}",)
         cited = "; ".join((*map(str, self.law.references), *damping))
         match self.origin:

@@ -131,7 +131,7 @@ def _points(row: Row, context: LawContext) -> PassiveLaw:
 
 
 def _one_coordinate(row: Row, context: LawContext) -> PassiveLaw:
-    """One coordinate of a published law of several, the others held."""
+    """One coordinate of a published law of several, at constant angles of the others."""
     del context
     entry = row["held"]
     source = coupled_law(entry["published"])

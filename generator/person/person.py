@@ -30,8 +30,8 @@ class Person:
 
     Attributes:
         body: segments with their masses, and the places of the joints.
-        figure: standing upright; names no psurfs before it has a path.
-        surfaces: of the segments by their names without side, closed, outward, in their frames [m].
+        figure: standing upright; without psurfs until its files are written.
+        surfaces: closed, outward, in the segments' frames [m], by their names without side.
         passive_axes: laws and damping of the joints, one an axis; empty where none were asked for.
         springs: the same as a springs file; None where none were asked for.
         coupled_springs: the same with a law over hip and knee; None likewise.
@@ -53,12 +53,12 @@ class Person:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what lies outside the samples."""
+        """Sentences on measures outside the samples."""
         return self.body.measures.warnings
 
     @property
     def spring_set(self) -> SpringSet:
-        """The springs bound to the figure, as a `Plan` takes them; without any its stops."""
+        """The springs bound to the figure, as a `Plan` takes them; stops alone without springs."""
         if self.springs is None:
             return load_springs(self.figure).require_value().springs
         file, text = Path(f"person{SPRINGS_SUFFIX}"), write_springs(self.springs)

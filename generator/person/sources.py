@@ -41,7 +41,7 @@ def load_data_file(name: str) -> DataFile:
 
 
 class Origin(Enum):
-    """Way in which a number got into a person."""
+    """Origin of a number of a person."""
 
     STATED = "stated"
     """By the user: stature, mass, or a measured dimension."""
@@ -65,7 +65,7 @@ class SourcedNumber:
         quantity: in words ("mass", "length", "viscous damping of flexion").
         value: in `unit`.
         unit: of the value ("kg", "m", "kg m2", "N m s/rad"), or "" without one.
-        origin: way in which it got there.
+        origin: of the value.
         reference: its publication; None for a number of the user or an estimate.
         rule: how the value follows from the reference, or why the estimate is as it is.
     """
