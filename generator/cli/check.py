@@ -15,9 +15,11 @@ from generator.cli.inputs import parse_springs_option
 from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
+from generator.figure import Figure
 from generator.figure_file import find_figure, parse_figure_file
 from generator.input_files.scene import SCENE_SUFFIX, parse_scene_file, shipped_scenes
 from generator.kinematics.links import mirror_rotations
+from generator.person.identity import identity_of, range_publications
 from generator.scene import Box, Plane, Prop, Scene
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import parallel_sign
@@ -147,7 +149,7 @@ def check(
         return _check_springs_file(name)
     reading = parse_figure_file(name)
     faults, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
-    mirrors = None
+    mirrors, publications = None, _range_publications(reading.value)
     if reading.value is not None:
         found = parse_springs_option(reading.value, springs)
         faults = (*faults, *found.diagnostics)
@@ -159,7 +161,14 @@ def check(
         messages = {fault.message for fault in faults}
         faults = (*faults, *(one for one in obstacles if one.message not in messages))
     verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, obstacles)}"
-    return _check_result(faults, report_curves(spring_set, mirrors), spring_set, replaced, verdict)
+    reports = report_curves(spring_set, mirrors, publications)
+    return _check_result(faults, reports, spring_set, replaced, verdict)
+
+
+def _range_publications(figure: Figure | None) -> tuple[str, ...]:
+    """Return the publications with normal ranges for a figure: of women for a woman."""
+    identity = None if figure is None else identity_of(figure)
+    return range_publications(identity and identity.sex)
 
 
 def _check_scene(name: str) -> CommandResult:
@@ -197,7 +206,8 @@ def _check_springs_file(name: str) -> CommandResult:
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
     figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
     verdict = f"{name}: {_severity_counts(faults)}; {use}{figure}"
-    everything = report_curves(loaded.complete or loaded.springs)
+    publications = _range_publications(loaded.owner)
+    everything = report_curves(loaded.complete or loaded.springs, publications=publications)
     reports = [report for report in everything if _is_stated(report, loaded.springs)]
     return _check_result(
         faults, reports, loaded.springs, loaded.replaced, verdict, include_notes=True

@@ -1,4 +1,4 @@
-"""Sex and stature of a person in its figure, as an attribute of display data.
+"""Sex and stature of a person in its figure, as an attribute of display data, and what they select.
 
 attribute person { sex = "male"; stature_m = 1.75; }
 """
@@ -9,6 +9,7 @@ from math import isfinite
 from generator.figure import Attribute, Figure
 from generator.figure_file.check import PERSON_ATTRIBUTE
 from generator.person.survey import Sex
+from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, PUBLICATIONS_OF_WOMEN
 
 SEX_KEY = "sex"
 STATURE_KEY = "stature_m"
@@ -30,6 +31,15 @@ class Identity:
     def attribute(self) -> Attribute:
         """The attribute of a figure that holds both."""
         return Attribute(PERSON_ATTRIBUTE, {SEX_KEY: self.sex.value, STATURE_KEY: (self.stature,)})
+
+
+def range_publications(sex: Sex | None) -> tuple[str, ...]:
+    """Return the publications with normal ranges of a sex, the preferred first.
+
+    Those of women precede the others for women only: they measured few joints.
+    """
+    women = PUBLICATIONS_OF_WOMEN if sex is Sex.FEMALE else ()
+    return (*women, *PREFERRED_PUBLICATIONS)
 
 
 def identity_of(figure: Figure) -> Identity | None:

@@ -26,12 +26,11 @@ from generator.figure import (
 )
 from generator.named_mapping import by_name
 from generator.person.body import LIMB_SEGMENTS, SIDES, TRUNK_SEGMENTS, Body, BodySegment
-from generator.person.identity import Identity
+from generator.person.identity import Identity, range_publications
 from generator.person.shape import foot_contact_spheres
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex
 from springs.published.range_of_motion import (
-    PREFERRED_PUBLICATIONS,
     PUBLICATIONS_OF_WOMEN,
     RangeEnd,
     normal_range,
@@ -174,8 +173,7 @@ def motion_range(
     joint: PersonJoint, rotation: JointRotation, sex: Sex
 ) -> tuple[RangeEnd, RangeEnd]:
     """Ends of the normal range of a rotation, for women of women where these were measured."""
-    women = PUBLICATIONS_OF_WOMEN if sex is Sex.FEMALE else ()
-    low, high = normal_range(joint.name, rotation.motion, (*women, *PREFERRED_PUBLICATIONS))
+    low, high = normal_range(joint.name, rotation.motion, range_publications(sex))
     assert low is not None
     assert high is not None
     return low, high

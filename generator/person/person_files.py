@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterable
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -41,7 +42,8 @@ def person_files(person: Person, path: Path) -> ModelFiles:
         if springs is not None:
             first = f"Passive joints of {path.name}, {who}, {MADE_BY}"
             comment = f"{first}\n\n{springs_comment()}"
-            beside[springs_path(path, name)] = write_springs(springs, comment)
+            named = replace(springs, figure=path.stem)
+            beside[springs_path(path, name)] = write_springs(named, comment)
     files = figure_files(
         person.figure,
         path,

@@ -19,7 +19,7 @@ from springs.lint.curve import (
     other_side,
 )
 from springs.lint.finding import Finding, FindingKind
-from springs.published.range_of_motion import RangeEnd, normal_range
+from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, RangeEnd, normal_range
 from springs.stop import Stop
 
 _PARALLEL_ANGLE = radians(0.01)
@@ -182,15 +182,24 @@ class CurveReport:
 
 
 def report_curves(
-    springs: SpringSet, mirrors: MirrorRotations | None = None
+    springs: SpringSet,
+    mirrors: MirrorRotations | None = None,
+    publications: Sequence[str] = PREFERRED_PUBLICATIONS,
 ) -> tuple[CurveReport, ...]:
-    """Lint every axis that has an elastic law; `mirrors` as of `lint_symmetry`."""
+    """Lint every axis that has an elastic law.
+
+    Args:
+        springs: of a figure.
+        mirrors: as of `lint_symmetry`.
+        publications: those of `normal_range`.
+    """
     reports: list[CurveReport] = []
     for name, joint in springs.joints.items():
         for spring in joint.axes:
             if spring.elastic:
+                ends = normal_range(name, spring.motion, publications)
                 sides = lint_symmetry(name, spring, springs.joints, mirrors)
-                _add_to_reports(reports, name, spring, sides)
+                _add_to_reports(reports, name, spring, ends, sides)
     return tuple(reports)
 
 
@@ -198,10 +207,11 @@ def _add_to_reports(
     reports: list[CurveReport],
     name: str,
     spring: AxisSpring,
+    ends: tuple[RangeEnd | None, RangeEnd | None],
     symmetry_findings: tuple[Finding, ...],
 ) -> None:
     """Add a joint to the report of an equal curve, or a report of its own."""
-    low, high = normal_range(name, spring.motion)
+    low, high = ends
     line = tuple(map(abs, spring.direction))
     for place, one in enumerate(reports):
         shared = (one.spring.elastic, one.spring.damping, one.spring.motion, one.low, one.high)

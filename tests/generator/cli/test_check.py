@@ -386,3 +386,12 @@ def test_a_wrong_scene_has_its_errors(tmp_path: Path):
 def test_a_shipped_scene_is_found_by_its_name(name: str):
     verdict = answer("check", name)["verdict"]
     assert verdict == f"{name}: no errors, no warnings; the scene can be used"
+
+
+@pytest.mark.parametrize("name", ["female50", FIGURES / "female50.springs.toml"])
+def test_a_woman_is_compared_with_ranges_of_women(name: str | Path):
+    """Her neck and wrists end before the ranges of men."""
+    doubts = [one for one in answer("check", name)["findings"] if one["severity"] == "doubt"]
+    joints = {joint for one in doubts for joint in one["joints"]}
+    assert joints
+    assert not {"neck", "left_wrist"} & joints

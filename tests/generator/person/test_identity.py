@@ -5,8 +5,9 @@ import pytest
 from generator.figure import Figure
 from generator.figure_file import parse_figure
 from generator.figure_file.write import write_figure
-from generator.person.identity import Identity, identity_of
-from generator.person.measures import Sex
+from generator.person.identity import Identity, identity_of, range_publications
+from generator.person.survey import Sex
+from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, PUBLICATIONS_OF_WOMEN
 
 TEXT = """figure {{
   attribute {name} {{ {fields} }}
@@ -51,3 +52,8 @@ def test_other_attributes_are_not_those_of_a_person(fields: str):
 
 def test_a_figure_without_the_attribute_is_not_a_person():
     assert identity_of(figure('sex = "male"; stature_m = 1.7;', name="somebody")) is None
+
+
+def test_ranges_of_women_precede_the_others_for_women():
+    assert range_publications(Sex.MALE) == range_publications(None) == PREFERRED_PUBLICATIONS
+    assert range_publications(Sex.FEMALE) == (*PUBLICATIONS_OF_WOMEN, *PREFERRED_PUBLICATIONS)

@@ -81,6 +81,12 @@ def test_a_shipped_person_is_found_by_its_name(shipped: tuple[Path, Person]):
     assert figure.total_mass == pytest.approx(person.measures.mass, abs=1e-9)
 
 
+def test_springs_files_name_their_figure(tmp_path: Path):
+    files = person_files(build_person(estimate_measures(*SHIPPED["female50"])), tmp_path / "me.fig")
+    springs = [str(text) for path, text in files.contents.items() if path.suffix == ".toml"]
+    assert [text.count('\nfigure = "me"\n') for text in springs] == [1, 1]
+
+
 def test_a_person_without_springs_has_no_springs_files(tmp_path: Path):
     person = build_person(estimate_measures(*SHIPPED["female50"]), springs=False)
     files = person_files(person, tmp_path / "me.fig")
