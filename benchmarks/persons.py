@@ -48,6 +48,9 @@ MEASURABLE = (
 )
 """Dimensions of which some are measured."""
 
+PROGRESS_INTERVAL = 50
+"""Persons between two lines of progress."""
+
 STOP = 0.2
 """Duration of a run [s]."""
 
@@ -143,9 +146,11 @@ def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else PERSONS
     import_exudyn()
     with TemporaryDirectory() as folder, ProcessPoolExecutor(2) as pool:
-        faults = list(
-            pool.map(partial(_try_person, folder=Path(folder)), range(count), chunksize=4)
-        )
+        faults: list[list[str]] = []
+        for found in pool.map(partial(_try_person, folder=Path(folder)), range(count)):
+            faults.append(found)
+            if len(faults) % PROGRESS_INTERVAL == 0:
+                print(f"{len(faults)} persons, {sum(map(bool, faults))} with faults", flush=True)
     wrong = [seed for seed in range(count) if faults[seed]]
 
     print(f"{count} persons, {len(wrong)} with faults")
