@@ -10,10 +10,15 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import ModelError, UsageError
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, build_body
-from generator.person.measures import Measures, estimate_measures
+from generator.person.measures import (
+    MAX_STATURE,
+    MIN_STATURE,
+    Measures,
+    estimate_measures,
+)
 from generator.person.segment_table import de_leva_table
 from generator.person.sources import Origin
-from generator.person.survey import Sex
+from generator.person.survey import Sex, survey
 from tests.generator.person.test_segment_table import ZATSIORSKY
 
 ROWS = {
@@ -147,9 +152,10 @@ def check_closure(body: Body) -> None:
     assert heights["lower_leg"] == body.knee_height
     assert heights["foot"] == body.ankle_height
     malleolus = body.measures.length("lateral_malleolus_height")
-    assert body.ankle_height == pytest.approx(malleolus - 0.006, abs=1e-9)
+    factor = survey().length_factor(body.measures.sex, stature)
+    assert body.ankle_height == pytest.approx(malleolus - 0.006 * factor, abs=1e-9)
     acromion = body.measures.length("acromial_height")
-    assert heights["upper_arm"] == pytest.approx(acromion - 0.0345, abs=1e-9)
+    assert heights["upper_arm"] == pytest.approx(acromion - 0.0345 * factor, abs=1e-9)
     assert heights["upper_torso"] < heights["upper_arm"] < heights["head"]
     assert heights["hand"] - segments["hand"].length > 0
     assert abs(total_mass(body) - body.measures.mass) < 1e-9
@@ -260,6 +266,22 @@ def test_a_high_knee_divides_the_leg_anew():
     assert made.knee_height == pytest.approx(1.03 * mean.knee_height)
     assert made.hip_height == pytest.approx(mean.hip_height)
     check_closure(made)
+
+
+@pytest.mark.parametrize("sex", Sex)
+@pytest.mark.parametrize("stature", [MIN_STATURE, MAX_STATURE])
+def test_the_smallest_and_the_largest_person_close(sex: Sex, stature: float):
+    """Offsets between landmarks and joint centres are scaled beyond the sample as its lengths."""
+    body = build_body(estimate_measures(sex, stature, 15.0 * stature**2))
+    check_closure(body)
+    check_segments(body)
+    factor = survey().length_factor(sex, stature)
+    hand = body.measures.length("hand_length") - 0.002 * factor
+    assert body.segments["hand"].length == pytest.approx(hand)
+    spacing = body.measures.length("biacromial_breadth") - 0.035 * factor
+    assert body.shoulder_spacing == pytest.approx(spacing)
+    (source,) = (one for one in body.sources if one.quantity == "height of the ankle centre")
+    assert source.rule.startswith(f"lateral malleolus height less {6 * factor:.3g} mm ")
 
 
 def change_dimension(measures: Measures, name: str, factor: float) -> Measures:
