@@ -119,6 +119,7 @@ _PARTS = (
 
 _AXIS_NAMES = ("sagittal", "transverse", "longitudinal")
 
+# Offsets between landmarks and joint centres; `_offset` scales them beyond the sample.
 ANKLE_BELOW_MALLEOLUS = 0.006
 """Ankle centre below the tip of the lateral malleolus [m]: lengths KJC-AJC less KJC-LMAL."""
 
@@ -146,8 +147,7 @@ _LENGTH_DIMENSIONS = {
 """Dimensions that change the length of a segment by their ratio to the expected ones."""
 
 _SURVEYED_LENGTHS = {
-    "hand": f"hand length less {1000 * WRIST_BEYOND_STYLION:g} mm (de Leva 1996: STYL-DAC3 less "
-    "WJC-DAC3)",
+    "hand": "hand length less {} (de Leva 1996: STYL-DAC3 less WJC-DAC3)",
     "foot": "foot length",
 }
 """Lengths that are the survey's: those of the table are 9 to 13 % shorter in women.
@@ -180,12 +180,14 @@ def build_body(measures: Measures) -> Body:
         segments[part.name] = BodySegment(part.name, length, mass, centre, (x, y, z))
     neck_height = measures.stature - segments["head"].length
     thorax_height = neck_height - segments["upper_torso"].length
-    shoulder_height = measures.length("acromial_height") - SHOULDER_BELOW_ACROMION - thorax_height
+    shoulder_below = _offset(measures, SHOULDER_BELOW_ACROMION)
+    shoulder_height = measures.length("acromial_height") - shoulder_below - thorax_height
     body = Body(
         measures=measures,
         segments=segments,
         hip_spacing=HIP_SPACING_OVER_STATURE * measures.stature,
-        shoulder_spacing=measures.length("biacromial_breadth") - 2 * SHOULDER_INSIDE_ACROMION,
+        shoulder_spacing=measures.length("biacromial_breadth")
+        - 2 * _offset(measures, SHOULDER_INSIDE_ACROMION),
         shoulder_height=shoulder_height,
         ankle_height=skeleton.ankle_height,
         heel_distance=heel_distance,
@@ -193,6 +195,16 @@ def build_body(measures: Measures) -> Body:
     _check_shoulders(body)
     sources = (*_segment_sources(body, table, skeleton, total), *_joint_sources(body, table))
     return replace(body, sources=sources)
+
+
+def _offset(measures: Measures, metres: float) -> float:
+    """Offset between a landmark and a joint centre, beyond the sample scaled as its lengths [m]."""
+    return metres * survey().length_factor(measures.sex, measures.stature)
+
+
+def _offset_text(measures: Measures, metres: float) -> str:
+    """The offset in mm."""
+    return f"{1000 * _offset(measures, metres):.3g} mm"
 
 
 @dataclass(frozen=True)
@@ -220,7 +232,8 @@ def _build_skeleton(measures: Measures, table: SegmentTable) -> _Skeleton:
     stature, scale = measures.stature, measures.stature / table.stature
     expected = {part.name: scale * table.row(part.segment, *part.ends).length for part in _PARTS}
     malleolus = measures.dimensions["lateral_malleolus_height"]
-    ankle = malleolus.expected - ANKLE_BELOW_MALLEOLUS
+    ankle_below = _offset(measures, ANKLE_BELOW_MALLEOLUS)
+    ankle = malleolus.expected - ankle_below
     hip = stature - sum(expected[name] for name in TRUNK_SEGMENTS)
     leg_factor = (hip - ankle) / (expected["upper_leg"] + expected["lower_leg"])
     expected["upper_leg"] *= leg_factor
@@ -228,7 +241,7 @@ def _build_skeleton(measures: Measures, table: SegmentTable) -> _Skeleton:
     knee, waist = ankle + expected["lower_leg"], hip + expected["lower_torso"]
 
     # Each joint of legs and trunk is moved as the landmark at its height.
-    ankle = malleolus.value - ANKLE_BELOW_MALLEOLUS
+    ankle = malleolus.value - ankle_below
     knee *= measures.ratio("lateral_femoral_epicondyle_height")
     hip *= measures.ratio("trochanterion_height")
     waist *= measures.ratio("waist_height")
@@ -249,7 +262,7 @@ def _build_skeleton(measures: Measures, table: SegmentTable) -> _Skeleton:
         table_lengths[name] *= measures.ratio(dimension)
     lengths = {
         **table_lengths,
-        "hand": measures.length("hand_length") - WRIST_BEYOND_STYLION,
+        "hand": measures.length("hand_length") - _offset(measures, WRIST_BEYOND_STYLION),
         "foot": measures.length("foot_length"),
     }
     _check_lengths({**lengths, "ankle_height": ankle}, stature)
@@ -312,9 +325,10 @@ def _segment_sources(
             )
         else:
             table_length = skeleton.table_lengths[part.name]
+            wrist_beyond = _offset_text(body.measures, WRIST_BEYOND_STYLION)
             yield SourcedNumber(
                 *(part.name, "length", segment.length, "m", Origin.PUBLISHED),
-                *(survey().reference, measured),
+                *(survey().reference, measured.format(wrist_beyond)),
             )
             yield SourcedNumber(
                 *(part.name, "length of the radii of gyration", table_length, "m"),
@@ -365,7 +379,7 @@ def _joint_sources(body: Body, table: SegmentTable) -> Iterator[SourcedNumber]:
     yield SourcedNumber(
         *("foot", "height of the ankle centre", body.ankle_height, "m", Origin.PUBLISHED),
         survey().reference,
-        f"lateral malleolus height less {1000 * ANKLE_BELOW_MALLEOLUS:g} mm "
+        f"lateral malleolus height less {_offset_text(body.measures, ANKLE_BELOW_MALLEOLUS)} "
         "(de Leva 1996: KJC-AJC less KJC-LMAL)",
     )
     yield SourcedNumber(
@@ -381,13 +395,13 @@ def _joint_sources(body: Body, table: SegmentTable) -> Iterator[SourcedNumber]:
     yield SourcedNumber(
         *("upper_torso", "distance of the shoulder centres", body.shoulder_spacing, "m"),
         *(Origin.ESTIMATE, None),
-        f"biacromial breadth less twice {1000 * SHOULDER_INSIDE_ACROMION:g} mm",
+        f"biacromial breadth less twice {_offset_text(body.measures, SHOULDER_INSIDE_ACROMION)}",
     )
     is_male = body.measures.sex is Sex.MALE
     yield SourcedNumber(
         *("upper_torso", "height of the shoulder centres above its own joint"),
         *(body.shoulder_height, "m", Origin.PUBLISHED if is_male else Origin.ESTIMATE),
         Reference(table.reference.text, Sureness.ONE_CODE, table.reference.doi, "table 2"),
-        f"acromial height less {1000 * SHOULDER_BELOW_ACROMION:g} mm"
+        f"acromial height less {_offset_text(body.measures, SHOULDER_BELOW_ACROMION)}"
         + ("" if is_male else ", which was measured in men only"),
     )

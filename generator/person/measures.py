@@ -112,12 +112,16 @@ _PARTS_OF_STATURE = (
     ("lateral_malleolus_height", "tibial_height"),
     ("tibial_height", "trochanterion_height"),
     ("trochanterion_height", "cervicale_height"),
+    ("waist_height", "cervicale_height"),
     ("cervicale_height", "stature"),
 )
-"""Ends of the shank, the thigh, the trunk, and the head with the neck."""
+"""Ends of the shank, the thigh, the trunk, the chest, and the head with the neck."""
 
 _MIN_PART_RATIO, _MAX_PART_RATIO = 0.6, 1.6
 """Ratios of a part of the stature to the expected one beyond which a height is a mistake."""
+
+_TOP_OF_CHEST = ("suprasternale_height", "acromial_height")
+"""Heights that are little below the cervicale."""
 
 _LEVELS_OF_GIRTH = (
     ("chest_breadth", "chest_depth", "chest_circumference"),
@@ -391,6 +395,14 @@ def _find_contradictions(
             message = f"{quote(low)} does not fit {quote(high)}"
             hint = f"the distance is from {least:.3g} m to {largest:.3g} m"
             yield _Problem(culprit(low, high), message, hint)
+    top = values[_CERVICALE]
+    chest_ratio = (top - values["waist_height"]) / (expected[_CERVICALE] - expected["waist_height"])
+    for name in _TOP_OF_CHEST:
+        largest = MAX_RATIO * chest_ratio * (expected[_CERVICALE] - expected[name])
+        if top - values[name] > largest:
+            message = f"{quote(name)} is too far below {quote(_CERVICALE)}"
+            hint = f"the distance is at most {largest:.3g} m"
+            yield _Problem(culprit(_CERVICALE, name), message, hint)
     arm = ("acromion_radiale_length", "radiale_stylion_length", "hand_length")
     length = sum(values[name] for name in arm)
     if length >= values["acromial_height"]:

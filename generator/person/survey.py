@@ -147,6 +147,10 @@ class Survey:
     dimensions: Mapping[str, SurveyDimension]
     validation: Mapping[str, SurveyDimension]
 
+    def length_factor(self, sex: Sex, stature: float) -> float:
+        """Factor of lengths beyond the range of the sample; 1 within it."""
+        return stature / self.samples[sex].stature.clamp(stature)
+
     def expected(self, name: str, sex: Sex, stature: float, mass: float) -> tuple[float, float]:
         """Value and standard error [m] of a dimension of a person.
 
@@ -162,7 +166,7 @@ class Survey:
         row = self.validation[name] if name in self.validation else self.dimensions[name]
         sample = self.samples[sex]
         near_stature, near_mass = sample.stature.clamp(stature), sample.mass.clamp(mass)
-        length_factor = stature / near_stature
+        length_factor = self.length_factor(sex, stature)
         girth_factor = sqrt(mass / near_mass / length_factor)
         match row.scaling:
             case Scaling.LENGTH:

@@ -14,10 +14,10 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.tree import build_tree
 from generator.person.body import ARM_SEGMENTS, LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, build_body
 from generator.person.joints import person_figure
-from generator.person.measures import Measures, estimate_measures
+from generator.person.measures import MAX_STATURE, MIN_STATURE, Measures, estimate_measures
 from generator.person.segment_table import de_leva_table
 from generator.person.sources import Origin
-from generator.person.survey import Sex
+from generator.person.survey import Sex, survey
 from tests.generator.person.test_segment_table import ZATSIORSKY
 
 ROWS = {
@@ -154,11 +154,12 @@ def check_closure(body: Body) -> None:
     trunk = sum(segments[name].length for name in TRUNK_SEGMENTS)
     assert body.hip_height + trunk == pytest.approx(stature, abs=1e-9)
     malleolus = body.measures.length("lateral_malleolus_height")
-    assert body.ankle_height == pytest.approx(malleolus - 0.006, abs=1e-9)
+    factor = survey().length_factor(body.measures.sex, stature)
+    assert body.ankle_height == pytest.approx(malleolus - 0.006 * factor, abs=1e-9)
     acromion = body.measures.length("acromial_height")
     neck = stature - segments["head"].length
     shoulder = neck - segments["upper_torso"].length + body.shoulder_height
-    assert shoulder == pytest.approx(acromion - 0.0345, abs=1e-9)
+    assert shoulder == pytest.approx(acromion - 0.0345 * factor, abs=1e-9)
     assert 0.0 < body.shoulder_height < segments["upper_torso"].length
     assert shoulder > sum(segments[name].length for name in ARM_SEGMENTS)
     assert abs(total_mass(body) - body.measures.mass) < 1e-9
@@ -269,6 +270,22 @@ def test_a_high_knee_divides_the_leg_anew():
     assert knee_height(made) == pytest.approx(1.03 * knee_height(mean))
     assert made.hip_height == pytest.approx(mean.hip_height)
     check_closure(made)
+
+
+@pytest.mark.parametrize("sex", Sex)
+@pytest.mark.parametrize("stature", [MIN_STATURE, MAX_STATURE])
+def test_the_smallest_and_the_largest_person_close(sex: Sex, stature: float):
+    """Offsets between landmarks and joint centres are scaled beyond the sample as its lengths."""
+    body = build_body(estimate_measures(sex, stature, 15.0 * stature**2))
+    check_closure(body)
+    check_segments(body)
+    factor = survey().length_factor(sex, stature)
+    hand = body.measures.length("hand_length") - 0.002 * factor
+    assert body.segments["hand"].length == pytest.approx(hand)
+    spacing = body.measures.length("biacromial_breadth") - 0.035 * factor
+    assert body.shoulder_spacing == pytest.approx(spacing)
+    (source,) = (one for one in body.sources if one.quantity == "height of the ankle centre")
+    assert source.rule.startswith(f"lateral malleolus height less {6 * factor:.3g} mm ")
 
 
 def change_dimension(measures: Measures, name: str, factor: float) -> Measures:

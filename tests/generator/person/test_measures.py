@@ -257,6 +257,17 @@ def test_nobody_has_such_a_stature_or_mass(stature: float, mass: float, message:
             ["must be smaller than `cervicale_height` (1.509 m, estimated)"],
         ),
         (
+            {"acromial_height": 1.28},
+            [
+                "`acromial_height` (1.28 m) is too far below `cervicale_height` "
+                "(1.509 m, estimated); the distance is at most 0.214 m"
+            ],
+        ),
+        (
+            {"waist_height": 1.3},
+            ["`waist_height` (1.3 m) does not fit `cervicale_height` (1.509 m, estimated)"],
+        ),
+        (
             {"biacromial_breadth": 0.45, "bideltoid_breadth": 0.44},
             ["`biacromial_breadth` (0.45 m) must be smaller than `bideltoid_breadth` (0.44 m)"],
         ),
@@ -287,6 +298,18 @@ def test_impossible_and_contradictory_dimensions_are_refused_all_at_once(
     assert len(sentences) == len(messages)
     for message, sentence in zip(messages, sentences, strict=True):
         assert message in sentence
+
+
+def test_shoulders_at_the_height_of_the_chest_are_refused():
+    with pytest.raises(UsageError, match=r"^`acromial_height` \(1\.487 m\) is too far below"):
+        estimate_measures(Sex.MALE, 2.03, 95.0, {"acromial_height": 1.487})
+    low = estimate_measures(Sex.MALE, 2.03, 95.0, {"acromial_height": 1.56})
+    assert any("`acromial_height`" in warning for warning in low.warnings)
+
+
+def test_a_low_suprasternale_is_refused_by_its_own_name():
+    with pytest.raises(UsageError, match=r"^`suprasternale_height` \(1\.15 m\) is too far below"):
+        man(suprasternale_height=1.15)
 
 
 def test_a_file_has_keys_that_end_in_units(tmp_path: Path):
