@@ -239,9 +239,11 @@ def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
             0.03 * stature,
             0.03 * stature,
             0.12 * chest,
-            True,
+            is_behind=True,
         ),
-        Relief(middle, 0.0, -0.05 * depth, 0.07 * stature, 0.08 * stature, 0.07 * chest, True),
+        Relief(
+            middle, 0.0, -0.05 * depth, 0.07 * stature, 0.08 * stature, 0.07 * chest, is_behind=True
+        ),
         Relief(
             0.006 * stature,
             0.23 * hip,
@@ -249,7 +251,7 @@ def _trunk_reliefs(body: Body) -> tuple[Relief, ...]:
             0.04 * stature,
             0.025 * stature,
             0.14 * hip,
-            True,
+            is_behind=True,
         ),
     )
 
