@@ -121,7 +121,7 @@ _AXIS_NAMES = ("sagittal", "transverse", "longitudinal")
 
 # Offsets between landmarks and joint centres; `_offset` scales them beyond the sample.
 ANKLE_BELOW_MALLEOLUS = 0.006
-"""Ankle centre below the tip of the lateral malleolus [m]: lengths KJC-AJC less KJC-LMAL."""
+"""Ankle centre below the tip of the lateral malleolus [m]: lengths KJC-AJC less KJC-LMAL, 6.3 mm."""
 
 WRIST_BEYOND_STYLION = 0.002
 """Wrist centre beyond the radial stylion [m]: length STYL-DAC3 less WJC-DAC3."""
@@ -380,7 +380,7 @@ def _joint_sources(body: Body, table: SegmentTable) -> Iterator[SourcedNumber]:
         *("foot", "height of the ankle centre", body.ankle_height, "m", Origin.PUBLISHED),
         survey().reference,
         f"lateral malleolus height less {_offset_text(body.measures, ANKLE_BELOW_MALLEOLUS)} "
-        "(de Leva 1996: KJC-AJC less KJC-LMAL)",
+        "(de Leva 1996: KJC-AJC less KJC-LMAL, 6.3 mm)",
     )
     yield SourcedNumber(
         *("foot", "distance of the heel behind the ankle centre", body.heel_distance, "m"),
