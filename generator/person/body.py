@@ -121,7 +121,7 @@ _AXIS_NAMES = ("sagittal", "transverse", "longitudinal")
 
 # Offsets between landmarks and joint centres; `_offset` scales them beyond the sample.
 ANKLE_BELOW_MALLEOLUS = 0.006
-"""Ankle centre below the tip of the lateral malleolus [m]: lengths KJC-AJC less KJC-LMAL, 6.3 mm."""
+"""Ankle centre below the tip of the lateral malleolus [m]: KJC-AJC less KJC-LMAL, 6.3 mm."""
 
 WRIST_BEYOND_STYLION = 0.002
 """Wrist centre beyond the radial stylion [m]: length STYL-DAC3 less WJC-DAC3."""
