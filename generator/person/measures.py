@@ -38,7 +38,7 @@ from generator.text_io import parse_file
 from generator.units import parse_unit
 from springs.published.reference import Reference
 
-MIN_STATURE, MAX_STATURE = 0.3, 3.0
+MIN_STATURE, MAX_STATURE = 0.4, 3.0
 """Statures beyond these are mistakes [m]."""
 
 MIN_MASS, MAX_MASS = 1.0, 1000.0

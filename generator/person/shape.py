@@ -50,6 +50,10 @@ SLIMMEST_OVER_MEAN = {Sex.MALE: 0.97, Sex.FEMALE: 0.88}
 ACROMION_ABOVE_SHOULDER, ACROMION_OUTSIDE_SHOULDER = 0.0197, 0.010
 """Acromion relative to the shoulder centre, over the stature; the second is an estimate."""
 
+MIN_HIP_BREADTH_OVER_SPACING = 1.25
+"""Breadth of the hips over the distance of the hip centres, so that these stay within the trunk of
+tall people who weigh very little; an estimate."""
+
 SPINE_ABOVE_HIP = 0.050
 """Upper end of the thigh above the hip centre, over the stature: the pelvis's front spine, where
 the published tables divide thigh and trunk."""
@@ -125,7 +129,8 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
     shoulder = thorax + body.shoulder_height
     crotch = length("crotch_height") - length("trochanterion_height") - 0.003
 
-    hip, buttock = length("hip_breadth"), length("buttock_depth")
+    hip = max(length("hip_breadth"), MIN_HIP_BREADTH_OVER_SPACING * body.hip_spacing)
+    buttock = length("buttock_depth")
     belly, belly_depth = length("waist_breadth"), length("waist_depth")
     depth = length("chest_depth")
     hip_exponent = _exponent(length("buttock_circumference"), hip, buttock)

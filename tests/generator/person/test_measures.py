@@ -214,7 +214,7 @@ def test_a_dimension_far_from_the_expected_one_is_a_warning():
 @pytest.mark.parametrize(
     ("stature", "mass", "message"),
     [
-        (0.0, 75.0, "a stature of 0 m is impossible; it must be from 0.3 m to 3 m"),
+        (0.0, 75.0, "a stature of 0 m is impossible; it must be from 0.4 m to 3 m"),
         (-1.75, 75.0, "a stature of -1.75 m"),
         (0.1, 5.0, "a stature of 0.1 m"),
         (5.0, 75.0, "a stature of 5 m"),
