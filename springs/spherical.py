@@ -17,6 +17,9 @@ from springs.joint import AxisSpring, Joining
 _SMALL_ANGLE = 1e-2
 """Angle below which (a/2)/sin(a/2) is taken from its series [rad]."""
 
+_SMALLEST_ANGLE = 1e-150
+"""Angle below which its square is lost to underflow [rad]."""
+
 
 def conservative_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
     """Minus the gradient, on the rotation group, of the sum of the axes' energies U_i(a_i . r).
@@ -77,7 +80,7 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
     Arguments and result as `conservative_torque`.
     """
     a = ops.norm(r)
-    safe = ops.removable(a < 1e-12, 1.0, a)
+    safe = ops.removable(a < _SMALLEST_ANGLE, 1.0, a)
 
     def size(axis: AxisSpring) -> Real:
         x = _component(axis, r, ops)

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -217,6 +217,7 @@ def test_a_known_oblique_value_of_the_weighted_law():
     assert weighted_torque(axes, r) == pytest.approx([-0.6 * 10.0 * 0.5, 0.8 * 5.0 * 0.125, 0.0])
 
 
+@example(np.array([0.0, 0.0, 1.15e-13]))
 @given(rotation_vectors)
 def test_an_isotropic_linear_spring_is_one_spring_in_both_joinings(r):
     axes = tuple(AxisSpring(axis, (Linear(20.0),)) for axis in (X, Y, Z))

@@ -260,7 +260,7 @@ def test_start_pauses_a_motion_that_plays_and_play_pauses_the_simulation(run_vie
         assert running.call(is_playing)
         number = 0 if panel.newest is None else panel.newest.number
         running.call(panel._toggle)
-        assert viewer.shown.driver is Driver.LIVE
+        wait_until(lambda: viewer.shown.driver is Driver.LIVE)
         wait_until(lambda n=number: panel.newest and panel.newest.number > n + 5, WAIT)
         assert not running.call(is_playing)
 
