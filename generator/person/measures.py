@@ -414,7 +414,7 @@ def _find_contradictions(
             message = f"{quote(depth)} does not fit {quote(breadth)}"
             hint = f"the depth is from {_MIN_DEPTH_RATIO * b:.3g} m to {_MAX_DEPTH_RATIO * b:.3g} m"
             yield _Problem(culprit(breadth, depth), message, hint)
-        # A closed convex curve that touches all sides of a rectangle is no shorter than its
+        # A closed convex curve that touches all sides of a rectangle is at least as long as its
         # diamond, and no longer than the rectangle itself.
         least, largest = 2 * hypot(b, d) / _GIRTH_TOLERANCE, 2 * (b + d) * _GIRTH_TOLERANCE
         if not least <= values[girth] <= largest:
@@ -500,7 +500,7 @@ def parse_measures_source(source: Source, diagnostics: Diagnostics) -> MeasuredD
         return None
     spans = locate_keys(source)
     if not document:
-        diagnostics.error("there is no dimension in this file", spans.table(""), _EXAMPLE)
+        diagnostics.error("the file states no dimension", spans.table(""), _EXAMPLE)
     table = TableReader(document, "", 0, spans, diagnostics)
     lengths: dict[str, float] = {}
     units: dict[str, str] = {}

@@ -44,7 +44,7 @@ class Origin(Enum):
     """Origin of a number of a person."""
 
     STATED = "stated"
-    """By the user: stature, mass, or a measured dimension."""
+    """The user states stature, mass, or a measured dimension."""
 
     PUBLISHED = "published"
     """Taken or computed from published numbers by a published rule."""
