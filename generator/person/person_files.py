@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -64,16 +65,17 @@ def describe_measures(measures: Measures) -> str:
 def read_references(path: Path) -> dict[str, list[str]]:
     """Return the references in a table of sources, each with the quantities that are from it.
 
-    Empty without such a file.
+    Empty without such a file; those before the damage of a damaged one.
     """
     if not is_file(path):
         return {}
     lines = load_text(path, str(path))[0].text.splitlines()
     quantities: dict[str, list[str]] = {}
-    for row in csv.DictReader(line for line in lines if not line.startswith("#")):
-        reference, quantity = row.get("reference"), row.get("quantity")
-        if reference and quantity and quantity not in quantities.setdefault(reference, []):
-            quantities[reference].append(quantity)
+    with suppress(csv.Error):  # a quote without its end makes a field of the rest of the file
+        for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+            reference, quantity = row.get("reference"), row.get("quantity")
+            if reference and quantity and quantity not in quantities.setdefault(reference, []):
+                quantities[reference].append(quantity)
     return quantities
 
 
