@@ -32,6 +32,11 @@ def sources_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SOURCES_SUFFIX}")
 
 
+def springs_title(path: Path) -> str:
+    """Return the first words in the springs of the figure file at `path`."""
+    return f"Passive joints of {path.name}"
+
+
 def person_files(person: Person, path: Path) -> ModelFiles:
     """Return the files of a person whose figure file is at `path`.
 
@@ -41,7 +46,7 @@ def person_files(person: Person, path: Path) -> ModelFiles:
     beside = {sources_path(path): format_sources(person.sources, path.name)}
     for name, springs in ((None, person.springs), (COUPLED_SPRINGS, person.coupled_springs)):
         if springs is not None:
-            first = f"Passive joints of {path.name}, {who}, {MADE_BY}"
+            first = f"{springs_title(path)}, {who}, {MADE_BY}"
             comment = f"{first}\n\n{springs_comment()}"
             named = replace(springs, figure=path.stem)
             beside[springs_path(path, name)] = write_springs(named, comment)
