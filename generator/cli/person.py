@@ -28,6 +28,7 @@ from generator.person.person_files import (
     MADE_BY,
     describe_measures,
     person_files,
+    springs_title,
 )
 from generator.person.sources import Origin
 
@@ -109,15 +110,20 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
             hint="move it, or write another figure",
         )
         for path in (springs_path(model.path), springs_path(model.path, COUPLED_SPRINGS))
-        if path in model.contents and path.exists() and not _is_made_by_this_command(path)
+        if path in model.contents and path.exists() and not _may_be_replaced(path, model.path)
     ]
     if faults:
         raise InputError(faults)
 
 
-def _is_made_by_this_command(path: Path) -> bool:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline(1000).rstrip("\n").endswith(MADE_BY)
+def _may_be_replaced(springs: Path, figure: Path) -> bool:
+    """Return whether this command made the springs, and for the same figure.
+
+    The springs of `me.coupled.fig` are where the coupled ones of `me.fig` are.
+    """
+    with springs.open(encoding="utf-8", errors="replace") as file:
+        first = file.readline(1000).rstrip("\n")
+    return first.startswith(f"# {springs_title(figure)}, ") and first.endswith(MADE_BY)
 
 
 def _sections(

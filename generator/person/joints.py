@@ -181,20 +181,21 @@ def motion_range(
 
 def limit_sources(body: Body) -> tuple[SourcedNumber, ...]:
     """Return the limits of the joints with their sources."""
-    return tuple(
-        SourcedNumber(
-            joint.name,
-            f"limit of {end.motion}",
-            _limit(end),
-            "rad",
-            Origin.ESTIMATE if end.is_estimate else Origin.PUBLISHED,
-            end.reference,
-            _limit_rule(end, body.measures.sex),
-        )
-        for joint in PERSON_JOINTS
-        for rotation in joint.rotations
-        for end in motion_range(joint, rotation, body.measures.sex)
-    )
+    sources: list[SourcedNumber] = []
+    for joint in PERSON_JOINTS:
+        for rotation in joint.rotations:
+            low, high = motion_range(joint, rotation, body.measures.sex)
+            # The trunk turns and bends alike to both sides: both ends have one name.
+            names = ("lower ", "upper ") if low.motion == high.motion else ("", "")
+            for name, end in zip(names, (low, high), strict=True):
+                origin = Origin.ESTIMATE if end.is_estimate else Origin.PUBLISHED
+                quantity, rule = f"{name}limit of {end.motion}", _limit_rule(end, body.measures.sex)
+                sources.append(
+                    SourcedNumber(
+                        *(joint.name, quantity, _limit(end), "rad", origin, end.reference, rule)
+                    )
+                )
+    return tuple(sources)
 
 
 def _limit(end: RangeEnd) -> float:

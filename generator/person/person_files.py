@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -31,6 +32,11 @@ def sources_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}{SOURCES_SUFFIX}")
 
 
+def springs_title(path: Path) -> str:
+    """Return the first words in the springs of the figure file at `path`."""
+    return f"Passive joints of {path.name}"
+
+
 def person_files(person: Person, path: Path) -> ModelFiles:
     """Return the files of a person whose figure file is at `path`.
 
@@ -40,7 +46,7 @@ def person_files(person: Person, path: Path) -> ModelFiles:
     beside = {sources_path(path): format_sources(person.sources, path.name)}
     for name, springs in ((None, person.springs), (COUPLED_SPRINGS, person.coupled_springs)):
         if springs is not None:
-            first = f"Passive joints of {path.name}, {who}, {MADE_BY}"
+            first = f"{springs_title(path)}, {who}, {MADE_BY}"
             comment = f"{first}\n\n{springs_comment()}"
             named = replace(springs, figure=path.stem)
             beside[springs_path(path, name)] = write_springs(named, comment)
@@ -64,16 +70,17 @@ def describe_measures(measures: Measures) -> str:
 def read_references(path: Path) -> dict[str, list[str]]:
     """Return the references in a table of sources, each with the quantities that are from it.
 
-    Empty without such a file.
+    Empty without such a file; those before the damage of a damaged one.
     """
     if not is_file(path):
         return {}
     lines = load_text(path, str(path))[0].text.splitlines()
     quantities: dict[str, list[str]] = {}
-    for row in csv.DictReader(line for line in lines if not line.startswith("#")):
-        reference, quantity = row.get("reference"), row.get("quantity")
-        if reference and quantity and quantity not in quantities.setdefault(reference, []):
-            quantities[reference].append(quantity)
+    with suppress(csv.Error):  # a quote without its end makes a field of the rest of the file
+        for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+            reference, quantity = row.get("reference"), row.get("quantity")
+            if reference and quantity and quantity not in quantities.setdefault(reference, []):
+                quantities[reference].append(quantity)
     return quantities
 
 

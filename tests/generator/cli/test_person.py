@@ -146,7 +146,7 @@ def test_older_springs_beside_a_person_without_springs_are_a_warning(tmp_path: P
 
 
 def test_a_person_may_be_written_again_but_not_over_other_springs(tmp_path: Path):
-    path = tmp_path / "me.fig"
+    path = tmp_path / "m\u00e9, 2.fig"
     run(*ME, "-o", path)
     run(*ME[:-1], "70kg", "-o", path)
     assert read_figure(path).total_mass == pytest.approx(70.0)
@@ -158,6 +158,14 @@ def test_a_person_may_be_written_again_but_not_over_other_springs(tmp_path: Path
     assert result.exit_code == 1
     assert f"`{springs_path(path)}` exists with other springs" in result.stderr
     assert path.read_bytes() == before
+
+
+def test_the_springs_of_a_person_are_not_replaced_by_those_of_another(tmp_path: Path):
+    run(*ME, "-o", tmp_path / "me.fig")
+    result = mover(*ME, "-o", tmp_path / "me.coupled.fig")
+    assert result.exit_code == 1
+    assert "me.coupled.springs.toml` exists with other springs" in result.stderr
+    assert names(tmp_path) == NAMES
 
 
 def test_two_persons_of_one_name_lie_in_two_folders(tmp_path: Path):

@@ -128,6 +128,13 @@ def test_a_damaged_table_of_sources_has_no_references(text: str, tmp_path: Path)
     assert read_references(path) == {}
 
 
+def test_a_quote_without_its_end_leaves_the_references_before_it(tmp_path: Path):
+    path = tmp_path / "me.sources.csv"
+    rest = "a,b,c\n" * 30_000
+    path.write_text(f'part,quantity,reference\nknee,mass,A 1989\n"{rest}', encoding="utf-8")
+    assert read_references(path) == {"A 1989": ["mass"]}
+
+
 def test_paths_and_words(tmp_path: Path):
     assert sources_path(tmp_path / "my.own.fig") == tmp_path / "my.own.sources.csv"
     measures = estimate_measures(Sex.MALE, 1.7561234, 85.0)
