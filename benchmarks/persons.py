@@ -2,7 +2,7 @@
 
 Statures and masses cover ANSUR II's range and 20 % beyond; every other person has some measured
 dimensions. Each is written, read again, checked, brought to equilibrium with the pelvis fixed, and
-simulated for 0.2 s. Two processes share the work, some minutes for 1,000 persons.
+simulated for 0.2 s. Two processes share the work, half an hour for 1,000 persons.
 """
 
 import sys
