@@ -1,0 +1,1 @@
+"""Identification: springs of a figure from a measured motion."""

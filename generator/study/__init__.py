@@ -1,0 +1,1 @@
+"""Studies: runs of one figure whose springs, masses, poses or surroundings vary."""

@@ -1,0 +1,196 @@
+"""A study: a figure and its run, what varies between the runs, and what is measured in each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TypeAlias
+
+from generator.figure import Figure
+from generator.person.survey import Sex
+from generator.simulation.plan import Plan
+
+
+@dataclass(frozen=True)
+class PersonArguments:
+    """Arguments of the person that is the figure of a study.
+
+    Attributes:
+        sex: of the samples from which the numbers come.
+        stature: [m].
+        mass: [kg].
+        springs: "published", "coupled" or "none".
+    """
+
+    sex: Sex
+    stature: float
+    mass: float
+    springs: str = "published"
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Uniform distribution between two bounds."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal distribution."""
+
+    mean: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class LogNormal:
+    """Log-normal distribution.
+
+    Attributes:
+        median: of the values.
+        factor: by which values at one standard deviation of the logarithm differ from the median.
+    """
+
+    median: float
+    factor: float
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Values that a parameter takes, each as often."""
+
+    values: tuple[float, ...]
+
+
+Distribution: TypeAlias = Uniform | Normal | LogNormal | Levels
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A quantity that varies between the runs of a study.
+
+    Attributes:
+        name: of its column in the table of runs.
+        paths: of the quantities that get its value, such as `springs.knee.scale`.
+        distribution: of its values, in the unit of the path; None where a list has them.
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    distribution: Distribution | None
+
+
+class DesignKind(StrEnum):
+    """Rule by which the values of the parameters are chosen."""
+
+    GRID = "grid"
+    """All combinations of the values of the parameters."""
+    LATIN_HYPERCUBE = "latin-hypercube"
+    SOBOL = "sobol"
+    """Scrambled Sobol sequence; with `[sensitivity]`, the design of Saltelli et al. 2010."""
+    MORRIS = "morris"
+    """Trajectories that change one parameter at a time (Morris 1991)."""
+    LIST = "list"
+    """Rows of a table."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Choice of the values of the parameters.
+
+    Attributes:
+        kind: rule of the choice.
+        runs: number of points of a Latin hypercube or Sobol sequence, and of trajectories of
+            Morris; None for a grid and a list.
+        seed: of the random numbers.
+        rows: of a list, the values of the parameters in their order; else empty.
+    """
+
+    kind: DesignKind
+    runs: int | None = None
+    seed: int = 0
+    rows: tuple[tuple[float, ...], ...] = ()
+
+
+class Take(StrEnum):
+    """Number that a measure takes from a column of a motion."""
+
+    LAST = "last"
+    LARGEST = "largest"
+    SMALLEST = "smallest"
+    TIME_OF_LARGEST = "time of largest"
+    TIME_OF_SMALLEST = "time of smallest"
+    REST = "rest"
+    """Displacement in the equilibrium that the figure reaches from its start."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number of each run.
+
+    Attributes:
+        name: of its column in the table of runs.
+        column: title of a column of the motion's table, such as `left_knee.1 [deg]`.
+        take: number that is taken from it.
+    """
+
+    name: str
+    column: str
+    take: Take
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Sensitivity indices that a study asks for.
+
+    Attributes:
+        confidence: level of their intervals.
+        resamples: number of bootstrap samples.
+    """
+
+    confidence: float = 0.95
+    resamples: int = 1000
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study, with everything that its runs need.
+
+    Attributes:
+        name: of its figure, or of its person, for reports.
+        figure: before its parameters change it.
+        plan: of the runs, with springs.
+        parameters: what varies, by name, in the order of the file.
+        design: choice of their values.
+        measures: numbers of each run, by name, in the order of the file.
+        person: arguments of the figure, where it is a person; None for a figure's file.
+        sensitivity: indices that are asked for; None without any.
+        text: of its file.
+    """
+
+    name: str
+    figure: Figure
+    plan: Plan
+    parameters: Mapping[str, Parameter]
+    design: Design
+    measures: Mapping[str, Measure]
+    person: PersonArguments | None = None
+    sensitivity: Sensitivity | None = None
+    text: str = field(default="", compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """Result of one run of a study.
+
+    Attributes:
+        outcome: ending of the run: "done", another `Ending`, "wrong input" where the case cannot be
+            built, or "died" where its process ended twice.
+        message: sentence about a run that is not done; "" else.
+        measures: by name; None where the run has no such number.
+    """
+
+    outcome: str
+    message: str
+    measures: Mapping[str, float | None]
