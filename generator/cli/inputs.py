@@ -15,7 +15,6 @@ import numpy as np
 from generator.cli.options import (
     displacements_from_options,
     in_display_units,
-    settable_chains,
     velocities_from_options,
 )
 from generator.diagnostics import (
@@ -33,6 +32,7 @@ from generator.drive import Drive
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file
 from generator.input_files.pose import parse_pose_file
+from generator.kinematics.free_root import settable_chains
 from generator.kinematics.links import Links, parse_links_file
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (

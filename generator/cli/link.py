@@ -17,11 +17,11 @@ from generator.cli.options import (
     displacements_data,
     displacements_from_options,
     in_display_units,
-    settable_chains,
 )
 from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
+from generator.kinematics.free_root import settable_chains
 from generator.kinematics.links import Coordinate, Link, Links, parse_links_file
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements

@@ -17,9 +17,7 @@ from generator.diagnostics import UsageError, format_count, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.figure_file.read import FIGURE_SUFFIX, shipped_figures
 from generator.figure_file.values import displacement_bound
-from generator.kinematics.free_root import detach_root
-from generator.kinematics.placement import initial_displacements
-from generator.kinematics.tree import build_tree
+from generator.kinematics.free_root import Chains, settable_chains
 from generator.motion_files.action import LENGTH_UNIT, display_unit, parse_displacement
 from generator.rotations import Array
 from generator.units import (
@@ -153,18 +151,6 @@ def xyz_cm(position: Array) -> str:
 
 MAX_COMPONENT = 1e9
 """Largest component of a vector: larger ones are typing errors."""
-
-Chains = Mapping[str, Sequence[JointAxis]]
-
-
-def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
-    """Return the chains whose displacements can be set, by joint.
-
-    With a free root, joints named after the detached segments replace those to the ground.
-    """
-    if free_root:
-        figure, _ = detach_root(figure, initial_displacements(build_tree(figure)))
-    return {name: joint.chain for name, joint in figure.joints.items()}
 
 
 def velocities_from_options(

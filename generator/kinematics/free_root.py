@@ -263,3 +263,16 @@ def _has_chains(figure: Figure, chains: JointChains) -> bool:
     return {name: joint.chain for name, joint in figure.joints.items()} == {
         name: tuple(chain) for name, chain in chains.items()
     }
+
+
+Chains = Mapping[str, Sequence[JointAxis]]
+
+
+def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
+    """Return the chains whose displacements can be set, by joint.
+
+    With a free root, joints named after the detached segments replace those to the ground.
+    """
+    if free_root:
+        figure, _ = detach_root(figure, initial_displacements(build_tree(figure)))
+    return {name: joint.chain for name, joint in figure.joints.items()}

@@ -1,7 +1,8 @@
 """Spans of the keys of a TOML text, which `tomllib` does not return.
 
-The text is known to be TOML: only headers and `key =` are searched for. A key of an inline table
-has the span of the table.
+The text is known to be TOML: only headers and `key =` are searched for. The keys of an inline table
+`KEY = {...}` in `[TABLE]` are those of `TABLE.KEY`, as below a header `[TABLE.KEY]`; in a list
+of inline tables they have the span of their table.
 """
 
 import re
@@ -89,16 +90,24 @@ def locate_keys(source: Source) -> TomlSpans:
                 outer = max(count[names[0]] - 1, 0)
                 places.keys.setdefault((names[0], outer, names[1]), span)
                 table, index = ".".join(names), 0
+                places.headers.setdefault((table, index), span)
                 continue
             table, index = names[0], count[names[0]]
             count[table] += 1
             places.headers[table, index] = span
             continue
-        head = list(takewhile(lambda token: not token.is_mark("="), statement))
-        names, value = _key_parts(head), statement[len(head) + 1 :]
-        place = (table, index, names[0])
-        places.keys.setdefault(place, head[0].span.extend_to(head[-1].span))
-        places.values.setdefault(place, value[0].span.extend_to(value[-1].span))
+        _locate_entry(places, table, index, statement)
+    return places
+
+
+def _locate_entry(places: TomlSpans, table: str, index: int, tokens: list[_Token]) -> None:
+    """Locate a `key = value`, and those in its value."""
+    head = list(takewhile(lambda token: not token.is_mark("="), tokens))
+    names, value = _key_parts(head), tokens[len(head) + 1 :]
+    for name in names:  # a dotted key is a key of each table that it names
+        place = (table, index, name)
+        places.keys.setdefault(place, _span(head))
+        places.values.setdefault(place, _span(value))
         if value[0].is_mark("["):
             items = list(_items(value[1:-1]))
             places.items.setdefault(place, [_span(item) for item in items])
@@ -106,7 +115,11 @@ def locate_keys(source: Source) -> TomlSpans:
                 if item[0].is_mark("["):
                     parts = [_span(part) for part in _items(item[1:-1])]
                     places.parts.setdefault((*place, k), parts)
-    return places
+        table, index = f"{table}.{name}" if table else name, 0
+    if value[0].is_mark("{"):
+        places.headers.setdefault((table, index), _span(value))
+        for item in _items(value[1:-1]):
+            _locate_entry(places, table, index, item)
 
 
 def _tokens(source: Source) -> Iterator[_Token]:

@@ -3,7 +3,7 @@
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -148,6 +148,26 @@ class TableReader:
         read = [self._number(key, item, k) for k, item in enumerate(items)]
         values = tuple(number for number in read if number is not None)
         return values if len(values) == count else None
+
+    def numbers_in(self, key: str, units: Sequence[str]) -> tuple[float, ...] | None:
+        """A list of numbers in these units, in SI; or a single number where there is one unit.
+
+        None as for `number`. The end of the key is not a unit.
+        """
+        items = self.items(key)
+        if items is None and len(units) == 1:
+            value = self._number(key, self.content[key], None, unit=units[0])
+            return None if value is None else (value,)
+        if items is None or len(items) != len(units):
+            count = f"{len(units)} {'number' if len(units) == 1 else 'numbers'}"
+            self.error(key, f"`{key}` must be a list of {count}", f"[{', '.join(units)}]")
+            return None
+        read = [
+            self._number(key, item, k, unit=unit)
+            for k, (item, unit) in enumerate(zip(items, units, strict=True))
+        ]
+        values = tuple(number for number in read if number is not None)
+        return values if len(values) == len(units) else None
 
     def interval(self, key: str) -> Pair | None:
         """Two numbers in SI, lower and upper; None as for `number`."""
