@@ -20,7 +20,7 @@ from generator.contact_record import Overlap
 from generator.diagnostics import Diagnostic, InputError
 from generator.figure import ContactSphere, Figure, Segment
 from generator.geometry.read import read_segment_surface
-from generator.geometry.surface import Array
+from generator.geometry.surface import Array, Surface
 from generator.self_contact import unjoined_pairs
 
 LARGEST_ERROR = 0.012
@@ -107,6 +107,12 @@ def fit_contact_spheres(figure: Figure) -> dict[str, SegmentSpheres]:
     if problems:
         raise InputError(problems)
     return spheres
+
+
+def fit_spheres(surface: Surface) -> tuple[ContactSphere, ...]:
+    """Return the contact spheres of a surface."""
+    vertices = surface.vertices[np.unique(surface.corners)]
+    return _fit(np.ascontiguousarray(vertices).tobytes()).spheres
 
 
 def _segment_spheres(figure: Figure, segment: Segment, vertices: Array | None) -> SegmentSpheres:

@@ -1,0 +1,75 @@
+"""Figure and springs of a person, without the sources of its numbers."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from generator.diagnostics import UsageError
+from generator.figure import Figure
+from generator.person.body import build_body, side_names
+from generator.person.joints import person_figure
+from generator.person.measures import estimate_measures
+from generator.person.passive_joints import coupled_leg_springs, passive_axes, person_springs
+from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
+from generator.springs_file.read import load_springs
+from generator.springs_file.write import write_springs
+from generator.study.study import PersonArguments
+from springs import Joining, SpringSet
+
+PERSON_SPRINGS = ("published", "coupled", "none")
+"""Springs that a person of a study may have."""
+
+
+def make_person(
+    person: PersonArguments,
+    measured: Mapping[str, float] | None = None,
+    joining: Joining | None = None,
+    *,
+    with_spheres: bool,
+) -> tuple[Figure, SpringSet]:
+    """Return the figure and the springs of a person.
+
+    They are those that `mover person` writes, but for the rounding of its files. The figure has
+    contact spheres in place of psurfs.
+
+    Args:
+        person: sex, stature, mass and springs.
+        measured: dimensions by name [m].
+        joining: law that joins the axes of a spherical joint; None for that of a springs file.
+        with_spheres: whether the segments get contact spheres, which takes about half the time.
+
+    Raises:
+        UsageError: for impossible measures, and unknown springs.
+    """
+    if person.springs not in PERSON_SPRINGS:
+        known = ", ".join(PERSON_SPRINGS)
+        raise UsageError(f"a person has no springs `{person.springs}`; there are {known}")
+    body = build_body(estimate_measures(person.sex, person.stature, person.mass, measured))
+    figure = person_figure(body)
+    file, text = None, None
+    if person.springs != "none":
+        axes = passive_axes(body)
+        content = person_springs(axes)
+        if person.springs == "coupled":
+            content = _replace_entries(content, coupled_leg_springs(body, axes))
+        file, text = Path(f"person{SPRINGS_SUFFIX}"), write_springs(content)
+    loaded = load_springs(figure, choice=file, joining=joining, text=text).require_value()
+    if not with_spheres:
+        return figure, loaded.springs
+    from generator.geometry.contact_spheres import fit_spheres
+    from generator.person.shape import body_surfaces
+
+    segments = [
+        replace(figure.segments[segment], contact_spheres=fit_spheres(surface))
+        for name, surface in body_surfaces(body).items()
+        for segment in side_names(name)
+        if not figure.segments[segment].contact_spheres
+    ]
+    return figure.with_parts(*segments), loaded.springs
+
+
+def _replace_entries(springs: SpringsFile, others: SpringsFile) -> SpringsFile:
+    """Return springs with the entries and the laws over several joints of others."""
+    new = {(entry.joints, entry.axis): entry for entry in others.entries}
+    entries = tuple(new.get((entry.joints, entry.axis), entry) for entry in springs.entries)
+    return replace(springs, entries=entries, coupled=others.coupled)
