@@ -1,9 +1,42 @@
-"""Runs of a study in processes of their own."""
+"""Runs of a study in processes on this machine, each of which does one run after the other.
 
+The processes are spawned, so a script needs `if __name__ == "__main__":` above the call that starts
+a sweep: without it each process would execute the script again.
+
+A process that dies takes one run along, which is repeated once, alone in a new process. Processes
+end with the one that started them, whatever ends that, and only that one handles Ctrl-C.
+"""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from threading import Thread
+from typing import TypeAlias
 
-from generator.study.study import RunResult
+from generator.diagnostics import MoverError
+from generator.study.study import RunResult, Study
+
+DIED = "died"
+"""Outcome of a run whose process ended twice."""
+
+PROGRAM_ERROR = "program error"
+"""Outcome of a run that ended with an exception of the program."""
+
+_DIED_MESSAGE = "The process of this run ended twice before the run did."
+
+_TASKS_PER_WORKER = 2
+"""Runs that a process is sent ahead, so that it need not wait while their results are stored."""
+
+_MAX_FAILED_STARTS = 3
+"""Processes in succession that may die before they are ready for a run."""
 
 
 @dataclass(frozen=True)
@@ -34,3 +67,281 @@ class FinishedRun:
     index: int
     result: RunResult
     seconds: float
+
+
+RunFunction: TypeAlias = Callable[[Study, Sequence[float], Path | None, int], RunResult]
+"""Function of a module that carries out one run, with the arguments of `run_case`."""
+
+
+def perform_task(run: RunFunction, study: Study, task: Task, threads: int = 1) -> FinishedRun:
+    """Carry out a task. An error of the program becomes the outcome of this run alone.
+
+    Raises OSError when the motion cannot be written.
+    """
+    start = time.perf_counter()
+    try:
+        result = run(study, task.values, task.keep, threads)
+    except OSError:
+        raise
+    except Exception as failure:
+        message = " ".join(f"{type(failure).__name__}: {failure}".split())
+        result = RunResult(PROGRAM_ERROR, message, dict.fromkeys(study.measures))
+    return FinishedRun(task.index, result, time.perf_counter() - start)
+
+
+def died_run(study: Study, task: Task) -> FinishedRun:
+    """Return the result of a task whose process ended twice."""
+    return FinishedRun(
+        task.index, RunResult(DIED, _DIED_MESSAGE, dict.fromkeys(study.measures)), 0.0
+    )
+
+
+def run_locally(
+    study: Study, tasks: Sequence[Task], jobs: int, run: RunFunction | None = None
+) -> Generator[FinishedRun]:
+    """Carry out tasks in processes, and yield each result when it is there, in any order.
+
+    Closing the generator, or an exception such as that of Ctrl-C, ends the processes at once.
+
+    Args:
+        study: that the runs belong to.
+        tasks: runs to carry out.
+        jobs: largest number of processes, at least 1.
+        run: function that carries out a run [default: `run_case`].
+
+    Raises:
+        MoverError: processes end before they are ready for a run.
+        OSError: a motion cannot be written.
+    """
+    if run is None:
+        from generator.study.run_case import run_case
+
+        run = run_case
+    pool = _Pool(study, tasks, jobs, run)
+    try:
+        while pool.has_work:
+            yield from pool.advance()
+    finally:
+        pool.end()
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class _Pool:
+    """Workers, and the tasks that wait for them."""
+
+    def __init__(self, study: Study, tasks: Sequence[Task], jobs: int, run: RunFunction) -> None:
+        self._study, self._run, self._jobs = study, run, jobs
+        self._threads = 2 if 2 * jobs <= cores() else 1
+        self._pickled = pickle.dumps(study, pickle.HIGHEST_PROTOCOL)
+        self._waiting = deque(tasks)
+        self._suspects: deque[Task] = deque()
+        """Tasks during which a worker died."""
+        self._workers: dict[Connection, _Worker] = {}
+        self._failed_starts = 0
+
+    @property
+    def has_work(self) -> bool:
+        """Return whether a task has no result yet."""
+        sent = any(worker.tasks for worker in self._workers.values())
+        return bool(sent or self._waiting or self._suspects)
+
+    def advance(self) -> Iterator[FinishedRun]:
+        """Start workers, hand out tasks, and wait for what arrives next."""
+        while len(self._workers) < self._needed_workers():
+            worker = _Worker(self._run, self._threads)
+            if self._suspects:
+                worker.retry = self._suspects.popleft()
+                worker.tasks.append(worker.retry)
+            self._workers[worker.connection] = worker
+        for connection in wait(list(self._workers)):
+            assert isinstance(connection, Connection)
+            worker, has_died = self._workers[connection], False
+            message: object = None
+            try:
+                message = connection.recv()
+                self._take(worker, message)
+                self._hand_out(worker)
+            except (EOFError, OSError):
+                has_died = True
+            if isinstance(message, OSError):
+                raise message
+            if isinstance(message, FinishedRun):
+                yield message
+            if has_died:
+                yield from self._bury(worker)
+
+    def _take(self, worker: "_Worker", message: object) -> None:
+        """Note a message of a worker: its results follow two that say how far its start is."""
+        if isinstance(message, FinishedRun):
+            worker.tasks.popleft()
+            worker.retry = None
+        elif not worker.has_study:
+            worker.has_study = True
+            worker.connection.send_bytes(self._pickled)
+        elif not worker.is_ready:
+            worker.is_ready, self._failed_starts = True, 0
+            if worker.retry is not None:
+                worker.connection.send(worker.retry)
+
+    def _needed_workers(self) -> int:
+        starting = sum(not worker.is_ready for worker in self._workers.values())
+        idle = len(self._waiting) - starting
+        wanted = len(self._workers) + len(self._suspects) + max(0, idle)
+        return min(self._jobs, wanted)
+
+    def _hand_out(self, worker: "_Worker") -> None:
+        """Send tasks to a worker; one at a time when few are left, so that all workers get some."""
+        if not worker.is_ready or worker.retry is not None:
+            return
+        while self._waiting and len(worker.tasks) < _TASKS_PER_WORKER:
+            if worker.tasks and len(self._waiting) < self._jobs:
+                return
+            task = self._waiting.popleft()
+            worker.tasks.append(task)
+            worker.connection.send(task)
+
+    def _bury(self, worker: "_Worker") -> Iterator[FinishedRun]:
+        """Remove a worker that has died, and put its tasks back."""
+        del self._workers[worker.connection]
+        code = worker.end()
+        if not worker.is_ready:
+            self._failed_starts += 1
+            if self._failed_starts == _MAX_FAILED_STARTS:
+                raise MoverError(
+                    f"A process for the runs ended with {_format_exit(code)} before its first run; "
+                    'in a script, start the sweep below `if __name__ == "__main__":`.'
+                )
+            if worker.retry is not None:
+                self._suspects.append(worker.retry)
+            return
+        if not worker.tasks:
+            return
+        suspect = worker.tasks.popleft()
+        self._waiting.extendleft(reversed(worker.tasks))
+        if worker.retry is None:
+            self._suspects.append(suspect)
+        else:
+            yield died_run(self._study, suspect)
+
+    def end(self) -> None:
+        """End the workers at once."""
+        for worker in self._workers.values():
+            worker.process.kill()
+        for worker in self._workers.values():
+            worker.end()
+
+
+class _Worker:
+    """A process that carries out tasks in the order in which they are sent.
+
+    Attributes:
+        connection: to the process.
+        tasks: sent, or to be sent when it is ready, and without a result.
+        retry: the task during which another worker died; it is alone here.
+        has_study: whether the study was sent.
+        is_ready: whether the process has read it.
+    """
+
+    def __init__(self, run: RunFunction, threads: int) -> None:
+        """Start the process."""
+        context = multiprocessing.get_context("spawn")
+        self.connection, other = context.Pipe()
+        self.process = context.Process(
+            target=_serve, args=(other, run, threads), name="run", daemon=True
+        )
+        with _worker_environment():
+            self.process.start()
+        other.close()
+        self.tasks: deque[Task] = deque()
+        self.retry: Task | None = None
+        self.has_study = self.is_ready = False
+
+    def end(self) -> int | None:
+        """End the process, which may be dead already, and return its exit code."""
+        self.connection.close()
+        self.process.join(1.0)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        return self.process.exitcode
+
+
+def _format_exit(code: int | None) -> str:
+    """Format an exit code, or the name of a signal."""
+    if code is not None and code < 0:
+        with suppress(ValueError):
+            return signal.Signals(-code).name
+    return f"exit code {code}"
+
+
+_THREAD_VARIABLES = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+
+
+@contextmanager
+def _worker_environment() -> Generator[None]:
+    """Start processes with single-threaded libraries and without Ctrl-C.
+
+    There is a process for each core already, and one thread sums in a fixed order. A process
+    inherits the signals that are blocked when it starts.
+    """
+    before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
+    os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
+    unblocked: set[int] | None = None
+    if hasattr(signal, "pthread_sigmask"):
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()  # starting it would lift the block
+        unblocked = set(signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}))
+    try:
+        yield
+    finally:
+        if unblocked is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _serve(connection: Connection, run: RunFunction, threads: int) -> None:
+    """Receive a study, and carry out tasks until the connection is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_exit_with_parent, daemon=True).start()
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        connection.send(None)
+        study: Study = pickle.loads(connection.recv_bytes())
+        connection.send(None)
+        _silence_output()
+        while True:
+            task: Task = connection.recv()
+            try:
+                answer = perform_task(run, study, task, threads)
+            except OSError as failure:
+                answer = failure
+            connection.send(answer)
+
+
+def _silence_output() -> None:
+    """Discard what libraries print, also from compiled code."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+
+
+def _exit_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(0)

@@ -1,0 +1,132 @@
+"""Key of the content of a study: equal for equal studies, in every process and on every machine."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from enum import Enum
+from hashlib import sha256
+from importlib.metadata import version
+from math import isfinite
+from typing import Any, cast
+
+import numpy as np
+
+from generator.figure import Figure
+from generator.motion_files.motion import file_sha256
+from generator.rotations import Array
+from generator.study.study import Study
+
+
+@dataclass(frozen=True)
+class Versions:
+    """Versions of the programs that a run depends on."""
+
+    exudyn_mover: str
+    exudyn: str
+
+    def __str__(self) -> str:
+        """Both, as a sentence lists them."""
+        return f"exudyn-mover {self.exudyn_mover} and Exudyn {self.exudyn}"
+
+
+def installed_versions() -> Versions:
+    """Return the versions of the installed programs."""
+    return Versions(version("exudyn-mover"), version("exudyn"))
+
+
+def content_key(study: Study, points: Array, versions: Versions) -> str:
+    """Return the SHA-256 of all that the rows of a study depend on, in hexadecimal.
+
+    It covers the points as well as the design, since a library may draw others from the same seed.
+    The names of files have no effect, but the psurfs do, which give contact spheres.
+
+    Args:
+        study: with the springs in its plan.
+        points: values of the parameters of each run, shape (runs, parameters).
+        versions: of the programs that run it.
+
+    Raises:
+        ValueError: the plan has no springs.
+        TypeError: a value in the study has no canonical form.
+    """
+    springs = study.plan.springs
+    if springs is None:
+        raise ValueError("the plan of a study needs its springs")
+    plan = replace(study.plan, springs=replace(springs, origin=""), spring_choice=None)
+    return digest((replace(study, plan=plan), points, _psurf_digests(study.figure), versions))
+
+
+def digest(value: object) -> str:
+    """Return the SHA-256 of the canonical form of a value, in hexadecimal.
+
+    Numbers that are equal have the same form, as have tuples and lists; dataclasses are taken by
+    the fields that they compare.
+
+    Raises TypeError for a value without a canonical form.
+    """
+    summary = sha256()
+    _add(value, summary.update)
+    return summary.hexdigest()
+
+
+def _psurf_digests(figure: Figure) -> dict[str, str | None]:
+    folder = None if figure.path is None else figure.path.parent
+    names = (segment.psurf for segment in figure.segments.values())
+    return {
+        name: None if folder is None else file_sha256(folder / name)
+        for name in names
+        if name is not None
+    }
+
+
+def _add(value: object, update: Callable[[bytes], object]) -> None:
+    """Feed the canonical form of a value: a letter for its kind, its size or name, its content."""
+    if value is None:
+        update(b"n;")
+    elif isinstance(value, Enum):
+        _add_text("e", f"{type(value).__name__}.{value.name}", update)
+    elif isinstance(value, bool | np.bool_):
+        update(b"b1;" if value else b"b0;")
+    elif isinstance(value, int | float | np.integer | np.floating):
+        _add_text("f", _format_number(value), update)
+    elif isinstance(value, str):
+        _add_text("s", value, update)
+    elif is_dataclass(value) and not isinstance(value, type):
+        compared = [field.name for field in fields(value) if field.compare]
+        _add_text("d", type(value).__name__, update)
+        _add({name: getattr(value, name) for name in compared}, update)
+    elif isinstance(value, np.ndarray):
+        array = cast("np.ndarray[Any, Any]", value)
+        update(f"a{array.shape};".encode())
+        for item in array.ravel().tolist():
+            _add(item, update)
+    elif isinstance(value, Mapping):
+        mapping = cast("Mapping[object, object]", value)
+        update(f"m{len(mapping)};".encode())
+        for key, item in mapping.items():
+            _add(key, update)
+            _add(item, update)
+    elif isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
+        items = cast("Sequence[object]", value)
+        update(f"t{len(items)};".encode())
+        for item in items:
+            _add(item, update)
+    else:
+        raise TypeError(f"a {type(value).__name__} has no canonical form")
+
+
+def _add_text(kind: str, text: str, update: Callable[[bytes], object]) -> None:
+    data = text.encode("utf-8", "surrogatepass")
+    update(f"{kind}{len(data)};".encode() + data)
+
+
+def _format_number(value: "int | float | np.integer[Any] | np.floating[Any]") -> str:
+    """Exact form of a number: equal ones are alike, whatever their types."""
+    if isinstance(value, int | np.integer):
+        number = int(value)
+        try:
+            rounded = float(number)
+        except OverflowError:
+            return str(number)
+        return rounded.hex() if int(rounded) == number else str(number)
+    number = float(value)
+    return (number + 0.0).hex() if isfinite(number) else str(number)

@@ -1,0 +1,94 @@
+"""The table of the runs of a study, as comma-separated values or as Parquet."""
+
+import csv
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from generator.diagnostics import NotInstalledError, UsageError
+from generator.rotations import Array
+from generator.study.study import RunResult, Study
+from generator.text_io import move_into_place, remove_part, temporary_path, write_atomic
+
+Cell = int | float | str | None
+
+
+def check_table_path(path: Path) -> None:
+    """Check that a table can have this name.
+
+    Raises:
+        UsageError: the suffix is not .csv or .parquet.
+        NotInstalledError: a library is missing.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".parquet"):
+        raise UsageError(f"{path}: the table of runs is a .csv or a .parquet file")
+    if suffix == ".parquet" and find_spec("pyarrow") is None:
+        raise NotInstalledError(
+            f"{path}: a .parquet table needs pyarrow, which is not installed: "
+            "`pip install pyarrow`, or choose a .csv file"
+        )
+
+
+def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
+    """Write the table of runs, whole or not at all.
+
+    Args:
+        path: of the .csv or .parquet file.
+        study: that the runs belong to.
+        points: values of the parameters of each run, shape (runs, parameters).
+        rows: results of the runs.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    if path.suffix.lower() == ".parquet":
+        _write_parquet(path, study, points, rows)
+    else:
+        write_atomic(path, format_run_table(study, points, rows))
+
+
+def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> str:
+    """Text of the table: `run`, parameters, measures, `outcome`, `message`.
+
+    Numbers are written exactly; a measure that a run does not have is blank.
+    """
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(table_titles(study))
+    writer.writerows(
+        [repr(cell) if isinstance(cell, float) else cell for cell in line]
+        for line in _table_rows(study, points, rows)
+    )
+    return text.getvalue()
+
+
+def table_titles(study: Study) -> list[str]:
+    """Titles of the columns."""
+    return ["run", *study.parameters, *study.measures, "outcome", "message"]
+
+
+def _table_rows(study: Study, points: Array, rows: Sequence[RunResult]) -> Iterator[list[Cell]]:
+    for index, (values, row) in enumerate(zip(points.tolist(), rows, strict=True)):
+        measures = [row.measures[name] for name in study.measures]
+        yield [index, *values, *measures, row.outcome, row.message]
+
+
+def _write_parquet(path: Path, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
+    pyarrow: Any = import_module("pyarrow")  # has no types
+    parquet: Any = import_module("pyarrow.parquet")
+    titles = table_titles(study)
+    numbers = len(titles) - 3  # beside the run, the outcome and the message
+    kinds = [pyarrow.int64(), *[pyarrow.float64()] * numbers, *[pyarrow.string()] * 2]
+    columns = list(zip(*_table_rows(study, points, rows), strict=True)) or [()] * len(titles)
+    arrays = [pyarrow.array(column, kind) for column, kind in zip(columns, kinds, strict=True)]
+    part = temporary_path(path)
+    try:
+        parquet.write_table(pyarrow.Table.from_arrays(arrays, titles), part)
+        move_into_place(part, path)
+    except BaseException:
+        remove_part(part)
+        raise
