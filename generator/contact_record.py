@@ -106,6 +106,9 @@ class ContactRecord:
             and without an impact in both.
         overlap: deepest interpenetration of segments that no joint connects; None without any.
         head_injury: head injury criterion of each head; see `HEAD_INJURY_CAVEAT`.
+        step_times: start, and ends of the steps, shape (m,) [s]; None in a file, which has the
+            frames only.
+        step_forces: total force then, shape (m, 3) [N]; None likewise.
     """
 
     forces: Mapping[str, Array]
@@ -124,6 +127,8 @@ class ContactRecord:
     impact_shift: float | None = None
     overlap: Overlap | None = None
     head_injury: Mapping[str, float] = field(default_factory=dict[str, float])
+    step_times: Array | None = None
+    step_forces: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse other names; give the mappings errors that state the nearest name."""

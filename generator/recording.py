@@ -82,6 +82,23 @@ class Accuracy:
     by_frame: Array
 
 
+class RecordingPart(Enum):
+    """Part of a recording that a run may leave out; see `simulate`."""
+
+    REACTIONS = "reactions"
+    """Reactions of joints, and torques of drives."""
+    PASSIVE_TORQUES = "passive torques"
+    ENERGY = "energy"
+    CONTACT = "contact"
+    """Contact record, without the sensitivity."""
+    CONTACT_SENSITIVITY = "contact sensitivity"
+    """Difference from a run whose start is disturbed, which is one more run."""
+
+
+WHOLE_RECORDING = frozenset(RecordingPart)
+"""All parts of a recording."""
+
+
 ENERGY_KINDS = ("kinetic", "gravity", "spring", "dissipated", "work")
 """Kinds of energy in a recording.
 
@@ -95,8 +112,8 @@ sliding."""
 
 
 def energy_kinds(energy: Mapping[str, Array]) -> tuple[str, ...]:
-    """Kinds of energy of a run, those of contact last."""
-    return (*ENERGY_KINDS, *(kind for kind in CONTACT_ENERGY_KINDS if kind in energy))
+    """Kinds of energy of a run, those of contact last; none where it left them out."""
+    return tuple(kind for kind in (*ENERGY_KINDS, *CONTACT_ENERGY_KINDS) if kind in energy)
 
 
 _MAPPINGS = (

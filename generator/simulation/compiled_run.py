@@ -15,7 +15,7 @@ import numpy as np
 
 from generator.diagnostics import ModelError
 from generator.figure import Vector
-from generator.recording import Accuracy, Ending, Outcome
+from generator.recording import WHOLE_RECORDING, Accuracy, Ending, Outcome, RecordingPart
 from generator.rotations import (
     Array,
     matrix_from_axis_angle,
@@ -109,6 +109,8 @@ def run_compiled(
     deadline: float,
     watch: Watch | None,
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
+    record: frozenset[RecordingPart] = WHOLE_RECORDING,
+    threads: int = 2,
 ) -> RefinedRun:
     """Run a model until two runs agree.
 
@@ -118,11 +120,14 @@ def run_compiled(
         deadline: `time.monotonic()` after which the run stops.
         watch: called several times a second.
         max_steps_per_second: steps per simulated second above which a motion is called stiff.
+        record: parts of the recording; contact is evaluated and the start disturbed for those.
+        threads: 1 or 2.
 
     Raises:
         StiffMotionError: the motion needs so many steps that Exudyn's integrator is cheaper.
     """
     compiled = compile_model(model)
+    disturb = model.contacts is not None and RecordingPart.CONTACT_SENSITIVITY in record
     start = time.monotonic()
     agreed = run_until_agreed(
         compiled,
@@ -131,7 +136,8 @@ def run_compiled(
         deadline,
         watch,
         max_steps_per_second,
-        None if model.contacts is None else disturbed_start(compiled, float(times[0])),
+        disturbed_start(compiled, float(times[0])) if disturb else None,
+        threads,
     )
     wall_time = time.monotonic() - start
     run = agreed.run
@@ -139,7 +145,7 @@ def run_compiled(
     trace = replace(
         trace,
         closing_wrenches=_closing_wrenches(compiled, run),
-        contact=_contact_trace(model, compiled, agreed),
+        contact=_contact_trace(model, compiled, agreed, record),
     )
     accuracy = _accuracy(model, agreed)
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
@@ -251,12 +257,20 @@ def disturbed_start(compiled: CompiledModel, time: float) -> Array:
 
 
 def _contact_trace(
-    model: ExudynModel, compiled: CompiledModel, agreed: AgreedRun
+    model: ExudynModel,
+    compiled: CompiledModel,
+    agreed: AgreedRun,
+    record: frozenset[RecordingPart],
 ) -> ContactTrace | None:
-    """Return the integrals of contact, and its forces after every step; None without props."""
+    """Return the integrals of contact, and its forces after every step; None without props.
+
+    A record without contact has the start instead of all steps.
+    """
     if model.contacts is None:
         return None
     run, disturbed = agreed.run, agreed.disturbed
+    if RecordingPart.CONTACT not in record:
+        run = replace(run, path_times=run.path_times[:1], path_states=run.path_states[:1])
     integrals = run.states[:, -compiled.integrals :]
     steps, centres, accelerations = _contact_of_path(model, compiled, run)
     contact = ContactTrace(

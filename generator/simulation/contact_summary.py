@@ -40,7 +40,8 @@ def build_contact_record(
     contact, names = trace.contact, list(model.contacts.spheres)
     frames, owners = contact_of_trace(model, trace), model.contacts.owners
     steps, times, up = contact.steps, contact.step_times, np.array(model.plan.up)
-    total = np.linalg.norm(steps.forces.sum(axis=1), axis=-1)
+    ground_forces = steps.forces.sum(axis=1)
+    total = np.linalg.norm(ground_forces, axis=-1)
     impulses = contact.impulses[-1]
     segments = summarize_steps(
         names, owners, times, steps.forces, steps.depths, steps.rates, impulses
@@ -67,6 +68,8 @@ def build_contact_record(
         impact_shift=_impact_shift(names, owners, segments, contact),
         overlap=deepest_overlap(model.contacts.spheres, poses, model.figure, trace.times),
         head_injury=_head_injury(model, contact),
+        step_times=times,
+        step_forces=ground_forces,
     )
 
 

@@ -1,7 +1,7 @@
 """Simulation of a figure under a plan, and the recording of its motion."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from math import inf
@@ -10,7 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure
-from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Integrator, Outcome, Recording
+from generator.recording import (
+    EARLY_STOP_ENDINGS,
+    WHOLE_RECORDING,
+    Accuracy,
+    Ending,
+    Integrator,
+    Outcome,
+    Recording,
+    RecordingPart,
+)
 from generator.rotations import Array
 from generator.simulation.compiled.code_cache import require_numba
 from generator.simulation.contact_summary import build_contact_record
@@ -67,7 +76,12 @@ class Progress:
 
 
 def simulate(
-    figure: Figure, plan: Plan | None = None, watch: Callable[[Progress], None] | None = None
+    figure: Figure,
+    plan: Plan | None = None,
+    watch: Callable[[Progress], None] | None = None,
+    *,
+    record: Collection[RecordingPart] = WHOLE_RECORDING,
+    threads: int = 2,
 ) -> Recording:
     """Simulate a figure under gravity, loads and the springs of its joints.
 
@@ -76,6 +90,10 @@ def simulate(
         plan: parameters of the run; None for one second at the default tolerance.
         watch: called with the progress: after every frame by Exudyn's integrator, several times a
             second by the compiled one.
+        record: parts of the recording that are computed beside the motion. Without the others a run
+            takes less time; what is recorded is the same bit for bit.
+        threads: 2 for a second thread, in which the coarser of the compared runs proceed, or 1. The
+            result is the same bit for bit.
 
     Returns:
         The motion. A failed run is an outcome of it, with the frames up to the last valid time.
@@ -92,7 +110,7 @@ def simulate(
     springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
     deadline = time.monotonic() + plan.wall_limit
-    runner = _PassRunner(figure, plan, springs, times, deadline, watch)
+    runner = _PassRunner(figure, plan, springs, times, deadline, watch, frozenset(record), threads)
     obstacle = _compiled_obstacle(runner.first_model)
     was_compiled = obstacle is None
     if obstacle is None:
@@ -159,6 +177,8 @@ def _try_compiled(
             runner.deadline,
             runner.report,
             max_steps_per_second or MAX_STEPS_PER_SECOND,
+            runner.record,
+            runner.threads,
         )
     except (BranchingLawError, StiffMotionError) as failure:
         return str(failure)
@@ -180,7 +200,10 @@ class _PassRunner:
         times: Array,
         deadline: float,
         watch: Callable[[Progress], None] | None,
+        record: frozenset[RecordingPart],
+        threads: int,
     ) -> None:
+        self.record, self.threads = record, threads
         self._figure, self._plan, self._springs = figure, plan, springs
         self.times, self.deadline, self._watch = times, deadline, watch
         self._passes = 0
@@ -271,8 +294,15 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         trace = project_to_constraints(model, trace, joints)
         motion = SegmentMotion(model, trace)
         joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
-    passive_torques = motion.passive_torques(joints)
-    if trace.accelerations is None:
+    record = runner.record
+    passive_torques: dict[str, Array] = {}
+    if {RecordingPart.PASSIVE_TORQUES, RecordingPart.REACTIONS} & record:
+        passive_torques = motion.passive_torques(joints)
+    reactions: dict[str, Array] = {}
+    constraint_moments: dict[str, Array] = {}
+    if RecordingPart.REACTIONS not in record:
+        pass
+    elif trace.accelerations is None:
         constraint_moments = constraint_torques(model, trace, joints)
         reactions = {name: motion.reaction(j, joints[name]) for name, j in figure.joints.items()}
         for name, torque in constraint_moments.items():
@@ -288,21 +318,23 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         velocities={name: moved.rates for name, moved in joints.items()},
         rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
         reactions=reactions,
-        passive_torques=passive_torques,
+        passive_torques=passive_torques if RecordingPart.PASSIVE_TORQUES in record else {},
         centre_of_mass=mean_position(figure, trace.positions),
-        energy=energy_by_kind(model, trace, joints),
+        energy=energy_by_kind(model, trace, joints) if RecordingPart.ENERGY in record else {},
         outcome=explain_singularity(
             model, explain_dead_point(model, refined.outcome, joints), joints
         ),
         accuracy=refined.accuracy,
         constraint_drift=_max_over_joints(gaps),
         strayed=_max_over_joints(constraint_drifts),
-        drive_torques=drive_torques(model, constraint_moments, joints),
+        drive_torques=drive_torques(model, constraint_moments, joints) if reactions else {},
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=model.spring_set.origin,
         law=model.spring_set.joining.value,
-        contact=build_contact_record(model, trace, motion.poses),
+        contact=build_contact_record(model, trace, motion.poses)
+        if RecordingPart.CONTACT in record
+        else None,
     )
 
 

@@ -355,11 +355,12 @@ def run_until_agreed(
     watch: Watch | None = None,
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
     disturbed_start: Array | None = None,
+    threads: int = 2,
 ) -> AgreedRun:
     """Repeat a run at smaller tolerances until two agree within `tolerance`.
 
     The other arguments are those of `run_once`, and another initial state, from which one run with
-    the largest of the tolerances starts.
+    the largest of the tolerances starts. With 2 threads the first runs proceed together.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
@@ -385,7 +386,7 @@ def run_until_agreed(
         return run_once(own, times, step_tolerance, deadline, report, stopped, max_steps_per_second)
 
     runs, disturbed = _run_together(
-        run_number, [first * DECADE**k for k in range(parallel_runs)], disturbed_start
+        run_number, [first * DECADE**k for k in range(parallel_runs)], disturbed_start, threads
     )
     while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
         before, latest = runs[-2:]
@@ -413,8 +414,9 @@ def _run_together(
     run_number: Callable[..., CompiledRun],
     tolerances: list[float],
     disturbed_start: Array | None,
+    threads: int,
 ) -> tuple[list[CompiledRun], CompiledRun | None]:
-    """Run with the last tolerance here, and with the others in another thread.
+    """Run with the last tolerance here, and with the others in another thread, or afterwards.
 
     The run from the disturbed start, if there is one, follows here. Compiled code runs beside other
     threads, so that on two cores two runs take no longer than the finer one.
@@ -428,8 +430,10 @@ def _run_together(
         except BaseException as failure:  # raised again in the calling thread
             results.append(failure)
 
+    assert threads in (1, 2)
     thread = Thread(target=run_coarse, daemon=True)
-    thread.start()
+    if threads > 1:
+        thread.start()
     disturbed = None
     try:
         fine = run_number(len(tolerances), tolerances[-1])
@@ -444,12 +448,17 @@ def _run_together(
         stopped.set()
         raise
     finally:
-        thread.join()
+        if threads > 1:
+            thread.join()
+    if threads == 1:
+        run_coarse()
     runs: list[CompiledRun] = []
     for result in results:
         if isinstance(result, BaseException):
             raise result
         runs.append(result)
+        if threads == 1 and result.ending in EARLY_STOP_ENDINGS and not stopped.is_set():
+            fine = replace(fine, ending=result.ending)
     return [*runs, fine], disturbed
 
 

@@ -1,0 +1,200 @@
+"""Columns of the table of a motion: titles without a run, and the numbers of one."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import isfinite
+
+import numpy as np
+
+from generator.contact_record import ContactRecord, centre_of_pressure, peak_of
+from generator.figure import JointAxis
+from generator.kinematics.free_root import FREE_CHAINS
+from generator.motion_files.action import (
+    ANGLE_UNIT,
+    LENGTH_UNIT,
+    display_unit,
+    format_displacement,
+)
+from generator.motion_files.motion import FigureMotion
+from generator.motion_files.skeleton import continuous_quaternions
+from generator.recording import Recording, RecordingPart, energy_kinds
+from generator.rotations import Array, matrix_from_chain_angles
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table of a motion.
+
+    Attributes:
+        name: of the quantity, such as `left_knee.1`.
+        unit: of its numbers in text.
+        read: function that returns the numbers of a motion, NaN where they are undefined, shape
+            (n,) [rad, m or the unit].
+        part: part of the recording that has the quantity; None for what every motion has.
+        may_be_undefined: whether NaN is an expected number.
+        read_extreme: function that returns time and number of the largest (1) or smallest (-1) over
+            all steps of a run; None for a quantity that is known in the frames only.
+    """
+
+    name: str
+    unit: str
+    read: Callable[[FigureMotion], Array]
+    part: RecordingPart | None = None
+    may_be_undefined: bool = False
+    read_extreme: Callable[[FigureMotion, int], tuple[float, float]] | None = None
+
+    @property
+    def title(self) -> str:
+        """Name and unit: `left_knee.1 [deg]`."""
+        return f"{self.name} [{self.unit}]"
+
+    def extreme(self, motion: FigureMotion, sign: int) -> tuple[float, float] | None:
+        """Return time [s] and number of the largest (1) or smallest (-1) number of a motion.
+
+        Between frames or steps it is that of a parabola; see `peak_of`. None where the quantity is
+        undefined in all frames.
+        """
+        if self.read_extreme is not None:
+            return self.read_extreme(motion, sign)
+        values = self.read(motion)
+        known = ~np.isnan(values)
+        return _extreme(motion.times[known], values[known], sign) if known.any() else None
+
+    def format(self, value: float) -> str:
+        """Format a number [rad, m or the unit] in the unit; blank for NaN.
+
+        Raises ValueError for a displacement that is not finite.
+        """
+        if self.may_be_undefined and not isfinite(value):
+            return ""
+        if self.unit in (ANGLE_UNIT, LENGTH_UNIT):
+            return format_displacement(value, self.unit)
+        return repr(float(value))
+
+
+def _extreme(times: Array, values: Array, sign: int) -> tuple[float, float]:
+    time, size = peak_of(times, sign * values)
+    return time, sign * size
+
+
+def columns_of_motion(motion: FigureMotion) -> Iterator[Column]:
+    """Yield the columns of the table of a motion."""
+    run = motion.recording
+    kinds = () if run is None else energy_kinds(run.energy)
+    contact = None if run is None else run.contact
+    return table_columns(motion.chains, kinds, () if contact is None else contact.forces)
+
+
+def table_columns(
+    chains: Mapping[str, Sequence[JointAxis]],
+    energy_kinds: Iterable[str],
+    contact_segments: Iterable[str],
+) -> Iterator[Column]:
+    """Yield the columns of a table: time, displacements, energies, contact.
+
+    Args:
+        chains: the factors of each joint.
+        energy_kinds: kinds of energy of the run, none without a run.
+        contact_segments: segments with contact spheres; none without contact.
+    """
+    yield Column("time", "s", lambda motion: motion.times)
+    for name, chain in chains.items():
+        yield from displacement_columns(name, chain)
+        if tuple(chain) in FREE_CHAINS:
+            for k, part in enumerate(("qw", "qx", "qy", "qz")):
+                yield Column(f"{name}.{part}", "1", partial(_quaternion_part, name, k))
+    for kind in energy_kinds:
+        yield Column(kind, "J", partial(_energy, kind), RecordingPart.ENERGY)
+    yield from _contact_columns(tuple(contact_segments))
+
+
+def displacement_columns(name: str, chain: Sequence[JointAxis]) -> Iterator[Column]:
+    """Yield the columns `JOINT.k` of the displacements of a joint."""
+    for k, factor in enumerate(chain):
+        yield Column(f"{name}.{k + 1}", display_unit(factor), partial(_displacement, name, k))
+
+
+def _displacement(name: str, k: int, motion: FigureMotion) -> Array:
+    return motion.displacements[name][:, k]
+
+
+def _quaternion_part(name: str, k: int, motion: FigureMotion) -> Array:
+    """Part of the unit quaternion of a free segment, scalar first."""
+    axes = [factor.axis for factor in motion.chains[name][:3]]
+    turned = matrix_from_chain_angles(axes, motion.displacements[name][:, :3])
+    return continuous_quaternions(turned)[:, (3, 0, 1, 2)[k]]
+
+
+def _energy(kind: str, motion: FigureMotion) -> Array:
+    return run_of(motion).energy[kind]
+
+
+def _contact_columns(segments: Sequence[str]) -> Iterator[Column]:
+    """Yield the columns of contact; none without segments that touch."""
+    if not segments:
+        return
+
+    def column(name: str, unit: str, read: Callable[[ContactRecord], Array]) -> Column:
+        return Column(name, unit, lambda motion: read(contact_of(motion)), RecordingPart.CONTACT)
+
+    for k, axis in enumerate("xyz"):
+        force = column(f"ground_force_v{axis}", "N", partial(_ground_force, k))
+        yield replace(force, read_extreme=partial(_ground_force_extreme, k))
+    for k, axis in ((0, "x"), (2, "z")):
+        point = column(f"ground_force_p{axis}", LENGTH_UNIT, partial(_pressure_point, k))
+        yield replace(point, may_be_undefined=True)
+    yield replace(column("ground_torque_y", "N m", _free_moment), may_be_undefined=True)
+    for name in segments:
+        size = column(f"{name}.contact_force", "N", partial(_force_size, name))
+        yield replace(size, read_extreme=partial(_force_size_extreme, name))
+    for name in segments:
+        yield column(f"{name}.contact_depth", LENGTH_UNIT, partial(_depth, name))
+
+
+def _ground_force(k: int, contact: ContactRecord) -> Array:
+    return contact.ground_reaction[:, k]
+
+
+def _ground_force_extreme(k: int, motion: FigureMotion, sign: int) -> tuple[float, float]:
+    contact = contact_of(motion)
+    if contact.step_times is None or contact.step_forces is None:
+        return _extreme(motion.times, contact.ground_reaction[:, k], sign)
+    return _extreme(contact.step_times, contact.step_forces[:, k], sign)
+
+
+def _force_size_extreme(name: str, motion: FigureMotion, sign: int) -> tuple[float, float]:
+    """Return the peak of the record, or the smallest force of the frames."""
+    contact = contact_of(motion)
+    if sign > 0:
+        return contact.segments[name].peak_time, contact.segments[name].peak_force
+    return _extreme(motion.times, _force_size(name, contact), sign)
+
+
+def _pressure_point(k: int, contact: ContactRecord) -> Array:
+    return centre_of_pressure(contact.ground_reaction)[0][:, k]
+
+
+def _free_moment(contact: ContactRecord) -> Array:
+    return centre_of_pressure(contact.ground_reaction)[1]
+
+
+def _force_size(name: str, contact: ContactRecord) -> Array:
+    return np.linalg.norm(contact.forces[name], axis=1)
+
+
+def _depth(name: str, contact: ContactRecord) -> Array:
+    return contact.depths[name]
+
+
+def run_of(motion: FigureMotion) -> Recording:
+    """Return the run of a motion that is from one."""
+    assert motion.recording is not None
+    return motion.recording
+
+
+def contact_of(motion: FigureMotion) -> ContactRecord:
+    """Return the contact record of a motion that is from a run with props."""
+    contact = run_of(motion).contact
+    assert contact is not None
+    return contact

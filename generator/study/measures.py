@@ -1,0 +1,235 @@
+"""Measures of a run: one number each from a column of its motion.
+
+A column is one of the table of the motion, or one of a few more:
+
+    centre_of_mass_height [cm]      against gravity, from the world's origin
+    JOINT.passive_torque [N m]      size of the torque of the joint's springs and damping
+    JOINT.reaction_force [N]        size of the force that the joint transmits
+    JOINT.reaction_moment [N m]     size of the moment that the joint transmits
+    SEGMENT.injury_criterion [1]    head injury criterion of the whole run, for heads
+
+The largest and the smallest number are those of a parabola through the frame and its neighbours.
+Those of ground forces, and the largest contact force of a segment, are over all steps of the run,
+since a peak of contact is shorter than a frame; contact depths are from the frames. The head injury
+criterion depends on the assumed stiffness and damping: compare runs of one model only.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar, assert_never
+
+import numpy as np
+
+from generator.contact_record import head_segments
+from generator.diagnostics import ModelError, shorten, spelling_hint
+from generator.figure import Figure, JointAxis, Vector
+from generator.motion_files.action import ANGLE_UNIT, LENGTH_UNIT
+from generator.motion_files.columns import (
+    Column,
+    contact_of,
+    displacement_columns,
+    run_of,
+    table_columns,
+)
+from generator.motion_files.motion import FigureMotion
+from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS, RecordingPart
+from generator.rotations import Array
+from generator.simulation.plan import Plan
+from generator.study.study import Measure, Study, Take
+
+Measured = dict[str, float | None]
+"""Numbers by measure, in the unit of the column; None where the run has no such number."""
+
+T = TypeVar("T")
+
+_INJURY = ".injury_criterion"
+
+
+@dataclass(frozen=True)
+class MeasureFault:
+    """A measure that no run has.
+
+    Attributes:
+        measure: its name.
+        key: of the entry that is wrong, "column" or "take".
+        message: the error.
+        hint: the correction.
+    """
+
+    measure: str
+    key: str
+    message: str
+    hint: str
+
+
+def motion_columns(figure: Figure, plan: Plan) -> tuple[str, ...]:
+    """Return the titles of the columns that measures of a run may have, without simulating.
+
+    Raises MoverError for a run that cannot start.
+    """
+    return tuple(_columns_of_start(figure, plan))
+
+
+def check_measures(study: Study) -> Iterator[MeasureFault]:
+    """Yield the faults of the measures of a study.
+
+    Raises MoverError for a figure and a plan that cannot start.
+    """
+    columns = _columns_of_start(study.figure, study.plan)
+    for measure in study.measures.values():
+        column = columns.get(measure.column)
+        if column is None:
+            message = f"the motion has no column `{shorten(measure.column)}`"
+            hint = spelling_hint(measure.column, columns)
+            yield MeasureFault(measure.name, "column", message, hint)
+        elif (fault := _take_fault(column, measure)) is not None:
+            yield fault
+
+
+def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
+    """Return the fault of a number that a column does not have; None for others."""
+    if measure.take is Take.REST and column.unit not in (ANGLE_UNIT, LENGTH_UNIT):
+        message = f"`{column.title}` has no value at rest"
+        return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
+    if column.name.endswith(_INJURY) and measure.take not in (Take.LAST, Take.LARGEST):
+        message = f"`{column.title}` is one number of the whole run"
+        return MeasureFault(measure.name, "take", message, f'take = "{Take.LAST}"')
+    return None
+
+
+def parts_of_measures(figure: Figure, measures: Iterable[Measure]) -> frozenset[RecordingPart]:
+    """Return the parts of a recording that measures of a figure need."""
+    chains = {name: joint.chain for name, joint in figure.joints.items()}
+    columns = _columns_by_title(chains, figure.bodies)
+    wanted = [columns[each.column] for each in measures if each.column in columns]
+    return frozenset(column.part for column in wanted if column.part is not None)
+
+
+def _columns_of_start(figure: Figure, plan: Plan) -> dict[str, Column]:
+    """Columns of a run by title, from its start."""
+    from generator.simulation.model import initial_state  # imports Exudyn
+
+    start = initial_state(figure, plan)
+    joints = start.placement.tree.figure.joints
+    chains = {name: joint.chain for name, joint in joints.items()}
+    return _columns_by_title(chains, start.spheres, plan.up)
+
+
+def _columns_by_title(
+    chains: Mapping[str, Sequence[JointAxis]],
+    contact_segments: Iterable[str],
+    up: Vector = (0.0, 1.0, 0.0),
+) -> dict[str, Column]:
+    segments = tuple(contact_segments)
+    kinds = (*ENERGY_KINDS, *(CONTACT_ENERGY_KINDS if segments else ()))
+    columns = [*table_columns(chains, kinds, segments), *_more_columns(chains, segments, up)]
+    return {column.title: column for column in columns}
+
+
+def _more_columns(
+    chains: Mapping[str, Sequence[JointAxis]], contact_segments: Sequence[str], up: Vector
+) -> Iterator[Column]:
+    """Yield the columns that the table of a motion does not have."""
+    yield Column("centre_of_mass_height", LENGTH_UNIT, partial(_height, up))
+    for name, chain in chains.items():
+        if chain:
+            read = partial(_passive_torque, name)
+            yield Column(f"{name}.passive_torque", "N m", read, RecordingPart.PASSIVE_TORQUES)
+        for k, (kind, unit) in enumerate((("force", "N"), ("moment", "N m"))):
+            read = partial(_reaction, name, slice(3 * k, 3 * k + 3))
+            yield Column(f"{name}.reaction_{kind}", unit, read, RecordingPart.REACTIONS)
+    for name in head_segments(contact_segments):
+        yield Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
+
+
+def _height(up: Vector, motion: FigureMotion) -> Array:
+    return run_of(motion).centre_of_mass @ np.array(up)
+
+
+def _passive_torque(joint: str, motion: FigureMotion) -> Array:
+    return np.linalg.norm(run_of(motion).passive_torques[joint], axis=1)
+
+
+def _reaction(joint: str, part: slice, motion: FigureMotion) -> Array:
+    return np.linalg.norm(run_of(motion).reactions[joint][:, part], axis=1)
+
+
+def _injury(segment: str, motion: FigureMotion) -> Array:
+    return np.full(len(motion.times), contact_of(motion).head_injury[segment])
+
+
+def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]) -> Measured:
+    """Return the measures of a run, except those at rest; None for an undefined number.
+
+    Args:
+        motion: of the run, with the parts of `parts_of_measures`.
+        plan: of the run.
+        measures: to compute.
+
+    Raises ModelError for an unknown column.
+    """
+    contact = run_of(motion).contact
+    segments = () if contact is None else tuple(contact.forces)
+    columns = _columns_by_title(motion.chains, segments, plan.up)
+    return {
+        each.name: _number(_column(columns, each), motion, each.take)
+        for each in measures
+        if each.take is not Take.REST
+    }
+
+
+def measure_rest(
+    chains: Mapping[str, Sequence[JointAxis]],
+    displacements: Mapping[str, Array],
+    measures: Iterable[Measure],
+) -> Measured:
+    """Return the measures at rest.
+
+    Args:
+        chains: the factors of each joint of the figure at rest.
+        displacements: of each joint, shape (n,) [rad or m].
+        measures: to compute.
+
+    Raises ModelError for an unknown column.
+    """
+    columns = {
+        column.title: (column, float(value))
+        for name, chain in chains.items()
+        for column, value in zip(
+            displacement_columns(name, chain), displacements[name], strict=True
+        )
+    }
+    at_rest = [(each.name, _column(columns, each)) for each in measures if each.take is Take.REST]
+    return {name: float(column.format(value)) for name, (column, value) in at_rest}
+
+
+def _column(columns: Mapping[str, T], measure: Measure) -> T:
+    """Return the column of a measure. Raises ModelError if there is none."""
+    if measure.column not in columns:
+        message = f"the motion has no column `{shorten(measure.column)}`"
+        raise ModelError(f"{message}; {spelling_hint(measure.column, columns)}")
+    return columns[measure.column]
+
+
+def _number(column: Column, motion: FigureMotion, take: Take) -> float | None:
+    """Return a number in the unit of its column, or a time [s]."""
+    match take:
+        case Take.LAST:
+            return _in_unit(column, float(column.read(motion)[-1]))
+        case Take.LARGEST | Take.SMALLEST:
+            extreme = column.extreme(motion, 1 if take is Take.LARGEST else -1)
+            return None if extreme is None else _in_unit(column, extreme[1])
+        case Take.TIME_OF_LARGEST | Take.TIME_OF_SMALLEST:
+            extreme = column.extreme(motion, 1 if take is Take.TIME_OF_LARGEST else -1)
+            return None if extreme is None else extreme[0]
+        case Take.REST:
+            raise ModelError("a motion has no value at rest")
+        case _:
+            assert_never(take)
+
+
+def _in_unit(column: Column, value: float) -> float | None:
+    """Return the number that the table has; None where it is blank."""
+    text = column.format(value)
+    return float(text) if text else None

@@ -1,0 +1,100 @@
+"""One run of a study, from the values of its parameters to its measures.
+
+`simulate` uses a second thread, in which the coarser of the runs that it compares proceed; with
+`threads=1` they follow one after the other, and the numbers are the same bit for bit. Where every
+core has a process of its own, one thread is best.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from generator.diagnostics import MoverError
+from generator.motion_files import npz
+from generator.motion_files.motion import motion_from_recording
+from generator.recording import WHOLE_RECORDING, Ending
+from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
+from generator.study.parameters import Case, build_case
+from generator.study.study import Measure, RunResult, Study, Take
+
+WRONG_INPUT = "wrong input"
+"""Outcome of a case that cannot be built."""
+
+NO_EQUILIBRIUM = "no equilibrium"
+"""Outcome of a run whose figure does not come to rest, where a measure is at rest."""
+
+
+def run_case(
+    study: Study, values: Sequence[float], keep: Path | None = None, threads: int = 2
+) -> RunResult:
+    """Run a study once and measure it; a run that fails has no measures.
+
+    The result depends on the study and the values only, bit for bit: not on earlier runs, the
+    process or the number of threads.
+
+    Args:
+        study: the study.
+        values: of its parameters, in their order.
+        keep: `.npz` file for the motion, written as a whole or not at all; None to keep none.
+        threads: 1 or 2.
+
+    Raises:
+        OSError: the motion cannot be written.
+        KeyboardInterrupt: the run was interrupted.
+    """
+    try:
+        case = build_case(study, values)
+    except (MoverError, ValueError) as failure:  # a plan raises ValueError
+        return _failed(study, WRONG_INPUT, str(failure))
+    return measure_case(study, case, keep, threads)
+
+
+def measure_case(study: Study, case: Case, keep: Path | None = None, threads: int = 2) -> RunResult:
+    """Run and measure a case of a study; see `run_case`."""
+    from generator.simulation.equilibrium import NoEquilibriumError  # imports Exudyn
+    from generator.simulation.run import simulate
+
+    measures = tuple(study.measures.values())
+    at_rest = [each for each in measures if each.take is Take.REST]
+    moving = [each for each in measures if each.take is not Take.REST]
+    numbers: Measured = {}
+    outcome, message = Ending.DONE.value, ""
+    try:
+        if moving or keep is not None or not measures:
+            parts = WHOLE_RECORDING if keep is not None else parts_of_measures(case.figure, moving)
+            recording = simulate(case.figure, case.plan, record=parts, threads=threads)
+            if recording.outcome.ending is Ending.INTERRUPTED:
+                raise KeyboardInterrupt
+            motion = motion_from_recording(recording, case.figure, case.plan.springs)
+            if keep is not None:
+                npz.write(motion, keep)
+            if not recording.outcome.succeeded:
+                return _failed(study, recording.outcome.ending.value, recording.outcome.message)
+            numbers |= measure_motion(motion, case.plan, moving)
+        if at_rest:
+            numbers |= _measure_at_rest(case, at_rest)
+    except NoEquilibriumError as failure:
+        return _failed(study, NO_EQUILIBRIUM, str(failure))
+    except MoverError as failure:
+        return _failed(study, WRONG_INPUT, str(failure))
+    return RunResult(outcome, message, {each.name: numbers[each.name] for each in measures})
+
+
+def _measure_at_rest(case: Case, measures: Sequence[Measure]) -> Measured:
+    """Return the measures in the equilibrium of a figure, or on the props of its scene."""
+    if case.plan.scene.props:
+        from generator.simulation.resting import find_resting_pose
+
+        pose = find_resting_pose(case.figure, case.plan)
+        figure, displacements = pose.figure, pose.displacements
+    else:
+        from generator.simulation.equilibrium import find_equilibrium
+
+        displacements = find_equilibrium(case.figure, case.plan).displacements
+        figure = case.figure
+    chains = {name: joint.chain for name, joint in figure.joints.items() if name in displacements}
+    return measure_rest(chains, displacements, measures)
+
+
+def _failed(study: Study, outcome: str, message: str) -> RunResult:
+    """Return the result of a run without measures."""
+    return RunResult(outcome, message, dict.fromkeys(study.measures))
