@@ -1,0 +1,520 @@
+"""Springs, and other quantities of a figure, fitted to measured joint angles.
+
+The sum of squared differences of simulated and measured angles is minimised from several starts
+(`scipy.optimize.least_squares`). The start angle of each measured joint is estimated beside the
+quantities asked for: the first sample has noise like all others, and a motion that starts there
+would turn its error into errors of the springs.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import degrees, inf
+
+import numpy as np
+
+from generator.diagnostics import ModelError, MoverError, UsageError, format_count
+from generator.identification.comparison import (
+    Accuracy,
+    Comparison,
+    FailedRunError,
+    Unknown,
+    make_unknown,
+)
+from generator.identification.measured_angles import MeasuredAngles
+from generator.identification.residual_tests import ResidualTests, check_residuals
+from generator.identification.uncertainty import (
+    MAX_CONDITION,
+    LinearUncertainty,
+    Profile,
+    compute_profile,
+    gauss_newton_move,
+    linear_uncertainty,
+)
+from generator.rotations import Array
+from generator.study.parameters import Case, ParameterPath, parse_path
+
+MAX_BIAS = 0.1
+"""Largest bias of an estimate by the error of the runs [sd]."""
+
+FIRST_TOLERANCE, SMALLEST_TOLERANCE = 1e-5, 1e-11
+"""Joint-angle error tolerances of the first fit, and of the finest one [rad]."""
+
+_REFINEMENT = 1e-2
+"""Ratio of the tolerances of a fit and of the run that tests it."""
+
+CONFIDENCE = 0.95
+"""Level of the intervals."""
+
+_SCREENED = 8
+"""Number of drawn points of which the best one becomes a start of the fit."""
+
+_MAX_EVALUATIONS = 60
+"""Largest number of evaluations of a fit from one start."""
+
+_SAME_MINIMUM = 1e-3
+"""Relative difference of the sums of squares below which two starts have found the same."""
+
+_NO_RESPONSE = 1e-7
+"""Change of the angles over the typical change of a quantity that counts as none [rad]."""
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Choices of a fit.
+
+    Attributes:
+        sd: standard deviation of the noise of an angle [rad]; None estimates it from the residuals.
+        starts: number of starts: the nominal values, and points about them.
+        seed: of these.
+        tolerance: joint-angle error tolerance of the runs [rad]; None refines it until the bias of
+            all estimates is below `MAX_BIAS`.
+        step: fixed step of the runs [s]; None for error control.
+        profiles: whether profiles are computed.
+        fit_start: whether the start angles of measured joints are estimated where they are not set.
+    """
+
+    sd: float | None = None
+    starts: int = 3
+    seed: int = 0
+    tolerance: float | None = None
+    step: float | None = None
+    profiles: bool = True
+    fit_start: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the values. Raises UsageError."""
+        if self.starts < 1:
+            raise UsageError(f"a fit needs one start or more, not {self.starts}")
+        for name, value in (("sd", self.sd), ("tolerance", self.tolerance), ("step", self.step)):
+            if value is not None and not 0.0 < value < inf:
+                raise UsageError(f"the {name} of a fit must be positive, not {value:g}")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An estimate, in the unit of its path.
+
+    Attributes:
+        path: of the quantity.
+        unit: of the values; "" for a factor.
+        value: estimate.
+        sd: standard deviation.
+        interval: 95 % interval from the standard deviation.
+        profile: of the sum of squares; None where it was not computed.
+        profile_interval: 95 % interval from the profile; None for an open end.
+        mass_slope: change of the estimate per relative change of all masses; None where masses are
+            fitted.
+        bias: change of the estimate with more accurate runs [sd].
+        at_bound: whether the estimate is at the smallest value of the quantity.
+        is_start: whether it is the start angle of a measured joint, estimated beside the others.
+    """
+
+    path: str
+    unit: str
+    value: float
+    sd: float
+    interval: tuple[float, float]
+    profile: Profile | None
+    profile_interval: tuple[float | None, float | None] | None
+    mass_slope: float | None
+    bias: float
+    at_bound: bool
+    is_start: bool
+
+    @property
+    def mass_percent(self) -> float | None:
+        """Relative change of the estimate per relative change of all masses."""
+        return self.mass_slope / self.value if self.mass_slope is not None and self.value else None
+
+
+@dataclass(frozen=True)
+class StartResult:
+    """Result of the fit from one start.
+
+    Attributes:
+        values: of the unknowns at the start.
+        rms: of the residuals at the end [rad]; None if the runs failed.
+        is_best: whether it found the least sum of squares.
+    """
+
+    values: tuple[float, ...]
+    rms: float | None
+    is_best: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit.
+
+    Attributes:
+        case: figure and plan with the estimates.
+        nominal: the same before the fit.
+        data: measured angles.
+        simulated: angles of the fit at their times, shape (n, k) [rad].
+        estimates: of the quantities asked for, then of start angles.
+        correlations: of the estimates, shape (p, p).
+        condition: of the Jacobian with columns of length 1.
+        noise_sd: standard deviation of the noise of an angle [rad].
+        options: of the fit.
+        tests: of the residuals.
+        accuracy: of the runs.
+        starts: results of all starts.
+        runs: number of runs.
+        failed_runs: those of them that failed.
+    """
+
+    case: Case
+    nominal: Case
+    data: MeasuredAngles
+    simulated: Array
+    estimates: tuple[Estimate, ...]
+    correlations: Array
+    condition: float
+    noise_sd: float
+    options: FitOptions
+    tests: ResidualTests
+    accuracy: Accuracy
+    starts: tuple[StartResult, ...]
+    runs: int
+    failed_runs: int
+
+    @property
+    def residuals(self) -> Array:
+        """Simulated less measured angles, shape (n, k) [rad]."""
+        return self.simulated - self.data.angles
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by path."""
+        return {one.path: one.value for one in self.estimates}
+
+
+def fit_springs(
+    case: Case,
+    data: MeasuredAngles,
+    paths: Sequence[ParameterPath],
+    options: FitOptions | None = None,
+    watch: Callable[[], None] | None = None,
+) -> Fit:
+    """Fit quantities of a case to measured joint angles.
+
+    The run starts at the first sample, at rest unless the plan has other rates. The start angles of
+    the measured joints are estimated, unless the plan sets them or a path names them.
+
+    Args:
+        case: figure and plan; start, stop and frames of the plan are those of the data.
+        data: measured angles.
+        paths: of the quantities.
+        options: of the fit.
+        watch: called before each run.
+
+    Raises:
+        UsageError: the data have too few samples.
+        ModelError: the data do not determine the quantities; the message names the combination.
+        MoverError: all runs fail.
+    """
+    options = options or FitOptions()
+    data = data.without((*case.plan.locked, *case.plan.drives))
+    unknowns = [make_unknown(path, case) for path in paths]
+    if options.fit_start:
+        unknowns += start_angles(case, data, paths)
+    if not paths:
+        raise UsageError("nothing to fit: name a quantity with --fit")
+    if len({str(path) for path in paths}) < len(paths):
+        raise UsageError("a quantity is fitted twice")
+    if data.angles.size <= len(unknowns):
+        raise UsageError(
+            f"{format_count(data.angles.size, 'angle')} cannot determine "
+            f"{format_count(len(unknowns), 'unknown')}: measure more samples"
+        )
+    comparison = Comparison(case, data, unknowns, watch)
+    accuracy = Accuracy(options.tolerance or FIRST_TOLERANCE, options.step)
+    values, starts = _search(comparison, accuracy, options)
+    while True:
+        values, jacobian = _polish(comparison, accuracy, values)
+        residuals = comparison.residuals(values, accuracy)
+        uncertainty = _require_determined(comparison, values, jacobian)
+        noise_sd = _noise_sd(residuals, len(unknowns), options.sd)
+        sd = noise_sd * uncertainty.sd
+        bias = _bias(comparison, accuracy, values, residuals, jacobian) / sd
+        finer = _REFINEMENT * accuracy.tolerance
+        is_fixed = options.step is not None or options.tolerance is not None
+        if is_fixed or np.max(np.abs(bias)) <= MAX_BIAS or finer < SMALLEST_TOLERANCE:
+            break
+        accuracy = replace(accuracy, tolerance=finer)
+    estimates = _estimates(
+        comparison, accuracy, options, values, residuals, jacobian, uncertainty, noise_sd, bias
+    )
+    shape = data.angles.shape
+    return Fit(
+        case=comparison.case_at(values),
+        nominal=comparison.case,
+        data=data,
+        simulated=residuals.reshape(shape) + data.angles,
+        estimates=estimates,
+        correlations=uncertainty.correlations,
+        condition=uncertainty.condition,
+        noise_sd=noise_sd,
+        options=options,
+        tests=check_residuals(residuals.reshape(shape), len(unknowns), options.sd),
+        accuracy=accuracy,
+        starts=starts,
+        runs=comparison.runs,
+        failed_runs=comparison.failed_runs,
+    )
+
+
+def start_angles(
+    case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath]
+) -> list[Unknown]:
+    """Return the start angles of measured joints that the plan and the paths leave open."""
+    named = {str(path) for path in paths}
+    found: list[Unknown] = []
+    for k, (joint, coordinate) in enumerate(data.columns):
+        has_one = len(case.figure.joints[joint].chain) == 1
+        text = f"pose.{joint}" if has_one else f"pose.{joint}.{coordinate + 1}"
+        if joint in case.plan.displacements or {text, f"pose.{joint}.{coordinate + 1}"} & named:
+            continue
+        path = parse_path(text, case)
+        found.append(make_unknown(path, case, degrees(float(data.angles[0, k]))))
+    return found
+
+
+def _search(
+    comparison: Comparison, accuracy: Accuracy, options: FitOptions
+) -> tuple[Array, tuple[StartResult, ...]]:
+    """Fit from several starts; return the best values, and the results.
+
+    Raises MoverError if all fail.
+    """
+    from scipy.stats import qmc
+
+    unknowns = comparison.unknowns
+    nominal = np.array([max(one.nominal, one.lower) for one in unknowns])
+    points = [nominal]
+    draws = qmc.LatinHypercube(len(unknowns), rng=options.seed)
+    for _ in range(options.starts - 1):
+        drawn = [
+            np.array([one.spread(float(u)) for one, u in zip(unknowns, row, strict=True)])
+            for row in draws.random(_SCREENED)
+        ]
+        costs = [float(np.sum(comparison.residuals(point, accuracy) ** 2)) for point in drawn]
+        points.append(drawn[int(np.argmin(costs))])
+    ends: list[tuple[float, Array] | None] = []
+    for point in points:
+        try:
+            ends.append(_descend(comparison, accuracy, point))
+        except FailedRunError:
+            ends.append(None)
+    reached = [end for end in ends if end is not None]
+    if not reached:
+        raise MoverError(f"no run reaches the last sample: {comparison.failure}")
+    least, best = min(reached, key=lambda end: end[0])
+    count = comparison.data.angles.size
+    results = tuple(
+        StartResult(
+            tuple(float(value) for value in point),
+            None if end is None else float(np.sqrt(end[0] / count)),
+            end is not None and end[0] <= least * (1.0 + _SAME_MINIMUM),
+        )
+        for point, end in zip(points, ends, strict=True)
+    )
+    return best, results
+
+
+def _descend(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[float, Array]:
+    """Fit from a start with forward differences; return the sum of squares, and the values.
+
+    Raises FailedRunError.
+    """
+    return _least_squares(comparison, accuracy, start, _MAX_EVALUATIONS, 1e-6, central=False)
+
+
+def _polish(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[Array, Array]:
+    """Fit with central differences near the minimum; return the values, and the Jacobian there."""
+    _, values = _least_squares(comparison, accuracy, start, _MAX_EVALUATIONS, 1e-10, central=True)
+    jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps())
+    jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps(jacobian))
+    return values, jacobian
+
+
+def _least_squares(
+    comparison: Comparison,
+    accuracy: Accuracy,
+    start: Array,
+    evaluations: int,
+    accepted_gain: float,
+    *,
+    central: bool,
+) -> tuple[float, Array]:
+    """Minimise the sum of squares; return it, and the values. Raises FailedRunError."""
+    from scipy.optimize import least_squares
+
+    steps = comparison.difference_steps()
+    latest: dict[bytes, Array] = {}
+
+    def residuals(values: Array) -> Array:
+        latest.clear()
+        latest[values.tobytes()] = found = comparison.residuals(values, accuracy)
+        return found
+
+    def jacobian(values: Array) -> Array:
+        nonlocal steps
+        here = None if central else latest.get(values.tobytes())
+        found = comparison.jacobian(values, accuracy, steps, here)
+        steps = comparison.difference_steps(found)
+        return found
+
+    lower = np.array([one.lower for one in comparison.unknowns])
+    inside = np.where(start > lower, start, lower + 0.1 * _sizes(comparison))
+    solution = least_squares(
+        residuals,
+        inside,
+        jac=jacobian,
+        bounds=(lower, np.full(len(lower), np.inf)),
+        x_scale="jac",
+        ftol=accepted_gain,
+        xtol=1e-9,
+        gtol=None,
+        max_nfev=evaluations,
+    )
+    return 2.0 * float(solution.cost), np.asarray(solution.x, dtype=float)
+
+
+def _sizes(comparison: Comparison) -> Array:
+    return np.array([one.size for one in comparison.unknowns])
+
+
+def _noise_sd(residuals: Array, unknowns: int, stated: float | None) -> float:
+    """Standard deviation of the noise [rad]: as stated, or that of the residuals."""
+    if stated is not None:
+        return stated
+    return float(np.sqrt(np.sum(residuals**2) / (residuals.size - unknowns)))
+
+
+def _require_determined(
+    comparison: Comparison, values: Array, jacobian: Array
+) -> LinearUncertainty:
+    """Return the uncertainty of the values. Raises ModelError if the data do not determine them."""
+    unknowns, sizes = comparison.unknowns, _sizes(comparison)
+    response = np.sqrt(np.mean(jacobian**2, axis=0)) * sizes
+    for unknown, change in zip(unknowns, response, strict=True):
+        if not change > _NO_RESPONSE:
+            raise ModelError(
+                f"{unknown.path} does not change the measured angles of {comparison.data.name}: "
+                "leave it out"
+            )
+    uncertainty = linear_uncertainty(jacobian)
+    if uncertainty.condition > MAX_CONDITION:
+        raise ModelError(_describe_null_direction(comparison, values, uncertainty))
+    return uncertainty
+
+
+def _describe_null_direction(
+    comparison: Comparison, values: Array, uncertainty: LinearUncertainty
+) -> str:
+    """Name the combination of unknowns that the data do not determine, in a sentence."""
+    direction = uncertainty.null_direction
+    scales = np.maximum(np.abs(values), _sizes(comparison))
+    relative = direction / scales
+    relative = relative / relative[np.argmax(np.abs(relative))]
+    names: list[str] = []
+    changes: list[str] = []
+    masses: list[str] = []
+    for k in np.flatnonzero(np.abs(relative) > 0.05):
+        unknown = comparison.unknowns[int(k)]
+        names.append(str(unknown.path))
+        if abs(values[k]) >= scales[k]:
+            changes.append(f"{10.0 * relative[k] * np.sign(values[k]):+.2g} %")
+        else:
+            changes.append(f"{0.1 * relative[k] * scales[k]:+.2g} {unknown.path.unit}".rstrip())
+        if ".mass" in str(unknown.path):
+            masses.append(str(unknown.path))
+    hint = (
+        f"measure the mass and leave out {masses[0]}"
+        if masses
+        else f"leave out one of them, or measure a motion in which {names[-1]} acts otherwise"
+    )
+    return (
+        f"{comparison.data.name} does not determine {_listed(names)} together: the changes "
+        f"{_listed(changes)} leave the angles as they are (condition "
+        f"{uncertainty.condition:.1e}, at most {MAX_CONDITION:.0e}); {hint}"
+    )
+
+
+def _listed(words: Sequence[str]) -> str:
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _bias(
+    comparison: Comparison,
+    accuracy: Accuracy,
+    values: Array,
+    residuals: Array,
+    jacobian: Array,
+) -> Array:
+    """Change of the estimates with more accurate runs, shape (p,): one Gauss-Newton step."""
+    tolerance = min(_REFINEMENT * accuracy.tolerance, FIRST_TOLERANCE)
+    finer = comparison.residuals(values, Accuracy(tolerance))
+    return gauss_newton_move(jacobian, finer - residuals)
+
+
+def _estimates(
+    comparison: Comparison,
+    accuracy: Accuracy,
+    options: FitOptions,
+    values: Array,
+    residuals: Array,
+    jacobian: Array,
+    uncertainty: LinearUncertainty,
+    noise_sd: float,
+    bias: Array,
+) -> tuple[Estimate, ...]:
+    """Return the estimates with their uncertainty."""
+    from scipy.stats import norm, t
+
+    sd = noise_sd * uncertainty.sd
+    freedom = residuals.size - len(values)
+    level = 0.5 * (1.0 + CONFIDENCE)
+    quantile = float(t.ppf(level, freedom) if options.sd is None else norm.ppf(level))
+    has_masses = any(
+        ".mass" in str(one.path) or "inertia" in str(one.path) for one in comparison.unknowns
+    )
+    mass_slopes = None
+    if not has_masses:
+        mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
+    estimates: list[Estimate] = []
+    for k, unknown in enumerate(comparison.unknowns):
+        profile = None
+        if options.profiles and not unknown.is_start and sd[k] > 0.0:
+            profile = compute_profile(
+                k,
+                values,
+                sd,
+                noise_sd**2,
+                quantile,
+                unknown.lower,
+                jacobian,
+                lambda moved: comparison.residuals(moved, accuracy),
+            )
+        value, deviation = float(values[k]), float(sd[k])
+        estimates.append(
+            Estimate(
+                path=str(unknown.path),
+                unit=unknown.path.unit,
+                value=value,
+                sd=deviation,
+                interval=(value - quantile * deviation, value + quantile * deviation),
+                profile=profile,
+                profile_interval=None if profile is None else profile.interval(quantile),
+                mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
+                bias=float(bias[k]),
+                at_bound=value - unknown.lower < 0.05 * deviation,
+                is_start=unknown.is_start,
+            )
+        )
+    return tuple(estimates)
+
+

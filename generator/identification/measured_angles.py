@@ -1,0 +1,82 @@
+"""Measured joint angles over time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from pathlib import Path
+
+import numpy as np
+
+from generator.diagnostics import Diagnostic, InputError, UsageError, error
+from generator.figure import Figure
+from generator.input_files.drives import OVERSHOOT_HINT
+from generator.motion_files.drives import read_drives_with_warnings
+from generator.rotations import Array
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredAngles:
+    """Angles of joints at n times.
+
+    Attributes:
+        name: of the data, for reports.
+        times: [s], shape (n,), increasing.
+        columns: joint and number of the displacement in its chain, from 0, of k columns.
+        angles: [rad], shape (n, k).
+    """
+
+    name: str
+    times: Array
+    columns: tuple[tuple[str, int], ...]
+    angles: Array
+
+    def between(self, start: float = -inf, stop: float = inf) -> "MeasuredAngles":
+        """Return the samples within two times [s]. Raises UsageError for fewer than two."""
+        kept = (self.times >= start - _TIME_ROUNDING) & (self.times <= stop + _TIME_ROUNDING)
+        if np.count_nonzero(kept) < 2:
+            first, last = float(self.times[0]), float(self.times[-1])
+            raise UsageError(
+                f"fewer than two samples of {self.name} are between the start and the stop; "
+                f"it goes from {first:g} s to {last:g} s"
+            )
+        return replace(self, times=self.times[kept], angles=self.angles[kept])
+
+    def without(self, joints: Sequence[str]) -> "MeasuredAngles":
+        """Return the columns of other joints. Raises UsageError if none is left."""
+        kept = [k for k, (joint, _) in enumerate(self.columns) if joint not in joints]
+        if not kept:
+            raise UsageError(f"all joints that {self.name} measures are locked or prescribed")
+        return replace(
+            self, columns=tuple(self.columns[k] for k in kept), angles=self.angles[:, kept]
+        )
+
+
+_TIME_ROUNDING = 1e-9
+"""Time by which a sample may lie beyond the start or the stop [s]."""
+
+
+def read_measured_angles(
+    path: str | Path, figure: Figure
+) -> tuple[MeasuredAngles, tuple[Diagnostic, ...]]:
+    """Read joint angles from a table (`.csv`) or a motion (`.mot`, `.sto`, `.npz`, `.action`).
+
+    Returns the angles, and warnings.
+
+    Raises:
+        InputError: with all errors.
+    """
+    drives, warnings = read_drives_with_warnings(path, figure)
+    if not drives:
+        raise InputError([error(f"{path}: no column is an angle of a joint")])
+    times = np.asarray(next(iter(drives.values())).times, dtype=float)
+    columns: list[tuple[str, int]] = []
+    angles: list[Array] = []
+    for joint, drive in drives.items():
+        values = np.asarray(drive.values, dtype=float)
+        coordinates = drive.coordinates or range(values.shape[1])
+        for k, coordinate in enumerate(coordinates):
+            columns.append((joint, coordinate))
+            angles.append(values[:, k])
+    # Noise makes splines overshoot, which matters for drives only.
+    kept = tuple(one for one in warnings if one.hint != OVERSHOOT_HINT)
+    return MeasuredAngles(Path(path).name, times, tuple(columns), np.column_stack(angles)), kept
