@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, Parsed, shorten, spelling_hint
+from generator.diagnostics import shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.values import displacement_bound
 from generator.input_files.pose import parse_pose_file
@@ -20,6 +20,7 @@ from generator.motion_files.action import LENGTH_UNIT, display_unit
 from generator.scene import FLOOR, Scene, floor_prop
 from generator.simulation.plan import Plan
 from generator.springs_file.toml_table import TableReader
+from generator.study.study_tables import RUN_FLAGS, adopt, parse_flag, parse_table, relative_path
 from generator.text_io import is_file
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
@@ -55,14 +56,6 @@ _NUMBERS: Mapping[str, _Range] = {
     "height": _Range(-MAX_HEIGHT, MAX_HEIGHT, " m"),
     "wall_limit": _Range(0.0, MAX_TIME, " s", excludes_zero=True),
 }
-_FLAGS = ("free_root", "floor", "self_contact")
-SET_TABLE, VELOCITY_TABLE = "set", "velocity"
-RUN_TABLES = (SET_TABLE, VELOCITY_TABLE)
-
-RUN_KEYS = (*_NUMBERS, "law", "gravity", *_FLAGS, "friction", "scene", "pose", *RUN_TABLES)
-"""Keys of the options of a run; `law` is read with the springs."""
-
-V = TypeVar("V")
 
 
 def parse_plan(
@@ -80,7 +73,7 @@ def parse_plan(
     """
     numbers = {key: _parse_number(top, key, one) for key, one in _NUMBERS.items()}
     numbers = {key: value for key, value in numbers.items() if value is not None}
-    free_root, floor, self_contact = (parse_flag(top, key) for key in _FLAGS)
+    free_root, floor, self_contact = (parse_flag(top, key) for key in RUN_FLAGS)
     options: dict[str, Any] = {key: value for key, value in numbers.items()}
     gravity = top.numbers("gravity", 3) if "gravity" in top.content else None
     for k, component in enumerate(gravity or ()):
@@ -115,28 +108,6 @@ def parse_plan(
         if not top.diagnostics.has_errors:
             top.diagnostics.error(str(failure), top.span("stop"))
         return None
-
-
-def parse_flag(table: TableReader, key: str) -> bool:
-    """Return a value that is true or false; false where it is absent or, with an error, wrong."""
-    value: Any = table.content.get(key, False)
-    if isinstance(value, bool):
-        return value
-    table.error(key, f"`{key}` must be true or false", "without quotes")
-    return False
-
-
-def relative_path(text: str, folder: Path) -> Path:
-    """Return the path of a file that a study in `folder` names."""
-    return folder / Path(text)
-
-
-def adopt(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
-    """Return the value of a file that a key names, with its diagnostics at the key or in the file."""
-    place = table.span(key)
-    placed = [replace(one, span=one.span or place) for one in parsed.diagnostics]
-    table.diagnostics.extend(Diagnostics(placed))
-    return parsed.value
 
 
 def _parse_number(top: TableReader, key: str, bounds: _Range) -> float | None:
@@ -193,7 +164,7 @@ def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tu
 
     With a pose: of all joints, with closed loops.
     """
-    values = _parse_joints(top, SET_TABLE, settable_chains(figure))
+    values = _parse_joints(top, "set", settable_chains(figure))
     name = top.text("pose")
     if name is None:
         return values
@@ -220,7 +191,7 @@ def _parse_velocities(
     """Return the initial rates by joint or free segment [rad/s or m/s]."""
     chains = settable_chains(figure, free_root=free_root)
     free = frozenset(chains.keys() - figure.joints.keys()) if free_root else frozenset[str]()
-    return _parse_joints(top, VELOCITY_TABLE, chains, free)
+    return _parse_joints(top, "velocity", chains, free)
 
 
 def _parse_joints(
@@ -255,14 +226,3 @@ def _parse_joints(
                 table.error(joint, "this number is too large", str(displacement_bound(axis)), k)
         values[joint] = numbers
     return values
-
-
-def parse_table(top: TableReader, name: str) -> TableReader | None:
-    """Return the reader of a table of the file; None if it is absent or, with an error, not one."""
-    content: Any = top.content.get(name)
-    if isinstance(content, dict):
-        return TableReader(content, name, 0, top.spans, top.diagnostics)  # pyright: ignore[reportUnknownArgumentType]
-    if content is not None:
-        place = top.spans.table(name)
-        top.diagnostics.error(f"`{name}` is a table", place, f"write `[{name}]` above its keys")
-    return None

@@ -1,0 +1,137 @@
+"""Tables of a study's file: values, names and paths, with errors at their places."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from generator.diagnostics import Diagnostics, Parsed, closest_match, shorten
+from generator.springs_file.toml_table import TableReader
+
+RUN_TABLES = ("set", "velocity")
+RUN_FLAGS = ("free_root", "floor", "self_contact")
+RUN_NUMBERS = ("stop", "start", "frame", "tolerance", "step", "height", "wall_limit")
+RUN_KEYS = (*RUN_NUMBERS, *RUN_FLAGS, "law", "gravity", "friction", "scene", "pose", *RUN_TABLES)
+"""Keys of the options of a run."""
+
+STUDY_TABLES = ("design", "parameters", "measures", "sensitivity")
+STUDY_KEYS = ("figure", "person", "springs", *RUN_KEYS, *STUDY_TABLES)
+PERSON_KEYS = ("sex", "stature_m", "mass_kg", "springs")
+DESIGN_KEYS = ("kind", "runs", "seed", "file")
+DISTRIBUTION_KEYS = (("low", "high"), ("values",), ("mean", "sd"), ("median", "factor"))
+PARAMETER_KEYS = ("path", *(key for keys in DISTRIBUTION_KEYS for key in keys), "points")
+MEASURE_KEYS = ("column", "take")
+SENSITIVITY_KEYS = ("confidence", "resamples")
+
+RESERVED_NAMES = ("run", "outcome", "message")
+"""Other columns of the table of runs."""
+
+MAX_NAME_LENGTH = 60
+_NAME = re.compile(rf"[\w-]{{1,{MAX_NAME_LENGTH}}}")
+
+V = TypeVar("V")
+
+
+def parse_table(top: TableReader, name: str) -> TableReader | None:
+    """Return the reader of a table of the file; None if it is absent or, with an error, not one."""
+    content: Any = top.content.get(name)
+    if isinstance(content, dict):
+        return TableReader(content, name, 0, top.spans, top.diagnostics)  # pyright: ignore[reportUnknownArgumentType]
+    if content is not None:
+        place = top.spans.table(name)
+        top.diagnostics.error(f"`{name}` is a table", place, f"write `[{name}]` above its keys")
+    return None
+
+
+def parse_flag(table: TableReader, key: str) -> bool:
+    """Return a value that is true or false; false where it is absent or, with an error, wrong."""
+    value: Any = table.content.get(key, False)
+    if isinstance(value, bool):
+        return value
+    table.error(key, f"`{key}` must be true or false", "without quotes")
+    return False
+
+
+def relative_path(text: str, folder: Path) -> Path:
+    """Return the path of a file that a study in `folder` names."""
+    return folder / Path(text)
+
+
+def adopt(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
+    """Return the value of a file that a key names, and note its diagnostics."""
+    place = table.span(key)
+    placed = [replace(one, span=one.span or place) for one in parsed.diagnostics]
+    table.diagnostics.extend(Diagnostics(placed))
+    return parsed.value
+
+
+def parse_integer(table: TableReader, key: str, least: int, largest: int) -> int | None:
+    """Return a whole number; None if it is absent or, with an error, wrong."""
+    value: Any = table.content.get(key)
+    if value is None:
+        return None
+    if type(value) is not int:
+        table.error(key, f"`{key}` must be a whole number", "without quotes and decimals")
+    elif not least <= value <= largest:
+        table.error(key, f"`{key}` must be from {least:,} to {largest:,}")
+    else:
+        return value
+    return None
+
+
+def reject_unknown_keys(table: TableReader, known: tuple[str, ...], noun: str) -> None:
+    """Note an error for each unknown key; an option of the runs stands above all tables."""
+    for key in table.content:
+        if key in RUN_KEYS and key not in known:
+            place = table.spans.key(table.name, 0, key)
+            hint = "write it above the first `[table]`"
+            table.diagnostics.error(f"`{key}` is not a key of a {noun}", place, hint)
+    table.reject_unknown_keys((*known, *RUN_KEYS), noun)
+
+
+def require_keys(table: TableReader, examples: Mapping[str, str], noun: str) -> bool:
+    """Note an error for each missing key, unless an unknown key is a slip of it."""
+    known = PERSON_KEYS + DESIGN_KEYS + PARAMETER_KEYS + MEASURE_KEYS
+    slips = {closest_match(key, examples) for key in table.content if key not in known}
+    missing = [key for key in examples if key not in table.content]
+    for key in missing:
+        if key not in slips:
+            hint = f"write `{key} = {examples[key]}`, for example"
+            message = f"this {noun} has no `{key}`"
+            table.diagnostics.error(message, table.header_span, hint)
+    return not missing
+
+
+def parse_row(table: TableReader, name: str, noun: str, taken: Iterable[str]) -> TableReader | None:
+    """Return the table of one parameter or measure; None, with an error noted, if it is wrong."""
+    place = table.spans.key(table.name, 0, name)
+    faults = table.diagnostics
+    if name in RESERVED_NAMES or name in taken:
+        other = "a parameter" if name in taken else "another column"
+        faults.error(f"`{name}` is the name of {other} of the table of runs", place, "rename it")
+    elif not _NAME.fullmatch(name):
+        hint = f"1 to {MAX_NAME_LENGTH} letters, digits, `_` and `-`"
+        faults.error(f"`{shorten(name)}` is not a name of a {noun}", place, hint)
+    content: Any = table.content[name]
+    if isinstance(content, dict):
+        return TableReader(
+            cast("dict[str, Any]", content), f"{table.name}.{name}", 0, table.spans, faults
+        )
+    if name in STUDY_KEYS:
+        faults.error(f"`{name}` is not a {noun}", place, "write it above the first `[table]`")
+    else:
+        keys = "path, low, high" if noun == "parameter" else "column, take"
+        faults.error(f"a {noun} is a table", place, f"write `{name} = {{ {keys} }}` with values")
+    return None
+
+
+def parse_texts(table: TableReader, key: str) -> tuple[str, ...]:
+    """Return a text, or a list of texts; empty, with an error noted, for anything else."""
+    value: Any = table.content[key]
+    texts = cast("list[Any]", value) if isinstance(value, list) else [value]
+    if not texts or not all(isinstance(text, str) for text in texts):
+        hint = 'texts stand in quotes: `"gravity"`'
+        table.error(key, f"`{key}` must be a text or a list of texts", hint)
+        return ()
+    return tuple(texts)
