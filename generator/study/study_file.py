@@ -4,7 +4,7 @@ A study names its figure, the options of its runs as `mover simulate` has them, 
 the runs, and what is measured in each. Paths in it are relative to its folder.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +24,7 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure
 from generator.figure_file.read import parse_figure_file, shipped_figures
+from generator.person.measures import estimate_measures
 from generator.person.survey import Sex
 from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.read import OPTIONAL_SUFFIX, load_springs
@@ -31,7 +32,9 @@ from generator.springs_file.toml_spans import locate_keys
 from generator.springs_file.toml_table import TableReader, parse_document
 from generator.study.design_table import MAX_RUNS, parse_design, parse_kind, parse_parameters
 from generator.study.designs import run_count
-from generator.study.parameters import Case, ParameterPath, apply_values, parse_path
+from generator.study.measures import check_measures
+from generator.study.parameter_paths import Case, ParameterPath, Quantity, Target, parse_path
+from generator.study.parameters import apply_values
 from generator.study.person_figure import PERSON_SPRINGS, make_person
 from generator.study.run_options import parse_plan
 from generator.study.study import (
@@ -157,6 +160,7 @@ def _parse_source(source: Source, diagnostics: Diagnostics, folder: Path) -> Stu
     )
     _check_simulatable(study, top)
     _check_paths(study, top)
+    _check_measures(study, top)
     if design is not None and len(study.parameters) == len(parameters):
         _check_run_count(study, top)
     return study
@@ -304,50 +308,99 @@ def _check_simulatable(study: Study, top: TableReader) -> None:
 
 
 def _check_paths(study: Study, top: TableReader) -> None:
-    """Note unknown paths, two of one quantity, and ends of ranges that a quantity cannot have."""
+    """Note unknown paths, two of one quantity, and values that a quantity cannot have."""
     case = Case(study.figure, study.plan)
-    first: dict[ParameterPath, Span] = {}
+    first: dict[tuple[Quantity, Target | None], Span] = {}
     for parameter in study.parameters.values():
         place = f"parameters.{parameter.name}"
         for k, text in enumerate(parameter.paths):
-            item = (
-                k if isinstance(top.content["parameters"][parameter.name]["path"], list) else None
-            )
-            span = top.spans.value(place, 0, "path", item)
+            span = top.spans.value(place, 0, "path", k)
             try:
                 path = parse_path(text, case, study.person)
             except MoverError as failure:
-                top.diagnostics.error(str(failure), span)
+                _note_failure(top, failure, span)
                 continue
-            if path in first:
-                hint = f"the first is in line {first[path].line}"
-                top.diagnostics.error(f"`{path}` is set twice", span, hint)
+            numbers = [(path.quantity, target) for target in path.targets or (None,)]
+            known = next((first[number] for number in numbers if number in first), None)
+            if known is not None:
+                hint = f"the first path to it is in line {known.line}"
+                top.diagnostics.error(f"`{path}` changes a quantity a second time", span, hint)
                 continue
-            first[path] = span
-            _check_ends(case, path, parameter, top, place)
+            first |= dict.fromkeys(numbers, span)
+            _check_values(study, path, parameter, top)
 
 
-def _check_ends(
-    case: Case, path: ParameterPath, parameter: Parameter, top: TableReader, place: str
+def _check_values(
+    study: Study, path: ParameterPath, parameter: Parameter, top: TableReader
 ) -> None:
-    """Note values of a parameter that its quantity cannot have."""
+    """Note the first value of a parameter that its quantity cannot have."""
+    for value, span in _sample_values(study, parameter, top):
+        try:
+            if path.quantity is Quantity.PERSON and study.person is not None:
+                _check_person(study.person, path.targets[0].name, value)
+            else:
+                apply_values(Case(study.figure, study.plan), [(path, value)])
+        except MoverError as failure:
+            _note_failure(top, failure, span)
+            return
+
+
+def _check_person(person: PersonArguments, name: str, value: float) -> None:
+    """Raise UsageError for a measure of a person that is impossible beside the others [m or kg]."""
+    match name:
+        case "stature":
+            estimate_measures(person.sex, value, person.mass)
+        case "mass":
+            estimate_measures(person.sex, person.stature, value)
+        case _:
+            estimate_measures(person.sex, person.stature, person.mass, {name: value})
+
+
+def _sample_values(
+    study: Study, parameter: Parameter, top: TableReader
+) -> Iterator[tuple[float, Span]]:
+    """Yield values of a parameter with their places: the ends of its range, or its centre."""
+    place = partial(top.spans.value, f"parameters.{parameter.name}", 0)
     match parameter.distribution:
         case Uniform(low=low, high=high):
-            values = {"low": low, "high": high}
+            yield from ((low, place("low")), (high, place("high")))
         case Normal(mean=mean):
-            values = {"mean": mean}
+            yield mean, place("mean")
         case LogNormal(median=median):
-            values = {"median": median}
-        case Levels(values=levels):
-            values = {"values": min(levels), "points": max(levels)}
+            yield median, place("median")
+        case Levels(values=values):
+            keys = ["values"] * len(values)
+            if "values" not in top.content["parameters"][parameter.name]:
+                keys = ["low", *["high"] * (len(values) - 1)]
+            yield from (
+                (value, place(key, k))
+                for k, (key, value) in enumerate(zip(keys, values, strict=True))
+            )
         case None:
-            return
-    for key, value in values.items():
-        try:
-            apply_values(case, [(path, value)])
-        except MoverError as failure:
-            top.diagnostics.error(str(failure), top.spans.value(place, 0, key))
-            return
+            number = list(study.parameters).index(parameter.name)
+            column = {row[number] for row in study.design.rows}
+            ends = {min(column), max(column)} if column else set[float]()
+            yield from ((value, top.spans.value("design", 0, "file")) for value in sorted(ends))
+
+
+def _note_failure(top: TableReader, failure: MoverError, span: Span) -> None:
+    """Note an error, of which a second clause is the hint."""
+    message, _, hint = str(failure).partition("; ")
+    top.diagnostics.error(message, span, hint)
+
+
+def _check_measures(study: Study, top: TableReader) -> None:
+    """Note the measures that no run has."""
+    try:
+        faults = list(check_measures(study))
+    except MoverError as failure:
+        if not top.diagnostics.has_errors:
+            key = "person" if study.person else "figure"
+            _note_failure(top, failure, top.span(key))
+        return
+    for one in faults:
+        span = top.spans.value(f"measures.{one.measure}", 0, one.key)
+        top.diagnostics.error(one.message, span, one.hint)
 
 
 def _check_run_count(study: Study, top: TableReader) -> None:
