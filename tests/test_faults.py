@@ -32,6 +32,7 @@ from generator.motion_files import (
 from generator.person.measures import estimate_measures, parse_measures_file
 from generator.person.survey import Sex
 from generator.springs_file.read import load_springs
+from generator.study.study_file import parse_study
 from generator.text_io import parse_file
 from tests.paths import FAULTS
 
@@ -93,6 +94,7 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "scene": parse_scene_file,
     "live": parse_live_file,
     "measures": parse_measures_of_a_man,
+    "study": parse_study,
     "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
     "coordinates": parse_coordinates_of_joints,
     "model": lambda path: parse_model(
@@ -100,7 +102,9 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     ),
 }
 
-FILES = sorted(path for path in FAULTS.glob("*/*") if path.suffix != ".expected")
+FILES = sorted(
+    path for path in FAULTS.glob("*/*") if path.is_file() and path.suffix != ".expected"
+)
 
 
 def test_every_kind_has_files_and_every_answer_its_file():

@@ -241,7 +241,7 @@ def _parse_rows(
         return None
     if len(lines) == 1:
         faults.error("this list has no rows", lines[0], "a row below the titles is a run")
-    titles, rows = split_cells(lines[0]), list[tuple[float, ...]]()
+    titles, rows, is_complete = split_cells(lines[0]), list[tuple[float, ...]](), True
     if len(lines) - 1 > MAX_RUNS:
         faults.error(f"a study has at most {MAX_RUNS:,} runs", lines[MAX_RUNS + 1])
         return None
@@ -250,7 +250,9 @@ def _parse_rows(
         if len(cells) != len(titles):
             message = f"this row has {format_count(len(cells), 'cell')}, not {len(titles)}"
             faults.error(message, line, example)
+            is_complete = False
             continue
         read = [parse_number_cell(cells[columns[one].index], one, faults) for one in names]
         rows.append(tuple(value for value in read if value is not None))
-    return tuple(rows)
+        is_complete = is_complete and len(rows[-1]) == len(names)
+    return tuple(rows) if is_complete else None

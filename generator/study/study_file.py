@@ -377,10 +377,10 @@ def _sample_values(
                 for k, (key, value) in enumerate(zip(keys, values, strict=True))
             )
         case None:
-            number = list(study.parameters).index(parameter.name)
-            column = {row[number] for row in study.design.rows}
-            ends = {min(column), max(column)} if column else set[float]()
-            yield from ((value, top.spans.value("design", 0, "file")) for value in sorted(ends))
+            number = list(top.content["parameters"]).index(parameter.name)
+            column = [row[number] for row in study.design.rows]
+            ends = sorted({min(column), max(column)}) if column else []
+            yield from ((value, top.spans.value("design", 0, "file")) for value in ends)
 
 
 def _note_failure(top: TableReader, failure: MoverError, span: Span) -> None:
