@@ -28,6 +28,7 @@ from generator.study.study import (
 from generator.study.study_tables import (
     DESIGN_KEYS,
     DISTRIBUTION_KEYS,
+    PARAMETER_EXAMPLE,
     PARAMETER_KEYS,
     adopt,
     parse_integer,
@@ -37,6 +38,7 @@ from generator.study.study_tables import (
     reject_unknown_keys,
     relative_path,
     require_keys,
+    require_table,
 )
 from generator.text_io import load_text
 
@@ -52,12 +54,8 @@ _KIND_EXAMPLE = '"latin-hypercube"'
 
 def parse_parameters(top: TableReader, kind: DesignKind | None) -> dict[str, Parameter | None]:
     """Return the parameters by name; None, with an error noted, for one that is wrong."""
-    table = parse_table(top, "parameters")
-    if table is None or not table.content:
-        if "parameters" not in top.content or table is not None:
-            hint = 'write `[parameters]` and `g = { path = "gravity", low = 0.8, high = 1.2 }`'
-            place = top.spans.table("parameters")
-            top.diagnostics.error("this study has no parameters", place, hint)
+    table = require_table(top, "parameters", PARAMETER_EXAMPLE)
+    if table is None:
         return {}
     rows = {name: parse_row(table, name, "parameter", ()) for name in table.content}
     return {
@@ -70,11 +68,8 @@ def _parse_parameter(table: TableReader, name: str, kind: DesignKind | None) -> 
     table.reject_unknown_keys(PARAMETER_KEYS, "parameter")
     has_path = require_keys(table, {"path": '"springs.knee.scale"'}, "parameter")
     paths = parse_texts(table, "path") if has_path else ()
-    before = len(table.diagnostics.entries)
     distribution = _parse_distribution(table, name, kind)
-    if not paths or (len(table.diagnostics.entries) > before and distribution is None):
-        return None
-    return Parameter(name, paths, distribution)
+    return Parameter(name, paths, distribution) if paths else None
 
 
 def _parse_distribution(
@@ -93,10 +88,16 @@ def _parse_distribution(
         table.error(second, f"`{first}` and `{second}` exclude each other", hint)
         return None
     (keys,) = present
+    if kind is DesignKind.LIST:
+        span = table.span(keys[0] if keys[0] in table.content else keys[-1])
+        hint = "they are in the file of the list"
+        table.diagnostics.warning(f"the values of `{name}` here are not used", span, hint)
+        return None
     missing = [key for key in keys if key not in table.content]
-    if missing:
+    if missing and table.content.keys() <= set(PARAMETER_KEYS):  # else a slip of it, perhaps
         there = next(key for key in keys if key in table.content)
         table.error(there, f"`{there}` needs `{missing[0]}` beside it")
+    if missing:
         return None
     if keys == ("values",):
         return _parse_levels(table, kind)
@@ -149,7 +150,9 @@ def _parse_uniform(
         return evenly_spaced(low, high, points)
     if "points" not in table.content:
         hint = "write `points = 5`, for example, or `values` instead"
-        table.diagnostics.error("a grid needs `points` between its ends", table.header_span, hint)
+        table.diagnostics.error(
+            "a grid needs the number of `points` from `low` to `high`", table.header_span, hint
+        )
     return None
 
 
@@ -173,11 +176,8 @@ def _parse_levels(table: TableReader, kind: DesignKind | None) -> Levels | None:
 
 def parse_kind(top: TableReader) -> DesignKind | None:
     """Return the kind of the design; None if it is absent or, with an error, wrong."""
-    table = parse_table(top, "design")
+    table = require_table(top, "design", f"kind = {_KIND_EXAMPLE}")
     if table is None:
-        if "design" not in top.content:
-            hint = f"write `[design]` and `kind = {_KIND_EXAMPLE}` below it"
-            top.diagnostics.error("this study has no design", top.header_span, hint)
         return None
     reject_unknown_keys(table, DESIGN_KEYS, "design")
     require_keys(table, {"kind": _KIND_EXAMPLE}, "design")
@@ -255,4 +255,4 @@ def _parse_rows(
         read = [parse_number_cell(cells[columns[one].index], one, faults) for one in names]
         rows.append(tuple(value for value in read if value is not None))
         is_complete = is_complete and len(rows[-1]) == len(names)
-    return tuple(rows) if is_complete else None
+    return tuple(rows) if is_complete and rows else None

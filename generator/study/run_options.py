@@ -100,6 +100,9 @@ def parse_plan(
     if figure is not None:
         options["displacements"] = _parse_start(top, figure, folder)
         options["velocities"] = _parse_velocities(top, figure, free_root=free_root)
+    else:  # only whether they are tables
+        for name in ("set", "velocity"):
+            parse_table(top, name)
     if figure is None or springs is None:
         return None
     try:
@@ -127,13 +130,14 @@ def _parse_number(top: TableReader, key: str, bounds: _Range) -> float | None:
 
 def _check_times(top: TableReader, numbers: Mapping[str, float]) -> None:
     """Note the errors of times that do not fit each other."""
-    if any(key in top.content and key not in numbers for key in ("start", "stop", "frame")):
-        return
+    wrong = [key for key in ("start", "stop", "frame") if key in top.content and key not in numbers]
     start, stop, frame = (numbers.get(k, getattr(Plan, k)) for k in ("start", "stop", "frame"))
+    if {"start", "stop"} & set(wrong):
+        return
     if stop <= start:
         key = "stop" if "stop" in numbers else "start"
         top.error(key, f"the stop time {stop:g} s is not after the start {start:g} s")
-    elif (stop - start) / frame > MAX_FRAMES:
+    elif not wrong and (stop - start) / frame > MAX_FRAMES:
         key = next(key for key in ("frame", "stop", "start") if key in numbers)
         hint = "use a longer `frame` or an earlier `stop`"
         top.error(key, f"a run has more than {MAX_FRAMES:,} frames", hint)

@@ -52,6 +52,7 @@ from generator.study.study import (
     Uniform,
 )
 from generator.study.study_tables import (
+    MEASURE_EXAMPLE,
     MEASURE_KEYS,
     PERSON_KEYS,
     SENSITIVITY_KEYS,
@@ -63,6 +64,7 @@ from generator.study.study_tables import (
     reject_unknown_keys,
     relative_path,
     require_keys,
+    require_table,
 )
 from generator.text_io import is_file, parse_file, parse_text, path_exists
 from springs import Joining, SpringSet
@@ -254,11 +256,8 @@ def _parse_measures(
     top: TableReader, parameters: Mapping[str, Parameter | None]
 ) -> dict[str, Measure | None]:
     """Return the measures by name; None, with an error noted, for one that is wrong."""
-    table = parse_table(top, "measures")
-    if table is None or not table.content:
-        if "measures" not in top.content or table is not None:
-            hint = 'write `[measures]` and `end = { column = "kinetic [J]", take = "last" }`'
-            top.diagnostics.error("this study has no measures", top.spans.table("measures"), hint)
+    table = require_table(top, "measures", MEASURE_EXAMPLE)
+    if table is None:
         return {}
     rows = {name: parse_row(table, name, "measure", parameters) for name in table.content}
     return {name: None if row is None else _parse_measure(row, name) for name, row in rows.items()}

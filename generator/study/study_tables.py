@@ -24,6 +24,9 @@ PARAMETER_KEYS = ("path", *(key for keys in DISTRIBUTION_KEYS for key in keys), 
 MEASURE_KEYS = ("column", "take")
 SENSITIVITY_KEYS = ("confidence", "resamples")
 
+PARAMETER_EXAMPLE = 'g = { path = "gravity", low = 0.8, high = 1.2 }'
+MEASURE_EXAMPLE = 'end = { column = "kinetic [J]", take = "last" }'
+
 RESERVED_NAMES = ("run", "outcome", "message")
 """Other columns of the table of runs."""
 
@@ -41,6 +44,18 @@ def parse_table(top: TableReader, name: str) -> TableReader | None:
     if content is not None:
         place = top.spans.table(name)
         top.diagnostics.error(f"`{name}` is a table", place, f"write `[{name}]` above its keys")
+    return None
+
+
+def require_table(top: TableReader, name: str, example: str) -> TableReader | None:
+    """Return the reader of a table with keys; None, with an error noted, if there is none."""
+    table = parse_table(top, name)
+    if table is not None and table.content:
+        return table
+    slips = (closest_match(key, STUDY_KEYS) for key in top.content if key not in STUDY_KEYS)
+    if table is not None or (name not in top.content and name not in slips):
+        hint = f"write `[{name}]` and `{example}` below it"
+        top.diagnostics.error(f"this study has no {name}", top.spans.table(name), hint)
     return None
 
 
@@ -107,9 +122,11 @@ def parse_row(table: TableReader, name: str, noun: str, taken: Iterable[str]) ->
     """Return the table of one parameter or measure; None, with an error noted, if it is wrong."""
     place = table.spans.key(table.name, 0, name)
     faults = table.diagnostics
-    if name in RESERVED_NAMES or name in taken:
-        other = "a parameter" if name in taken else "another column"
-        faults.error(f"`{name}` is the name of {other} of the table of runs", place, "rename it")
+    if name in RESERVED_NAMES:
+        message = f"`{name}` is the name of another column of the table of runs"
+        faults.error(message, place, "rename it")
+    elif name in taken:
+        faults.error(f"`{name}` is the name of a parameter already", place, "rename one of them")
     elif not _NAME.fullmatch(name):
         hint = f"1 to {MAX_NAME_LENGTH} letters, digits, `_` and `-`"
         faults.error(f"`{shorten(name)}` is not a name of a {noun}", place, hint)
@@ -121,8 +138,8 @@ def parse_row(table: TableReader, name: str, noun: str, taken: Iterable[str]) ->
     if name in STUDY_KEYS:
         faults.error(f"`{name}` is not a {noun}", place, "write it above the first `[table]`")
     else:
-        keys = "path, low, high" if noun == "parameter" else "column, take"
-        faults.error(f"a {noun} is a table", place, f"write `{name} = {{ {keys} }}` with values")
+        example = PARAMETER_EXAMPLE if noun == "parameter" else MEASURE_EXAMPLE
+        faults.error(f"a {noun} is a table", place, f"write `{example}`, for example")
     return None
 
 
