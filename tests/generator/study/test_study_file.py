@@ -1,0 +1,282 @@
+"""Study files: what is read of them, names and paths, and that no text makes the reader fail."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from generator.diagnostics import InputError, Severity, select_errors
+from generator.figure_file import read_figure
+from generator.person.survey import Sex
+from generator.simulation.plan import Plan
+from generator.springs_file.read import read_springs
+from generator.study.design_table import MAX_RUNS
+from generator.study.designs import design_points
+from generator.study.parameters import build_case
+from generator.study.study import (
+    Design,
+    DesignKind,
+    Levels,
+    LogNormal,
+    Measure,
+    Normal,
+    Parameter,
+    PersonArguments,
+    Sensitivity,
+    Study,
+    Take,
+    Uniform,
+)
+from generator.study.study_file import (
+    find_study,
+    parse_study,
+    parse_study_text,
+    read_study,
+    shipped_studies,
+)
+from generator.text_io import MAX_FILE_BYTES
+from tests.paths import FIGURES
+
+EXAMPLE = """\
+figure = "pendulum"
+stop = 0.3
+[design]
+kind = "sobol"          # how to sample: grid, latin-hypercube, sobol, list
+runs = 64
+seed = 7
+[parameters]
+gravity_scale = { path = "gravity", low = 0.8, high = 1.2 }
+[measures]
+swing = { column = "shoulder.2 [deg]", take = "largest" }
+end = { column = "kinetic [J]", take = "last" }
+# [sensitivity] asks for indices
+"""
+
+
+def read(text: str, folder: Path = FIGURES) -> Study:
+    """The study of a text without errors and warnings."""
+    parsed = parse_study_text(text, folder)
+    assert all(one.severity is Severity.NOTE for one in parsed.diagnostics)
+    return parsed.require_value()
+
+
+def test_a_study_is_its_figure_its_runs_its_parameters_and_its_measures():
+    study = read(EXAMPLE)
+    figure = read_figure("pendulum")
+    assert study.name == "pendulum"
+    assert study.figure == figure
+    assert study.plan == Plan(stop=0.3, springs=read_springs(None, figure))
+    assert study.design == Design(DesignKind.SOBOL, 64, 7)
+    gravity = Parameter("gravity_scale", ("gravity",), Uniform(0.8, 1.2))
+    assert study.parameters == {"gravity_scale": gravity}
+    swing = Measure("swing", "shoulder.2 [deg]", Take.LARGEST)
+    assert study.measures == {"swing": swing, "end": Measure("end", "kinetic [J]", Take.LAST)}
+    assert study.person is None
+    assert study.sensitivity is None
+    assert study.text == EXAMPLE
+    points = design_points(study)
+    assert points.shape == (64, 1)
+    assert build_case(study, points[0]).plan.gravity == (0.0, -9.81 * points[0, 0], 0.0)
+
+
+def test_a_table_may_be_written_in_all_ways_of_toml():
+    head = 'figure = "pendulum"\nstop = 0.3\n'
+    dotted = """\
+design.kind = "sobol"
+design.runs = 64
+design.seed = 7
+parameters.gravity_scale.path = ["gravity"]
+parameters.gravity_scale.low = 0.8
+parameters.gravity_scale.high = 1.2
+measures.swing = { column = "shoulder.2 [deg]", take = "largest" }
+measures.end.column = "kinetic [J]"
+measures.end.take = "last"
+"""
+    headers = """\
+[measures.swing]
+column = "shoulder.2 [deg]"
+take = "largest"
+[measures.end]
+column = "kinetic [J]"
+take = "last"
+[parameters.gravity_scale]
+path = "gravity"
+low = 8e-1
+high = 1.2
+[design]
+seed = 7
+runs = 6_4
+kind = "sobol"
+"""
+    assert read(head + dotted) == read(head + headers) == read(EXAMPLE)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "column"),
+    [
+        ('parameters.g.path = "gravity"\nparameters.g.low = 2\nparameters.g.high = 1', 21),
+        ('[parameters.g]\npath = "gravity"\nlow = 2\nhigh = 1', 8),
+        ('[parameters]\n\n\ng = { path = "gravity", low = 2, high = 1 }', 41),
+        ('parameters = { g = { path = "gravity", low = 2, high = 1 } }\n#\n#', 56),
+    ],
+)
+def test_an_error_is_at_its_value_in_all_ways_of_toml(wrong: str, column: int):
+    rest = '[design]\nkind = "latin-hypercube"\nruns = 2\n[measures.end]\ncolumn = "kinetic [J]"\n'
+    text = f'figure = "pendulum"\n{wrong}\n{rest}take = "last"\n'
+    (fault,) = parse_study_text(text, FIGURES).diagnostics
+    assert fault.span is not None
+    assert fault.span.text == "1"
+    assert fault.span.line == 2 + wrong[: wrong.index("high")].count("\n")
+    assert fault.span.column == column
+
+
+def test_each_distribution_is_read():
+    study = read("""\
+figure = "prototype"
+[design]
+kind = "latin-hypercube"
+runs = 5
+[parameters]
+uniform = { path = "gravity", low = 0.5, high = 2 }
+normal = { path = "pose.left_knee", mean = -3, sd = 2.5 }
+skew = { path = ["springs.left_knee.scale", "springs.right_knee.scale"], median = 1, factor = 1.5 }
+levels = { path = "springs.left_elbow.scale", values = [2, 1, 1] }
+[measures]
+end = { column = "kinetic [J]", take = "last" }
+""")
+    assert [one.distribution for one in study.parameters.values()] == [
+        Uniform(0.5, 2.0),
+        Normal(-3.0, 2.5),
+        LogNormal(1.0, 1.5),
+        Levels((2.0, 1.0, 1.0)),
+    ]
+    both = ("springs.left_knee.scale", "springs.right_knee.scale")
+    assert study.parameters["skew"].paths == both
+    assert design_points(study).shape == (5, 4)
+
+
+NUMBERS = st.floats(-1e12, 1e12, allow_subnormal=False)
+
+
+@given(ends=st.tuples(NUMBERS, NUMBERS).filter(lambda ends: ends[0] < ends[1]))
+@settings(max_examples=30, deadline=None)
+def test_numbers_are_read_exactly(ends: tuple[float, float]):
+    text = EXAMPLE.replace("0.8", repr(ends[0])).replace("1.2", repr(ends[1]))
+    text = text.replace('"gravity"', '"pose.shoulder.1"')
+    study = parse_study_text(text, FIGURES).value
+    bound = 1e6
+    if max(map(abs, ends)) <= bound:
+        assert study is not None
+    if study is not None:
+        assert study.parameters["gravity_scale"].distribution == Uniform(*ends)
+
+
+def test_a_grid_has_evenly_spaced_values():
+    text = EXAMPLE.replace('"sobol"', '"grid"').replace("runs = 64\nseed = 7\n", "")
+    study = read(text.replace("high = 1.2", "high = 1.2, points = 5"))
+    assert study.design == Design(DesignKind.GRID)
+    assert design_points(study)[:, 0] == pytest.approx([0.8, 0.9, 1.0, 1.1, 1.2], rel=1e-15)
+
+
+def test_indices_have_defaults():
+    assert read(EXAMPLE + "[sensitivity]\n").sensitivity == Sensitivity(0.95, 1000)
+    table = "[sensitivity]\nconfidence = 0.9\nresamples = 50\n"
+    assert read(EXAMPLE + table).sensitivity == Sensitivity(0.9, 50)
+
+
+def test_a_person_takes_the_place_of_a_figure():
+    person = '[person]\nsex = "female"\nstature_m = 1.63\nmass_kg = 62\n'
+    text = EXAMPLE.replace('figure = "pendulum"\n', "").replace("[design]", f"{person}[design]")
+    text = text.replace("shoulder.2 [deg]", "left_knee.1 [deg]").replace("gravity", "person.mass")
+    study = read(text.replace("0.8", "55").replace("1.2", "70").replace("person.mass_scale", "mass"))
+    assert study.person == PersonArguments(Sex.FEMALE, 1.63, 62.0, "published")
+    assert study.figure.total_mass == pytest.approx(62.0)
+    assert study.name == "female, 1.63 m, 62 kg"
+    assert build_case(study, [65.0]).figure.total_mass == pytest.approx(65.0)
+
+
+def test_files_are_searched_in_the_folder_of_the_study(tmp_path: Path, monkeypatch):
+    folder, elsewhere = tmp_path / "studies", tmp_path / "elsewhere"
+    folder.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    (folder / "own.fig").write_text((FIGURES / "pendulum.fig").read_text("utf-8"), "utf-8")
+    (folder / "s.study.toml").write_text(EXAMPLE.replace("pendulum", "own.fig"), "utf-8")
+    study = read_study(folder / "s.study.toml")
+    assert study.figure.path == folder / "own.fig"
+    assert study.name == "own"
+    (elsewhere / "other.fig").write_text("", "utf-8")
+    parsed = parse_study_text(EXAMPLE.replace("pendulum", "other.fig"), folder)
+    assert "no file `other.fig`" in parsed.diagnostics[0].message
+
+
+def test_springs_are_chosen_as_in_a_run():
+    text = EXAMPLE.replace("pendulum", "prototype").replace("shoulder.2", "left_knee.1")
+    study = read(f'springs = "coupled"\n{text}')
+    expected = read_springs("coupled", read_figure("prototype"))
+    assert study.plan.springs == expected
+    assert expected.coupled
+
+
+def test_an_unknown_study_is_a_sentence_with_the_nearest_name(tmp_path: Path):
+    parsed = parse_study(tmp_path / "none.study.toml")
+    (fault,) = parsed.diagnostics
+    assert "no shipped study of that name" in fault.message
+    for name, path in shipped_studies().items():
+        assert find_study(name) == path
+        (fault,) = parse_study(f"{name}x").diagnostics
+        assert fault.hint == f"did you mean `{name}`?"
+
+
+def test_what_is_not_a_text_is_a_sentence(tmp_path: Path):
+    (fault,) = parse_study(tmp_path).diagnostics
+    assert "is a directory" in fault.message
+    large = tmp_path / "large.toml"
+    with large.open("wb") as file:
+        file.truncate(MAX_FILE_BYTES + 1)
+    (fault,) = parse_study(large).diagnostics
+    assert "larger than 32 MB" in fault.message
+    large.write_text(EXAMPLE + "# a long comment\n" * 10_000, "utf-8")
+    (fault,) = parse_study(large).diagnostics
+    assert fault.message == "this is too long for a study file"
+    with pytest.raises(InputError):
+        read_study(large)
+
+
+def test_the_largest_study_is_read():
+    grid = EXAMPLE.replace('"sobol"', '"grid"').replace("runs = 64\nseed = 7\n", "")
+    text = grid.replace("high = 1.2", "high = 1.2, points = 1000")
+    second = 'b = { path = "pose.shoulder.1", low = 0, high = 1, points = 1000 }\n'
+    study = parse_study_text(text.replace("[measures]", f"{second}[measures]"), FIGURES).value
+    assert study is not None
+    runs = [len(one.distribution.values) for one in study.parameters.values()]
+    assert runs[0] * runs[1] == MAX_RUNS
+
+
+def test_a_warning_does_not_refuse_a_study():
+    parsed = parse_study_text(EXAMPLE.replace("64", "60"), FIGURES)
+    assert [one.severity for one in parsed.diagnostics] == [Severity.WARNING]
+    assert parsed.value is not None
+    parsed = parse_study_text(EXAMPLE.replace("64", "60") + "[sensitivity]\n", FIGURES)
+    assert [one.severity for one in parsed.diagnostics] == [Severity.ERROR]
+
+
+PIECES = st.sampled_from(
+    ["", "[", "]", "{", "}", '"', "\n", "=", ",", "-", "0", "nan", "1e999", "[design]", "[person]\n",
+     "floor = true\n", "[[measures]]\n", "true", "\x00", "é", "set.shoulder = 3\n", "gravity"]
+)  # fmt: skip
+
+
+@given(
+    places=st.lists(st.integers(0, len(EXAMPLE)), min_size=2, max_size=2).map(sorted),
+    piece=PIECES,
+)
+@settings(max_examples=100, deadline=None)
+def test_no_text_makes_the_reader_fail(places: list[int], piece: str):
+    start, stop = places[0], min(places[1], places[0] + 20)
+    parsed = parse_study_text(EXAMPLE[:start] + piece + EXAMPLE[stop:], FIGURES)
+    assert (parsed.value is None) is bool(select_errors(parsed.diagnostics))
+    for fault in parsed.diagnostics:
+        assert fault.span is not None
+        assert str(fault)
