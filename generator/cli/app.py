@@ -53,6 +53,10 @@ COMMANDS = {
         "generator.cli.simulate:simulate",
         "Simulate a figure under gravity, loads, passive joint torques and contact.",
     ),
+    "sweep": (
+        "generator.cli.sweep:sweep",
+        "Simulate a figure many times, with other springs, masses, poses or floors.",
+    ),
     "person": (
         "generator.cli.person:person",
         "Make the figure of a person of a sex, stature and mass.",

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from generator.simulation.run import Progress
+    from generator.study.sweep import SweepProgress
 
 
 ItemCallback: TypeAlias = Callable[[str], None]
@@ -29,6 +30,9 @@ RunCallback: TypeAlias = Callable[["Progress"], None]
 RunMonitor: TypeAlias = Callable[[float, float], AbstractContextManager[RunCallback]]
 """Opens a callback for a run from a start to a stop [s]."""
 
+SweepCallback: TypeAlias = Callable[["SweepProgress"], None]
+"""Takes the progress of a sweep."""
+
 
 def no_item_monitor(total: int, noun: str) -> AbstractContextManager[ItemCallback]:
     """Return a callback that shows no progress of pieces of work."""
@@ -42,19 +46,25 @@ def no_run_monitor(start: float, stop: float) -> AbstractContextManager[RunCallb
     return nullcontext(_ignore)
 
 
+def no_sweep_monitor(total: int) -> AbstractContextManager[SweepCallback]:
+    """Return a callback that shows no progress of a sweep."""
+    del total
+    return nullcontext(_ignore)
+
+
 def _ignore(value: object) -> None:
     del value
 
 
-def _rate_column() -> "ProgressColumn":
-    """Return a column with the simulated seconds in a second."""
+def _rate_column(unit: str) -> "ProgressColumn":
+    """Return a column with the progress in a second, called by its unit."""
     from rich.progress import ProgressColumn
     from rich.table import Column
     from rich.text import Text
 
     class RateColumn(ProgressColumn):
         def render(self, task: "Task") -> "Text":
-            return Text("" if task.speed is None else f"{task.speed:.3g} x real time")
+            return Text("" if task.speed is None else f"{task.speed:.3g} {unit}")
 
     return RateColumn(Column(no_wrap=True))
 
@@ -80,7 +90,7 @@ def progress_bar(start: float, stop: float) -> Generator[RunCallback]:
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.completed:.2f} of {task.total:.2f} s"),
-        _rate_column(),
+        _rate_column("x real time"),
         TimeRemainingColumn(),
     )
     row = bar.add_task("building", total=stop - start)
@@ -115,6 +125,37 @@ def item_progress_bar(total: int, noun: str) -> Generator[ItemCallback]:
 
     def update(name: str) -> None:
         bar.update(row, advance=1, description=name)
+
+    with bar:
+        yield update
+
+
+@contextmanager
+def sweep_progress_bar(total: int) -> Generator[SweepCallback]:
+    """Show a bar on the standard error stream for the runs of a study, removed at the end.
+
+    It shows how many have finished and failed, the rate and the remaining time.
+    """
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+
+    bar = _new_bar(
+        BarColumn(),
+        TextColumn("{task.completed} of {task.total} runs"),
+        _rate_column("runs/s"),
+        TimeRemainingColumn(),
+        TextColumn("{task.description}"),
+    )
+    row = bar.add_task("", total=total)
+    failed = 0
+
+    def update(progress: "SweepProgress") -> None:
+        nonlocal failed
+        if progress.latest is None:
+            bar.reset(row, completed=progress.finished)
+            return
+        failed += progress.latest.result.outcome != "done"
+        note = f"{failed} failed" if failed else ""
+        bar.update(row, completed=progress.finished, description=note)
 
     with bar:
         yield update

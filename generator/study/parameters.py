@@ -1,92 +1,363 @@
-"""Paths of the quantities that a study varies, and the cases that their values make.
+"""Cases that the values of a study's parameters make."""
 
-    springs[.JOINT[.AXIS]].scale                all torques that depend on displacements only
-    springs[.JOINT[.AXIS]].damping_scale        damping and friction
-    springs.JOINT[.AXIS].offset_deg             shift of the elastic curves
-    springs.JOINT[.AXIS].viscous_Nms_rad        (`viscous_Ns_m` of a slide)
-    springs.JOINT[.AXIS].coulomb_Nm             (`coulomb_N` of a slide)
-    segments.NAME.mass | mass_scale | inertia_scale
-    pose.JOINT[.k], velocity.JOINT[.k]          [deg or cm, a second]
-    gravity, height, floor.friction, floor.stiffness
-    person.stature | mass | DIMENSION           [m or kg]
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import degrees, isfinite, nan, radians
 
-`knee` is `left_knee` and `right_knee`, with the same anatomical change of both. An axis is the name
-of its motion, such as `flexion`, or its number from 1.
-"""
+from generator.diagnostics import ModelError
+from generator.figure import Segment
+from generator.springs_file.axes import parallel_sign
+from generator.study.parameter_paths import (
+    FREE_MOTIONS,
+    Case,
+    ParameterPath,
+    Quantity,
+    Target,
+    UnknownPathError,
+    parse_path,
+)
+from generator.study.person_figure import make_person
+from generator.study.study import Study
+from springs import AxisSpring, CoupledSpring, Elastic, JointSprings, Stop
+from springs.hysteresis import Hysteresis
+from springs.transformed import Transformed
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from generator.figure import Figure
-from generator.named_mapping import UnknownNameError
-from generator.simulation.plan import Plan
-from generator.study.study import PersonArguments, Study
-
-
-class UnknownPathError(UnknownNameError):
-    """A figure has no such quantity; the message states the nearest one."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A figure and its run.
-
-    Attributes:
-        figure: the figure.
-        plan: of the run, with springs.
-    """
-
-    figure: Figure
-    plan: Plan
-
-
-@dataclass(frozen=True)
-class ParameterPath:
-    """A quantity that a study may vary.
-
-    Attributes:
-        text: as written.
-        unit: of its values, such as "deg"; "" for a factor.
-    """
-
-    text: str
-    unit: str
-
-    def __str__(self) -> str:
-        """As written."""
-        return self.text
-
-
-def parse_path(text: str, case: Case, person: PersonArguments | None = None) -> ParameterPath:
-    """Return the quantity of a path. Raises UnknownPathError.
-
-    Args:
-        text: the path.
-        case: its figure, springs and scene.
-        person: arguments of the figure, where it is a person.
-    """
-    raise NotImplementedError
+__all__ = [
+    "Case",
+    "ParameterPath",
+    "UnknownPathError",
+    "apply_values",
+    "build_case",
+    "nominal_value",
+    "parse_path",
+]
 
 
 def nominal_value(path: ParameterPath, case: Case) -> float:
     """Value of a quantity, in the unit of its path, at which it leaves the case as it is.
 
-    Of several quantities, that of the first.
+    Of several quantities, that of the first. NaN for a height that the plan leaves open.
     """
-    raise NotImplementedError
+    match path.quantity:
+        case Quantity.OFFSET:
+            return 0.0
+        case Quantity.VISCOUS | Quantity.COULOMB:
+            spring = _spring_at(case, path.targets[0])
+            return 0.0 if spring is None else float(getattr(spring.damping, path.quantity))
+        case Quantity.MASS:
+            return case.figure.segments[path.targets[0].name].mass or 0.0
+        case Quantity.POSE | Quantity.VELOCITY:
+            target = path.targets[0]
+            value = _displacements(case, path.quantity, target.name)[target.index]
+            return degrees(value) if path.unit.startswith("deg") else 100.0 * value
+        case Quantity.HEIGHT:
+            return nan if case.plan.height is None else case.plan.height
+        case Quantity.FRICTION | Quantity.STIFFNESS:
+            name = path.targets[0].name
+            props = case.plan.scene.props
+            surface = next(prop.surface for prop in props if prop.name == name)
+            return float(getattr(surface, path.quantity))
+        case Quantity.PERSON:
+            return path.person_value
+        case _:
+            return 1.0
 
 
 def apply_values(case: Case, assignments: Sequence[tuple[ParameterPath, float]]) -> Case:
     """Return the case with values of its quantities, set one after the other.
 
+    Scales and offsets change what the case has; other values replace it. A law is always wrapped,
+    by a scale of 1 and an offset of 0 as well, so that its compiled form does not depend on the
+    values.
+
     Raises ModelError for a value that a quantity cannot have.
     """
-    raise NotImplementedError
+    for path, value in assignments:
+        try:
+            if not isfinite(value):
+                raise ValueError("it must be finite")
+            case = _apply(case, path, value)
+        except ValueError as failure:
+            raise ModelError(f"`{path}` cannot be {value:g}: {failure}") from None
+    return case
+
+
+def _apply(case: Case, path: ParameterPath, value: float) -> Case:
+    """Return the case with one value. Raises ValueError."""
+    figure, plan = case.figure, case.plan
+    if path.quantity not in _SIGNED and value < 0.0:
+        raise ValueError("it must not be negative")
+    match path.quantity:
+        case Quantity.SCALE | Quantity.DAMPING_SCALE | Quantity.COUPLED_SCALE:
+            return _scale_springs(case, path, value)
+        case Quantity.OFFSET:
+            return _shift_springs(case, path, _si_value(path, value))
+        case Quantity.VISCOUS | Quantity.COULOMB:
+            for target in path.targets:
+                case = _change_axis(
+                    case,
+                    target,
+                    lambda spring: replace(
+                        spring, damping=replace(spring.damping, **{path.quantity: value})
+                    ),
+                )
+            return case
+        case Quantity.MASS | Quantity.MASS_SCALE | Quantity.INERTIA_SCALE:
+            if value == 0.0:
+                raise ValueError("it must be positive")
+            segments = (figure.segments[target.name] for target in path.targets)
+            changed = [_scale_segment(segment, path.quantity, value) for segment in segments]
+            return replace(case, figure=figure.with_parts(*changed))
+        case Quantity.POSE | Quantity.VELOCITY:
+            return _set_displacement(case, path, _si_value(path, value))
+        case Quantity.GRAVITY:
+            x, y, z = plan.gravity
+            return replace(case, plan=replace(plan, gravity=(value * x, value * y, value * z)))
+        case Quantity.HEIGHT:
+            return replace(case, plan=replace(plan, height=value))
+        case Quantity.FRICTION | Quantity.STIFFNESS:
+            name = path.targets[0].name
+            props = tuple(
+                replace(prop, surface=replace(prop.surface, **{path.quantity: value}))
+                if prop.name == name
+                else prop
+                for prop in plan.scene.props
+            )
+            return replace(case, plan=replace(plan, scene=replace(plan.scene, props=props)))
+        case Quantity.PERSON:
+            raise ValueError("a person is built anew for it, by build_case")
+
+
+_SIGNED = {Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY, Quantity.HEIGHT}
+"""Quantities that may be negative."""
+
+
+def _si_value(path: ParameterPath, value: float) -> float:
+    """Value of an angle or a length, or its rate, in rad or m."""
+    return radians(value) if path.unit.startswith("deg") else value / 100.0
+
+
+def _spring_at(case: Case, target: Target) -> AxisSpring | None:
+    """Return the spring about an axis; None without one."""
+    own = case.springs.joints.get(target.name)
+    if own is None or target.direction is None:
+        return None
+    for spring in own.translations if target.slides else own.axes:
+        if parallel_sign(spring.direction, target.direction):
+            return spring
+    return None
+
+
+def _change_axis(case: Case, target: Target, change: Callable[[AxisSpring], AxisSpring]) -> Case:
+    """Return the case with a change of the spring about an axis, which may be a new one."""
+    assert target.direction is not None
+    former = _spring_at(case, target)
+    changed = change(AxisSpring(target.direction) if former is None else former)
+    field = "translations" if target.slides else "axes"
+    springs = case.springs
+    own = springs.joints.get(target.name, JointSprings(target.name))
+    axes: tuple[AxisSpring, ...] = getattr(own, field)
+    axes = (
+        (*axes, changed)
+        if former is None
+        else tuple(changed if spring is former else spring for spring in axes)
+    )
+    joints = {**springs.joints, target.name: replace(own, **{field: axes})}
+    return replace(case, plan=replace(case.plan, springs=replace(springs, joints=joints)))
+
+
+def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
+    """Return the case with a factor of elastic torques, or of damping and friction."""
+    is_elastic = path.quantity is not Quantity.DAMPING_SCALE
+    factors = (value, 1.0) if is_elastic else (1.0, value)
+
+    def scale(spring: AxisSpring) -> AxisSpring:
+        return _scale_spring(spring, *factors)
+
+    if path.targets:
+        for target in path.targets:
+            case = _change_axis(case, target, scale)
+        return case
+    springs = case.springs
+    if is_elastic:
+        coupled = tuple(replace(spring, law=spring.law.scaled(value)) for spring in springs.coupled)
+        springs = replace(springs, coupled=coupled)
+    if path.quantity is not Quantity.COUPLED_SCALE:
+        joints = {
+            name: replace(
+                joint,
+                axes=tuple(map(scale, joint.axes)),
+                translations=tuple(map(scale, joint.translations)),
+            )
+            for name, joint in springs.joints.items()
+        }
+        springs = replace(springs, joints=joints)
+    return replace(case, plan=replace(case.plan, springs=springs))
+
+
+def _scale_spring(spring: AxisSpring, elastic: float, damping: float) -> AxisSpring:
+    """Return a spring with factors of its elastic torque beside stops, and of its damping."""
+    return replace(
+        spring,
+        elastic=tuple(
+            part
+            for law in spring.elastic
+            for part in ((law,) if isinstance(law, Stop) else _scaled_laws(law, elastic, damping))
+        ),
+        damping=replace(
+            spring.damping,
+            viscous=damping * spring.damping.viscous,
+            coulomb=damping * spring.damping.coulomb,
+        ),
+    )
+
+
+def _scaled_laws(law: Elastic, elastic: float, friction: float) -> tuple[Elastic, ...]:
+    """Laws whose torques add to the scaled ones of a law.
+
+    The curves of a directional law are scaled like its friction; half of the rest of each belongs
+    to the elastic law, which is their mean.
+    """
+    if not isinstance(law, Hysteresis):
+        return (_transform(law, elastic, 0.0),)
+    up, down = law.increasing, law.decreasing
+    rest = 0.5 * (elastic - friction)
+    curves = replace(
+        law, increasing=_transform(up, friction, 0.0), decreasing=_transform(down, friction, 0.0)
+    )
+    return curves, _transform(up, rest, 0.0), _transform(down, rest, 0.0)
+
+
+def _transform(law: Elastic, scale: float, offset: float) -> Transformed:
+    """Return a law scaled and shifted, as one transformation."""
+    if isinstance(law, Transformed):
+        return Transformed(law.law, scale * law.scale, law.offset + offset, scale * law.constant)
+    return Transformed(law, scale, offset)
+
+
+def _shift_springs(case: Case, path: ParameterPath, offset: float) -> Case:
+    """Return the case with curves shifted towards larger angles [rad or m]."""
+    for target in path.targets:
+        if _spring_at(case, target) is not None:
+            case = _change_axis(case, target, _shift(target, offset))
+        assert target.direction is not None
+        coupled = tuple(_shift_coupled(spring, target, offset) for spring in case.springs.coupled)
+        springs = replace(case.springs, coupled=coupled)
+        case = replace(case, plan=replace(case.plan, springs=springs))
+    return case
+
+
+def _shift(target: Target, offset: float) -> Callable[[AxisSpring], AxisSpring]:
+    """Return the shift of a spring about the axis of a target."""
+
+    def change(spring: AxisSpring) -> AxisSpring:
+        assert target.direction is not None
+        by = target.sign * parallel_sign(spring.direction, target.direction) * offset
+        laws = (law if isinstance(law, Stop) else _shifted_law(law, by) for law in spring.elastic)
+        return replace(spring, elastic=tuple(laws))
+
+    return change
+
+
+def _shifted_law(law: Elastic, offset: float) -> Elastic:
+    if not isinstance(law, Hysteresis):
+        return _transform(law, 1.0, offset)
+    return replace(
+        law,
+        increasing=_transform(law.increasing, 1.0, offset),
+        decreasing=_transform(law.decreasing, 1.0, offset),
+    )
+
+
+def _shift_coupled(spring: CoupledSpring, target: Target, offset: float) -> CoupledSpring:
+    """Return a law over several joints, shifted along the angles about the axis of a target."""
+    assert target.direction is not None
+    offsets = {
+        coordinate: target.sign * sense * offset
+        for coordinate, axis in zip(spring.law.coordinates, spring.axes, strict=True)
+        if axis.joint == target.name and (sense := parallel_sign(axis.direction, target.direction))
+    }
+    return replace(spring, law=spring.law.scaled(1.0, offsets)) if offsets else spring
+
+
+def _scale_segment(segment: Segment, quantity: Quantity, value: float) -> Segment:
+    """Return a segment with another mass or inertia."""
+    mass, inertia = segment.mass or 0.0, segment.inertia
+    if quantity is Quantity.MASS:
+        mass, factor = value, value / mass
+    else:
+        factor = value
+        mass = value * mass if quantity is Quantity.MASS_SCALE else mass
+    if inertia is not None:
+        x, y, z = inertia
+        inertia = (factor * x, factor * y, factor * z)
+    return replace(segment, mass=mass, inertia=inertia)
+
+
+def _displacements(case: Case, quantity: Quantity, name: str) -> list[float]:
+    """Displacements of a joint at the start, or rates of a joint or free segment [SI]."""
+    plan, joint = case.plan, case.figure.joints.get(name)
+    if quantity is Quantity.POSE:
+        assert joint is not None
+        return list(map(float, plan.displacements.get(name, joint.displacement)))
+    count = FREE_MOTIONS if joint is None else len(joint.chain)
+    return list(map(float, plan.velocities.get(name, [0.0] * count)))
+
+
+def _set_displacement(case: Case, path: ParameterPath, value: float) -> Case:
+    """Return the case with a displacement or rate [SI] of all targets."""
+    field = "displacements" if path.quantity is Quantity.POSE else "velocities"
+    changed = dict(getattr(case.plan, field))
+    for target in path.targets:
+        values = _displacements(case, path.quantity, target.name)
+        values[target.index] = target.sign * value
+        changed[target.name] = tuple(values)
+    return replace(case, plan=replace(case.plan, **{field: changed}))
+
+
+_paths: list[tuple[Study, tuple[tuple[int, ParameterPath], ...]]] = []
+"""The last study of this process, with the paths of its parameters by their numbers."""
+
+
+def study_paths(study: Study) -> tuple[tuple[int, ParameterPath], ...]:
+    """Return the paths of a study's parameters with the parameters' numbers.
+
+    Raises UnknownPathError.
+    """
+    for known, paths in _paths:
+        if known is study:
+            return paths
+    base = Case(study.figure, study.plan)
+    paths = tuple(
+        (number, parse_path(text, base, study.person))
+        for number, parameter in enumerate(study.parameters.values())
+        for text in parameter.paths
+    )
+    _paths[:] = [(study, paths)]
+    return paths
 
 
 def build_case(study: Study, values: Sequence[float]) -> Case:
     """Return the case of a study for values of its parameters, in their order.
 
+    A person is built anew where a `person.*` path varies; all other paths apply to the result.
+
     Raises MoverError for values that a quantity cannot have.
     """
-    raise NotImplementedError
+    assigned = [(path, float(values[number])) for number, path in study_paths(study)]
+    own = {
+        path.targets[0].name: value for path, value in assigned if path.quantity is Quantity.PERSON
+    }
+    case = Case(study.figure, study.plan)
+    if own and study.person is not None:
+        person = replace(
+            study.person,
+            stature=own.pop("stature", study.person.stature),
+            mass=own.pop("mass", study.person.mass),
+        )
+        figure, springs = make_person(
+            person, own, case.springs.joining, with_spheres=bool(study.plan.scene.props)
+        )
+        case = Case(figure, replace(study.plan, springs=springs))
+    others = [each for each in assigned if each[0].quantity is not Quantity.PERSON]
+    return apply_values(case, others)

@@ -1,0 +1,430 @@
+"""`mover sweep`: the runs of a study, their table and the sensitivity of its measures."""
+
+import time
+from collections.abc import Iterator, Sequence
+from enum import StrEnum
+from functools import partial
+from math import inf, nan
+from os.path import realpath
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
+from generator.cli.interrupts import hold_interrupts
+from generator.cli.outputs import check_writable, writing
+from generator.cli.progress import load_compiled_integrator, no_sweep_monitor, sweep_progress_bar
+from generator.diagnostics import Diagnostic, UsageError
+from generator.rotations import Array
+from generator.simulation.import_exudyn import import_exudyn
+from generator.study.designs import design_points, run_count
+from generator.study.study import RunResult, Study
+from generator.study.study_file import find_study, parse_study
+from generator.study.sweep import (
+    DONE,
+    MOTIONS_NAME,
+    TABLE_NAME,
+    Engine,
+    Sweep,
+    SweepProgress,
+    count_outcomes,
+    run_sweep,
+)
+
+if TYPE_CHECKING:
+    from generator.study.sensitivity import Estimate, StudyIndices
+
+MAX_ROWS = 20
+"""Rows of a table that are printed without `--verbose`."""
+
+MAX_RANKED = 3
+"""Measures whose parameters are ranked without `--verbose`."""
+
+
+class Keep(StrEnum):
+    """Files of each run that are kept."""
+
+    MOTIONS = "motions"
+
+
+class Again(StrEnum):
+    """Finished runs that are repeated."""
+
+    FAILED = "failed"
+
+
+def sweep(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="STUDY.toml", help="Study file (docs/study-file.md), or a shipped study."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            help="Folder of the results; one that has some of them is continued.",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", help="Number of processes. [default: one a core]")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Scheduler of a Dask cluster, such as tls://host:8786, or `local`.",
+        ),
+    ] = None,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="Accept a plain connection to another machine.")
+    ] = False,
+    keep: Annotated[Keep | None, typer.Option(help="Keep the motion of each run, .npz.")] = None,
+    again: Annotated[Again | None, typer.Option(help="Repeat the runs that failed.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only list what would be run, and time one run.")
+    ] = False,
+    table: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv|.parquet", help="Write the table of runs here as well."),
+    ] = None,
+    *,
+    show_progress: bool = False,
+) -> CommandResult:
+    """Simulate a figure many times, with other springs, masses, poses or floors.
+
+    Finished runs are kept: after Ctrl-C, a crash or a power failure the same command continues.
+    """
+    if jobs is not None and jobs < 1:
+        raise UsageError(f"--jobs {jobs}: at least one process is needed")
+    if insecure and scheduler is None:
+        raise UsageError("--insecure needs --scheduler")
+    if scheduler not in (None, "local") and jobs is not None:
+        raise UsageError("--jobs is the number of processes on this machine; a cluster has its own")
+    if output is None and not dry_run:
+        raise UsageError("-o DIR is missing: the folder of the results")
+    if table is not None:
+        _check_table(table, output, find_study(name))
+    engine, workers = _choose_engine(jobs, scheduler, insecure=insecure)
+    parsed = parse_study(name)
+    study = parsed.require_value()
+    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
+        import_exudyn()
+    load_compiled_integrator(show_progress=show_progress)
+    if dry_run or output is None:
+        return _describe(name, study, workers)
+    monitor = sweep_progress_bar if show_progress else no_sweep_monitor
+    watch = _Watch()
+    try:
+        with monitor(run_count(study)) as update:
+
+            def note(progress: SweepProgress) -> None:
+                watch.note(progress)
+                update(progress)
+
+            result = run_sweep(
+                study,
+                output,
+                engine,
+                keep_motions=keep is Keep.MOTIONS,
+                again_failed=again is Again.FAILED,
+                watch=note,
+            )
+    except KeyboardInterrupt:
+        if watch.latest is None:
+            raise
+        return _interrupted(output, watch.latest)
+    seconds = watch.seconds
+    files = [output / TABLE_NAME]
+    indices = None
+    if study.sensitivity is not None:
+        from generator.study.sensitivity import INDICES_NAME, estimate_indices, write_indices
+
+        indices = estimate_indices(study, result.rows)
+        files.append(output / INDICES_NAME)
+        with writing(files[-1], before=files[:-1]):
+            write_indices(indices, files[-1])
+    if table is not None:
+        from generator.study.run_table import write_run_table
+
+        with writing(table, before=files):
+            write_run_table(table, study, result.points, result.rows)
+        files.append(table)
+    if keep is Keep.MOTIONS:
+        files.append(output / MOTIONS_NAME)
+    return _report(name, result, indices, files, seconds, workers, parsed.diagnostics)
+
+
+class _Watch:
+    """Latest progress of a sweep, and the time since its start."""
+
+    def __init__(self) -> None:
+        self.latest: SweepProgress | None = None
+        self._start = 0.0
+        self.seconds = 0.0
+
+    def note(self, progress: SweepProgress) -> None:
+        """Note the progress, which begins with that of the start."""
+        if self.latest is None:
+            self._start = time.perf_counter()
+        self.latest = progress
+        self.seconds = time.perf_counter() - self._start
+
+
+def _check_table(table: Path, output: Path | None, study: Path) -> None:
+    """Raise an error for a table that cannot be written, or that is a file of the folder."""
+    from generator.study.run_table import check_table_path
+
+    check_table_path(table)
+    if output is not None and realpath(table.parent) == realpath(output):
+        raise UsageError(f"{table}: the folder of the results has its own table, `{TABLE_NAME}`")
+    check_writable([table], [study])
+
+
+def _choose_engine(
+    jobs: int | None, scheduler: str | None, *, insecure: bool
+) -> tuple[Engine, int | None]:
+    """Return the engine of the runs and its number of processes, None where it is unknown."""
+    from generator.study.worker_pool import cores, run_locally
+
+    count = jobs or cores()
+    if scheduler is None:
+        return partial(run_locally, jobs=count), count
+    from generator.study.cluster import LOCAL, parse_address, run_on_cluster
+
+    if scheduler != LOCAL:
+        parse_address(scheduler, insecure=insecure)
+    engine = partial(run_on_cluster, address=scheduler, jobs=count, insecure=insecure)
+    return engine, count if scheduler == LOCAL else None
+
+
+def _interrupted(folder: Path, progress: SweepProgress) -> CommandResult:
+    """Return the result of a sweep that Ctrl-C ended."""
+    message = (
+        f"interrupted after {progress.finished} of {format_count(progress.total, 'run')}, "
+        f"which are kept in {folder}; the same command continues"
+    )
+    data = {"error": message, "finished": progress.finished, "runs": progress.total}
+    return CommandResult("", data, code=ExitCode.RUN_FAILED, failure=message)
+
+
+class _Varied(NamedTuple):
+    """A parameter with the range of its values in a design."""
+
+    name: str
+    smallest: float
+    largest: float
+    unit: str
+    paths: tuple[str, ...]
+
+
+def _varied_parameters(study: Study, points: Array) -> list[_Varied]:
+    """Return the parameters of a study and the ranges of their values."""
+    from generator.study.parameters import study_paths
+
+    units: dict[int, str] = {}
+    for number, path in study_paths(study):
+        units.setdefault(number, path.unit)
+    return [
+        _Varied(each.name, float(min(column)), float(max(column)), units[number], each.paths)
+        for number, (each, column) in enumerate(
+            zip(study.parameters.values(), points.T.tolist(), strict=True)
+        )
+    ]
+
+
+def _describe(name: str, study: Study, workers: int | None) -> CommandResult:
+    """Return the description of a study, with the time of one run."""
+    from generator.study.run_case import run_case
+
+    points = design_points(study)
+    varied = _varied_parameters(study, points)
+    first = points[0].tolist()
+    result = run_case(study, first, threads=1)  # which may compile its laws
+    start = time.perf_counter()
+    if result.outcome == DONE:
+        run_case(study, first, threads=1)
+    seconds = time.perf_counter() - start
+    total = seconds * len(points) / (workers or 1)
+    parameters = [["parameter", "path", "unit", "from", "to"]]
+    parameters += [
+        [one.name, " ".join(one.paths), one.unit, f"{one.smallest:.5g}", f"{one.largest:.5g}"]
+        for one in varied
+    ]
+    measures = [["measure", "number", "column"]]
+    measures += [[one.name, one.take.value, one.column] for one in study.measures.values()]
+    runs = format_count(len(points), "run")
+    estimate = (
+        f"One run takes {_format_duration(seconds)}, all of them about "
+        f"{_format_duration(total)} {_describe_workers(workers)}."
+    )
+    failed = result.outcome != DONE
+    return CommandResult(
+        text="\n\n".join(
+            [
+                f"{name}: {runs} of {study.name}, {study.design.kind.value}",
+                format_table(parameters, left_columns=3),
+                format_table(measures, left_columns=3),
+                *([] if failed else [estimate]),
+            ]
+        ),
+        data={
+            "study": name,
+            "figure": study.name,
+            "runs": len(points),
+            "design": study.design.kind.value,
+            "parameters": [{**one._asdict(), "paths": list(one.paths)} for one in varied],
+            "measures": [
+                {"name": one.name, "take": one.take.value, "column": one.column}
+                for one in study.measures.values()
+            ],
+            "run_s": None if failed else seconds,
+            "estimate_s": None if failed else total,
+            "processes": workers,
+            "outcome": result.outcome,
+            "message": result.message,
+        },
+        code=ExitCode.RUN_FAILED if failed else ExitCode.SUCCESS,
+        failure=f"the first run failed, {result.outcome}: {result.message}" if failed else None,
+    )
+
+
+def _describe_workers(workers: int | None) -> str:
+    if workers is None:
+        return "of computing, divided by the workers of the cluster"
+    return f"in {workers} process{'' if workers == 1 else 'es'}"
+
+
+def _format_duration(seconds: float) -> str:
+    """Return a time with two or three digits: `0.25 s`, `12 min`, `3.5 h`."""
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _report(
+    name: str,
+    result: Sweep,
+    indices: "StudyIndices | None",
+    files: Sequence[Path],
+    seconds: float,
+    workers: int | None,
+    diagnostics: tuple[Diagnostic, ...],
+) -> CommandResult:
+    """Return the report of a finished sweep."""
+    runs, outcomes = len(result.rows), count_outcomes(result.rows)
+    fresh = runs - result.kept
+    values = {
+        measure: [value for row in result.rows if (value := row.measures[measure]) is not None]
+        for measure in result.study.measures
+    }
+    measures = {measure: _summary(found) for measure, found in values.items()}
+    counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.items())
+    lines = [f"{name}: {format_count(runs, 'run')} of {result.study.name}: {counts}"]
+    if fresh:
+        rate = fresh / seconds if seconds > 0.0 else inf
+        where = "" if workers is None else f" {_describe_workers(workers)}"
+        lines.append(f"{_format_duration(seconds)}{where}, {rate:.3g} runs/s")
+    if result.kept:
+        lines.append(f"{result.kept} of them finished before")
+    rows = [
+        [measure, *(f"{number:.5g}" for number in numbers.values()), str(len(values[measure]))]
+        for measure, numbers in measures.items()
+    ]
+    titles = ["measure", *_SUMMARY, "runs"]
+    written = [f"wrote {path}" for path in files]
+    failures = list(_failures(result.rows))
+    brief = ["\n".join(lines), *failures, _shorten_table([titles, *rows], files[0])]
+    details: list[str] = []
+    if indices is not None:
+        rankings = list(_rankings(indices))
+        brief += rankings[:MAX_RANKED]
+        details += rankings[MAX_RANKED:]
+    if len(rows) > MAX_ROWS:
+        details.insert(0, format_table([titles, *rows]))
+    message = f"{result.failed} of {format_count(runs, 'run')} failed; --again failed repeats them"
+    return CommandResult(
+        text="\n\n".join([*brief, "\n".join(written)]),
+        details="\n\n".join(details),
+        data={
+            "study": name,
+            "figure": result.study.name,
+            "runs": runs,
+            "finished_before": result.kept,
+            "failed": result.failed,
+            "outcomes": dict(outcomes),
+            "wall_s": seconds,
+            "runs_per_s": fresh / seconds if fresh and seconds > 0.0 else None,
+            "processes": workers,
+            "measures": {
+                measure: {**numbers, "runs": len(values[measure])}
+                for measure, numbers in measures.items()
+            },
+            "sensitivity": None if indices is None else indices.to_json()["measures"],
+            "files": [str(path) for path in files],
+        },
+        diagnostics=(*diagnostics, *result.warnings),
+        code=ExitCode.RUN_FAILED if result.failed else ExitCode.SUCCESS,
+        failure=message if result.failed else None,
+    )
+
+
+_SUMMARY = ("smallest", "median", "largest")
+
+
+def _summary(values: Sequence[float]) -> dict[str, float]:
+    """Return the smallest, the median and the largest value; NaN of none."""
+    numbers = (min(values), median(values), max(values)) if values else (nan, nan, nan)
+    return dict(zip(_SUMMARY, numbers, strict=True))
+
+
+def _failures(rows: Sequence[RunResult]) -> Iterator[str]:
+    """Yield a line for each kind of failure, with the first run that has it."""
+    first: dict[str, tuple[int, str]] = {}
+    for number, row in enumerate(rows):
+        if row.outcome != DONE:
+            first.setdefault(row.outcome, (number, row.message))
+    if first:
+        yield "\n".join(
+            f"{outcome}, first in run {number}: {message}"
+            for outcome, (number, message) in first.items()
+        )
+
+
+def _shorten_table(rows: Sequence[Sequence[str]], file: Path) -> str:
+    """Return a table, cut to a number of rows."""
+    text = format_table(rows[: MAX_ROWS + 1])
+    more = len(rows) - 1 - MAX_ROWS
+    return f"{text}\nand {format_count(more, 'measure')} more, see {file}" if more > 0 else text
+
+
+def _rankings(indices: "StudyIndices") -> Iterator[str]:
+    """Yield for each measure its parameters, the one with the largest effect first."""
+    from generator.study.sensitivity import IndexKind
+
+    for name, measure in indices.measures.items():
+        note = f"\n{measure.message}" if measure.message else ""
+        if not measure.parameters:
+            yield f"sensitivity of {name}: {measure.message}"
+            continue
+        kinds = list(next(iter(measure.parameters.values())))
+        main = IndexKind.TOTAL if IndexKind.TOTAL in kinds else IndexKind.MU_STAR
+        kinds.sort(key=lambda kind: kind is not main)
+        ranked = sorted(measure.parameters.items(), key=lambda each: -each[1][main].value)
+        rows = [["parameter", *(kind.value for kind in kinds)]]
+        rows += [
+            [parameter, *(_format_estimate(found[kind]) for kind in kinds)]
+            for parameter, found in ranked[:MAX_ROWS]
+        ]
+        title = f"sensitivity of {name}, {100.0 * indices.confidence:g} % intervals"
+        yield f"{title}\n{format_table(rows)}{note}"
+
+
+def _format_estimate(estimate: "Estimate") -> str:
+    return f"{estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"

@@ -1,0 +1,47 @@
+"""A person of a study is the one that `mover person` writes."""
+
+import pytest
+
+from generator.diagnostics import UsageError
+from generator.figure_file.read import read_figure
+from generator.geometry.contact_spheres import fit_contact_spheres
+from generator.person.survey import Sex
+from generator.springs_file.read import read_springs
+from generator.study.person_figure import make_person
+from generator.study.study import PersonArguments
+
+
+@pytest.mark.parametrize(("springs", "choice"), [("published", None), ("coupled", "coupled")])
+def test_springs_are_those_of_the_shipped_person(springs: str, choice: str | None) -> None:
+    shipped = read_springs(choice, read_figure("male50"))
+    person = PersonArguments(Sex.MALE, 1.756, 85.5, springs)
+    made = make_person(person, with_spheres=False)[1]
+    assert made.joints == shipped.joints
+    assert made.coupled == shipped.coupled
+
+
+def test_contact_spheres_are_those_of_the_shipped_surfaces() -> None:
+    shipped = read_figure("male50")
+    person = PersonArguments(Sex.MALE, 1.756, 85.5, "none")
+    made = make_person(person, with_spheres=True)[0]
+    assert {name: fit.spheres for name, fit in fit_contact_spheres(made).items()} == {
+        name: fit.spheres for name, fit in fit_contact_spheres(shipped).items()
+    }
+
+
+def test_measured_dimension_changes_the_figure() -> None:
+    person = PersonArguments(Sex.FEMALE, 1.63, 68.0, "none")
+    plain, large = (
+        make_person(person, measured, with_spheres=False)[0]
+        for measured in ({}, {"foot_length": 0.28})
+    )
+    assert plain != large
+    assert plain.total_mass == pytest.approx(68.0)
+    assert large.total_mass == pytest.approx(68.0)
+
+
+def test_impossible_person() -> None:
+    with pytest.raises(UsageError, match="a mass of"):
+        make_person(PersonArguments(Sex.MALE, 1.75, 5.0), with_spheres=False)
+    with pytest.raises(UsageError, match="published, coupled, none"):
+        make_person(PersonArguments(Sex.MALE, 1.75, 75.0, "soft"), with_spheres=False)
