@@ -1,6 +1,7 @@
 """Sensitivity indices: functions of known indices, intervals, failed runs, and the file."""
 
 import json
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -227,6 +228,26 @@ def test_effects_of_a_product_have_the_moments_of_the_levels() -> None:
         assert (value < high).all()
 
 
+def test_few_effects_have_the_moments_of_a_sample() -> None:
+    product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (0.0, 1.0), [0.0] * 2, [0.0] * 2)
+    made = study(product, DesignKind.MORRIS, 9)
+    effects = [
+        [path[1, 1 - k] if path[0, 1 - k] == path[1, 1 - k] else path[2, 1 - k] for k in range(2)]
+        for path in design_points(made).reshape(9, 3, 2)
+    ]
+    found = estimate(product, made)
+    assert values(found, IndexKind.MU)[0] == pytest.approx(np.mean(effects, axis=0))
+    assert values(found, IndexKind.SIGMA)[0] == pytest.approx(np.std(effects, axis=0, ddof=1))
+
+
+def test_interval_of_a_mean_of_many_is_that_of_the_normal_distribution() -> None:
+    product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (0.0, 1.0), [0.0] * 2, [0.0] * 2)
+    found = estimate(product, study(product, DesignKind.MORRIS, 1000, resamples=4000))
+    _, low, high = values(found, IndexKind.MU)
+    expected = 2.0 * stats.norm.ppf(0.975) * values(found, IndexKind.SIGMA)[0] / np.sqrt(1000)
+    assert high - low == pytest.approx(expected, rel=0.08)
+
+
 def test_effects_of_both_signs_count_in_mu_star() -> None:
     product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (-1.0, 1.0), [0.0] * 2, [0.0] * 2)
     made = estimate(product, study(product, DesignKind.MORRIS, 500))
@@ -283,7 +304,9 @@ def test_measure_that_is_mostly_constant_has_an_interval() -> None:
     made = study(ISHIGAMI, DesignKind.SOBOL, 16)
     outputs = np.zeros(len(design_points(made)))
     outputs[0] = 1.0
-    found = estimate_indices(made, results(outputs))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = estimate_indices(made, results(outputs))
     assert np.isfinite(values(found, IndexKind.TOTAL)).all()
 
 
