@@ -5,7 +5,7 @@ the quantiles of the parameters' distributions. A design with a seed is the same
 
 References:
     McKay, Beckman & Conover, Technometrics 21 (1979) 239: Latin hypercube.
-    Owen, J. Complexity 14 (1998) 466: scrambled Sobol sequence.
+    Matousek, J. Complexity 14 (1998) 527: scrambled Sobol sequence.
     Saltelli et al., Comput. Phys. Commun. 181 (2010) 259: radial design.
     Morris, Technometrics 33 (1991) 161: trajectories.
 """

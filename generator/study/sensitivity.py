@@ -1,0 +1,370 @@
+"""Sensitivity of the measures of a study to its parameters.
+
+The variance of a measure is divided among the parameters: the first-order index of a parameter is
+the share that it has alone, its total index the share with all interactions. Trajectories give the
+effects of one parameter at a time instead. Intervals are the quantiles of bootstrap samples of
+whole base samples or trajectories; with runs that failed, all runs of that sample are left out.
+
+References:
+    Sobol, Math. Comput. Simul. 55 (2001) 271: indices.
+    Saltelli et al., Comput. Phys. Commun. 181 (2010) 259: first order, Table 2 (b).
+    Jansen, Comput. Phys. Commun. 117 (1999) 35: total index.
+    Morris, Technometrics 33 (1991) 161: elementary effects.
+    Campolongo, Cariboni & Saltelli, Environ. Model. Softw. 22 (2007) 1509: mu*.
+    Archer, Saltelli & Sobol, J. Stat. Comput. Simul. 58 (1997) 99: bootstrap of indices.
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from generator.diagnostics import Diagnostics, ModelError, Source
+from generator.recording import Ending
+from generator.study.designs import unit_points
+from generator.study.study import DesignKind, Measure, RunResult, Sensitivity, Study
+from generator.text_io import parse_file, write_atomic
+from springs.backends import Array
+
+INDICES_NAME = "sensitivity.json"
+"""File of the indices in the folder of a study."""
+
+MIN_SAMPLES = 8
+"""Smallest number of base samples or trajectories from which indices are estimated."""
+
+_ROUNDING = 1e-12
+"""Relative range of a measure up to which it counts as constant."""
+
+_MAX_WEIGHTS = 2**22
+"""Largest number of weights in memory at a time."""
+
+
+class IndexKind(StrEnum):
+    """Kind of sensitivity index."""
+
+    FIRST = "first"
+    """Share of the variance that a parameter has alone."""
+    TOTAL = "total"
+    """Share of the variance that a parameter has alone and with others."""
+    MU_STAR = "mu_star"
+    """Mean size of the elementary effects, in the unit of the measure."""
+    MU = "mu"
+    """Mean of the elementary effects."""
+    SIGMA = "sigma"
+    """Standard deviation of the elementary effects: curvature and interactions."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An estimated index with its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+Indices = Mapping[str, Mapping[IndexKind, Estimate]]
+"""Indices of a measure, by parameter."""
+
+
+@dataclass(frozen=True)
+class MeasureIndices:
+    """Indices of one measure.
+
+    Attributes:
+        column: of the motion from which the measure is taken.
+        take: number that is taken from the column.
+        samples: base samples or trajectories that are complete.
+        parameters: indices by parameter; empty where they cannot be estimated.
+        message: sentence about samples that are left out, or about missing indices; "" else.
+    """
+
+    column: str
+    take: str
+    samples: int
+    parameters: Indices
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class StudyIndices:
+    """Sensitivity indices of a study.
+
+    Attributes:
+        name: of the study's figure.
+        kind: of its design, Sobol or Morris.
+        samples: base samples or trajectories of the design.
+        confidence: level of the intervals.
+        resamples: number of bootstrap samples.
+        paths: of the quantities that get the value of a parameter, by parameter.
+        measures: indices by measure.
+    """
+
+    name: str
+    kind: DesignKind
+    samples: int
+    confidence: float
+    resamples: int
+    paths: Mapping[str, tuple[str, ...]]
+    measures: Mapping[str, MeasureIndices]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the indices as JSON data, with None for numbers that are not finite."""
+        return {
+            "figure": self.name,
+            "design": self.kind.value,
+            "samples": self.samples,
+            "confidence": self.confidence,
+            "resamples": self.resamples,
+            "parameters": {name: list(paths) for name, paths in self.paths.items()},
+            "measures": {name: _measure_json(each) for name, each in self.measures.items()},
+        }
+
+
+def _measure_json(measure: MeasureIndices) -> dict[str, Any]:
+    return {
+        "column": measure.column,
+        "take": measure.take,
+        "samples": measure.samples,
+        "message": measure.message,
+        "indices": {
+            parameter: {
+                kind.value: {
+                    key: number if isfinite(number) else None
+                    for key, number in vars(estimate).items()
+                }
+                for kind, estimate in kinds.items()
+            }
+            for parameter, kinds in measure.parameters.items()
+        },
+    }
+
+
+def write_indices(indices: StudyIndices, path: Path) -> None:
+    """Write indices as JSON, all or nothing. Raises OSError."""
+    write_atomic(path, json.dumps(indices.to_json(), indent=2, allow_nan=False) + "\n")
+
+
+def read_indices(path: Path) -> StudyIndices:
+    """Read indices as `write_indices` writes them. Raises InputError."""
+    return parse_file(path, _parse_indices).require_value()
+
+
+def _parse_indices(source: Source, diagnostics: Diagnostics) -> StudyIndices | None:
+    try:
+        data = json.loads(source.text)
+        return StudyIndices(
+            name=str(data["figure"]),
+            kind=DesignKind(data["design"]),
+            samples=int(data["samples"]),
+            confidence=float(data["confidence"]),
+            resamples=int(data["resamples"]),
+            paths={name: tuple(paths) for name, paths in data["parameters"].items()},
+            measures={name: _measure(each) for name, each in data["measures"].items()},
+        )
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
+        diagnostics.error("this is not a file of sensitivity indices", None, "run the sweep again")
+        return None
+
+
+def _measure(data: Any) -> MeasureIndices:
+    """Return the indices of one measure of JSON data; raises as wrong data do."""
+    parameters = {
+        str(parameter): {
+            IndexKind(kind): Estimate(
+                *(
+                    nan if each[key] is None else float(each[key])
+                    for key in ("value", "low", "high")
+                )
+            )
+            for kind, each in kinds.items()
+        }
+        for parameter, kinds in data["indices"].items()
+    }
+    return MeasureIndices(
+        str(data["column"]), str(data["take"]), int(data["samples"]), parameters, data["message"]
+    )
+
+
+def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices:
+    """Estimate the sensitivity indices of a study from the results of its runs, in their order.
+
+    Raises:
+        ModelError: the design has no indices, or results are missing.
+    """
+    settings = study.sensitivity or Sensitivity()
+    unit = _sampled_points(study)
+    samples, points, _ = unit.shape
+    if len(results) != samples * points:
+        raise ModelError(f"indices need all {samples * points} runs, but {len(results)} are there")
+
+    def indices_of(measure: Measure) -> MeasureIndices:
+        outputs = np.array([_output(result, measure.name) for result in results])
+        outputs = outputs.reshape(samples, points)
+        complete = np.isfinite(outputs).all(axis=1)
+        count = int(complete.sum())
+        is_sobol = study.design.kind is DesignKind.SOBOL
+        message = _obstacle(outputs[complete, :2] if is_sobol else outputs[complete], samples)
+        parameters: Indices = {}
+        if not message:
+            if is_sobol:
+                found = sobol_indices(outputs[complete], settings, study.design.seed)
+            else:
+                found = morris_effects(
+                    unit[complete], outputs[complete], settings, study.design.seed
+                )
+            parameters = dict(zip(study.parameters, found, strict=True))
+            if count < samples:
+                message = (
+                    f"{samples - count} of {samples} samples are left out: a run of each failed."
+                )
+        return MeasureIndices(measure.column, measure.take.value, count, parameters, message)
+
+    return StudyIndices(
+        name=study.name,
+        kind=study.design.kind,
+        samples=samples,
+        confidence=settings.confidence,
+        resamples=settings.resamples,
+        paths={name: each.paths for name, each in study.parameters.items()},
+        measures={name: indices_of(each) for name, each in study.measures.items()},
+    )
+
+
+def _sampled_points(study: Study) -> Array:
+    """Return the probabilities of the runs, shape (samples, points of a sample, parameters)."""
+    dimension = len(study.parameters)
+    if study.design.kind is DesignKind.MORRIS:
+        return unit_points(study).reshape(-1, dimension + 1, dimension)
+    if study.design.kind is DesignKind.SOBOL and study.sensitivity is not None:
+        return unit_points(study).reshape(-1, dimension + 2, dimension)
+    raise ModelError(
+        f"the design `{study.design.kind}` has no sensitivity indices: use sobol or morris"
+    )
+
+
+def _output(result: RunResult, measure: str) -> float:
+    """Return a measure of a run, nan if it failed."""
+    value = result.measures.get(measure) if result.outcome == Ending.DONE.value else None
+    return nan if value is None else value
+
+
+def _obstacle(outputs: Array, samples: int) -> str:
+    """Return the reason why a measure has no indices, or ""."""
+    if len(outputs) < MIN_SAMPLES:
+        return f"{len(outputs)} of {samples} samples are complete: indices need {MIN_SAMPLES}."
+    if np.ptp(outputs) <= _ROUNDING * np.abs(outputs).max():
+        return f"All samples have the value {outputs[0, 0]:.6g}: it depends on no parameter."
+    return ""
+
+
+def sobol_indices(
+    outputs: Array, settings: Sensitivity, seed: int
+) -> list[Mapping[IndexKind, Estimate]]:
+    """Estimate first-order and total indices.
+
+    Args:
+        outputs: at A, B and A with one coordinate from B, shape (samples, 2 + parameters).
+        settings: of the intervals.
+        seed: of the bootstrap.
+
+    Returns:
+        The estimates of each parameter.
+    """
+    # Without the mean, the variance loses no digits.
+    outputs = outputs - outputs[:, :2].mean()
+    a, b, mixed = outputs[:, :1], outputs[:, 1:2], outputs[:, 2:]
+    dimension = mixed.shape[1]
+    terms = np.hstack([a + b, a**2 + b**2, b * (mixed - a), mixed - a, (mixed - a) ** 2])
+
+    def indices(means: Array) -> Array:
+        """Return the indices from means of the terms, shape (..., 2, parameters)."""
+        mean = means[..., :1] / 2.0
+        variance = means[..., 1:2] / 2.0 - mean**2
+        covariance, difference, square = np.split(means[..., 2:], 3, axis=-1)
+        # A bootstrap sample of equal outputs has no indices.
+        variance = np.where(variance > 0.0, variance, nan)
+        first = (covariance - mean * difference) / variance
+        return np.stack([first, 0.5 * square / variance], axis=-2)
+
+    value, low, high = _estimate(terms, indices, settings, seed)
+    return _by_parameter((IndexKind.FIRST, IndexKind.TOTAL), value, low, high, dimension)
+
+
+def morris_effects(
+    unit: Array, outputs: Array, settings: Sensitivity, seed: int
+) -> list[Mapping[IndexKind, Estimate]]:
+    """Estimate the mean size, the mean and the standard deviation of elementary effects.
+
+    An elementary effect is the change of the output in a step, divided by the change of the
+    parameter's probability: for a uniform distribution, the slope times the range.
+
+    Args:
+        unit: probabilities, shape (trajectories, parameters + 1, parameters).
+        outputs: shape (trajectories, parameters + 1).
+        settings: of the intervals.
+        seed: of the bootstrap.
+
+    Returns:
+        The estimates of each parameter.
+    """
+    steps = np.diff(unit, axis=1)
+    count, dimension = len(unit), unit.shape[2]
+    place = np.argmax(steps != 0.0, axis=1)
+    change = np.take_along_axis(np.diff(outputs, axis=1), place, axis=1)
+    effects = change / np.take_along_axis(steps, place[:, None, :], axis=1)[:, 0]
+    centre = effects.mean(axis=0)
+    centred = effects - centre
+    terms = np.hstack([np.abs(effects), centred, centred**2])
+
+    def moments(means: Array) -> Array:
+        """Return mu*, mu and sigma from means of the terms, shape (..., 3, parameters)."""
+        size, mean, square = np.split(means, 3, axis=-1)
+        variance = np.maximum(square - mean**2, 0.0) * count / (count - 1)
+        return np.stack([size, centre + mean, np.sqrt(variance)], axis=-2)
+
+    value, low, high = _estimate(terms, moments, settings, seed)
+    kinds = (IndexKind.MU_STAR, IndexKind.MU, IndexKind.SIGMA)
+    return _by_parameter(kinds, value, low, high, dimension)
+
+
+def _estimate(
+    terms: Array, function: Callable[[Array], Array], settings: Sensitivity, seed: int
+) -> tuple[Array, Array, Array]:
+    """Return a function of the means of terms, and its percentile bootstrap interval.
+
+    Args:
+        terms: shape (samples, terms).
+        function: of means, shape (..., terms).
+        settings: confidence and number of bootstrap samples.
+        seed: of the bootstrap.
+    """
+    random = np.random.default_rng(seed)
+    count = len(terms)
+    means: list[Array] = []
+    left = settings.resamples
+    while left:
+        size = min(left, max(1, _MAX_WEIGHTS // count))
+        weights = random.multinomial(count, np.full(count, 1.0 / count), size=size)
+        means.append(weights @ terms / count)
+        left -= size
+    tail = (1.0 - settings.confidence) / 2.0
+    low, high = np.nanquantile(function(np.concatenate(means)), [tail, 1.0 - tail], axis=0)
+    return function(terms.mean(axis=0)), low, high
+
+
+def _by_parameter(
+    kinds: Sequence[IndexKind], value: Array, low: Array, high: Array, dimension: int
+) -> list[Mapping[IndexKind, Estimate]]:
+    return [
+        {
+            kind: Estimate(float(value[i, k]), float(low[i, k]), float(high[i, k]))
+            for i, kind in enumerate(kinds)
+        }
+        for k in range(dimension)
+    ]
