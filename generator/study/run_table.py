@@ -60,7 +60,7 @@ def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> 
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table_titles(study))
     writer.writerows(
-        [repr(cell) if isinstance(cell, float) else cell for cell in line]
+        [repr(float(cell)) if isinstance(cell, float) else cell for cell in line]
         for line in _table_rows(study, points, rows)
     )
     return text.getvalue()

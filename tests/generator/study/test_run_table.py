@@ -1,0 +1,71 @@
+import csv
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import NotInstalledError, UsageError
+from generator.study.run_table import (
+    check_table_path,
+    format_run_table,
+    table_titles,
+    write_run_table,
+)
+from generator.study.study import RunResult
+from tests.study_runs import list_study
+
+VALUES = (0.1, 1.0, 2.0 / 3.0)
+STUDY = list_study(*VALUES)
+POINTS = np.array(STUDY.design.rows)
+ROWS = (
+    RunResult("done", "", {"swing": 1e-300, "end": np.float64(0.1)}),
+    RunResult("solver failed", 'no "good", at all', {"end": None, "swing": None}),
+    RunResult("done", "", {"end": inf, "swing": -0.0}),
+)
+TITLES = ["run", "g", "swing", "end", "outcome", "message"]
+
+
+def test_the_text_of_a_table() -> None:
+    assert format_run_table(STUDY, POINTS, ROWS) == (
+        "run,g,swing,end,outcome,message\n"
+        "0,0.1,1e-300,0.1,done,\n"
+        '1,1.0,,,solver failed,"no ""good"", at all"\n'
+        "2,0.6666666666666666,-0.0,inf,done,\n"
+    )
+
+
+def test_a_file_of_comma_separated_values(tmp_path: Path) -> None:
+    path = tmp_path / "runs.csv"
+    write_run_table(path, STUDY, POINTS, ROWS)
+    with path.open(newline="") as file:
+        lines = list(csv.reader(file))
+    assert lines[0] == TITLES == table_titles(STUDY)
+    assert [float(line[1]) for line in lines[1:]] == list(VALUES)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("count", [0, 3])
+def test_a_parquet_file(tmp_path: Path, count: int) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "runs.parquet"
+    check_table_path(path)
+    write_run_table(path, STUDY, POINTS[:count], ROWS[:count])
+    table = parquet.read_table(path).to_pydict()
+    assert list(table) == TITLES
+    assert table["g"] == list(VALUES)[:count]
+    assert table["swing"] == [1e-300, None, -0.0][:count]
+    assert table["message"] == [row.message for row in ROWS][:count]
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_another_suffix_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"is a \.csv or a \.parquet file"):
+        check_table_path(Path("runs.xlsx"))
+    check_table_path(Path("RUNS.CSV"))
+
+
+def test_parquet_needs_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("generator.study.run_table.find_spec", lambda name: None)
+    with pytest.raises(NotInstalledError, match="pyarrow"):
+        check_table_path(Path("runs.parquet"))

@@ -1,0 +1,226 @@
+import errno
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Generator, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from generator.diagnostics import InputError, UsageError
+from generator.study.journal import JOURNAL_NAME, LOCK_NAME, lock_folder
+from generator.study.study import Study
+from generator.study.sweep import (
+    STUDY_NAME,
+    TABLE_NAME,
+    Engine,
+    Sweep,
+    SweepProgress,
+    motion_path,
+    run_sweep,
+)
+from generator.study.worker_pool import FinishedRun, Task, perform_task, run_locally
+from tests.processes import ENVIRONMENT
+from tests.study_runs import FAULTY, POISON, list_study, quick_run
+
+VALUES = (0.1, 0.2, FAULTY, 0.4, 0.5)
+STUDY = list_study(*VALUES)
+
+
+class Serial:
+    """An engine in this process that stops after a number of runs.
+
+    Attributes:
+        done: indices of the runs that it has carried out.
+    """
+
+    def __init__(self, stop_after: int | None = None) -> None:
+        self.stop_after = stop_after
+        self.done: list[int] = []
+
+    def __call__(self, study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
+        for task in reversed(tasks):  # any order
+            if len(self.done) == self.stop_after:
+                raise KeyboardInterrupt
+            yield perform_task(quick_run, study, task)
+            self.done.append(task.index)
+
+
+def sweep(
+    folder: Path, engine: Engine | None = None, study: Study = STUDY, **options: bool
+) -> Sweep:
+    return run_sweep(study, folder, engine or Serial(), **options)
+
+
+def journal_lines(folder: Path) -> list[bytes]:
+    return (folder / JOURNAL_NAME).read_bytes().splitlines(keepends=True)
+
+
+def test_the_folder_of_a_sweep(tmp_path: Path) -> None:
+    folder, seen = tmp_path / "new" / "folder", list[SweepProgress]()
+    result = run_sweep(STUDY, folder, Serial(), watch=seen.append)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        [JOURNAL_NAME, STUDY_NAME, TABLE_NAME, LOCK_NAME]
+    )
+    assert (folder / STUDY_NAME).read_text() == STUDY.text
+    assert len(journal_lines(folder)) == 1 + len(VALUES)
+    assert [row.outcome for row in result.rows] == ["done"] * 2 + ["program error"] + ["done"] * 2
+    assert (result.failed, result.kept, result.points.tolist()) == (1, 0, [[v] for v in VALUES])
+    assert [(each.finished, each.total) for each in seen] == [(k, 5) for k in range(6)]
+    assert [each.latest and each.latest.index for each in seen] == [None, 4, 3, 2, 1, 0]
+
+
+@pytest.mark.parametrize("done", range(len(VALUES) + 1))
+def test_an_interrupted_sweep_continues(tmp_path: Path, done: int) -> None:
+    whole = tmp_path / "whole"
+    sweep(whole)
+    first, second = Serial(done), Serial()
+    if done < len(VALUES):
+        with pytest.raises(KeyboardInterrupt):
+            sweep(tmp_path / "cut", first)
+        assert not (tmp_path / "cut" / TABLE_NAME).exists()
+    else:
+        sweep(tmp_path / "cut", first)
+    result = sweep(tmp_path / "cut", second)
+    assert sorted(first.done + second.done) == list(range(len(VALUES)))
+    assert result.kept == done
+    assert (tmp_path / "cut" / TABLE_NAME).read_bytes() == (whole / TABLE_NAME).read_bytes()
+
+
+def test_a_torn_line_is_cut_and_a_damaged_one_repeated(tmp_path: Path) -> None:
+    sweep(tmp_path)
+    table = (tmp_path / TABLE_NAME).read_bytes()
+    header, first, second, *rest, last = journal_lines(tmp_path)
+    damaged = second.replace(b'"run"', b'"rum"')
+    (tmp_path / JOURNAL_NAME).write_bytes(b"".join([header, first, damaged, *rest, last[:-5]]))
+    engine = Serial()
+    result = sweep(tmp_path, engine)
+    assert sorted(engine.done) == [0, 3]  # the last and the second of the first sweep
+    assert [each.message for each in result.warnings] == [
+        f"`{tmp_path / JOURNAL_NAME}`: line 3 is damaged and was ignored"
+    ]
+    assert (tmp_path / TABLE_NAME).read_bytes() == table
+
+
+def test_failed_runs_are_repeated_on_demand(tmp_path: Path) -> None:
+    sweep(tmp_path)
+    engine = Serial()
+    sweep(tmp_path, engine)
+    assert engine.done == []
+    sweep(tmp_path, engine, again_failed=True)
+    assert engine.done == [VALUES.index(FAULTY)]
+
+
+def test_runs_whose_motions_are_missing_are_repeated(tmp_path: Path) -> None:
+    sweep(tmp_path)
+    engine = Serial()
+    sweep(tmp_path, engine, keep_motions=True)
+    assert sorted(engine.done) == [0, 1, 3, 4]  # a run that failed has no motion
+    motion_path(tmp_path, 3, len(VALUES)).unlink()
+    engine = Serial()
+    sweep(tmp_path, engine, keep_motions=True)
+    assert engine.done == [3]
+    assert motion_path(tmp_path, 3, 10) == tmp_path / "motions" / "00003.npz"
+    assert motion_path(tmp_path, 3, 10**6 + 1).name == "0000003.npz"
+
+
+def test_another_study_in_the_folder_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep(tmp_path)
+    before = journal_lines(tmp_path)
+    changed = replace(STUDY, plan=replace(STUDY.plan, stop=0.4))
+    with pytest.raises(UsageError, match=r"5 runs of another study.*: choose another folder"):
+        sweep(tmp_path, study=changed)
+    lines = [before[0].replace(b'"exudyn": "', b'"exudyn": "0.'), *before[1:]]
+    (tmp_path / JOURNAL_NAME).write_bytes(b"".join(lines))
+    with pytest.raises(UsageError, match=r"and Exudyn 0\..*, and this is .*: choose another"):
+        sweep(tmp_path)
+    (tmp_path / JOURNAL_NAME).write_bytes(b"no journal\n")
+    with pytest.raises(UsageError, match="does not begin as a journal"):
+        sweep(tmp_path)
+
+
+@pytest.mark.parametrize("name", [STUDY_NAME, TABLE_NAME])
+def test_files_of_the_user_are_not_replaced(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(UsageError, match=rf"has a file `{name}` and no journal"):
+        sweep(tmp_path)
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_a_second_sweep_in_the_folder_is_refused(tmp_path: Path) -> None:
+    with lock_folder(tmp_path), pytest.raises(UsageError, match="Another sweep is running"):
+        sweep(tmp_path)
+    sweep(tmp_path)
+
+
+def test_what_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"file` cannot be created"):
+        sweep(tmp_path / "file")
+    (tmp_path / TABLE_NAME).mkdir()
+    (tmp_path / "other").mkdir()
+
+    def full_disk(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
+        yield perform_task(quick_run, study, tasks[0])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(InputError, match=r"motions` cannot be written: no space left") as caught:
+        sweep(tmp_path / "other", full_disk, keep_motions=True)
+    assert "the same command continues" in str(caught.value)
+    assert sweep(tmp_path / "other").kept == 1
+
+
+def test_tables_from_one_and_two_processes_are_equal(tmp_path: Path) -> None:
+    study = list_study(*VALUES, POISON, 0.8)
+    for jobs in (1, 2):
+        sweep(tmp_path / str(jobs), partial(run_locally, jobs=jobs, run=quick_run), study)
+    one, two = ((tmp_path / str(jobs) / TABLE_NAME).read_bytes() for jobs in (1, 2))
+    assert one == two
+    assert one.count(b"died") == 1
+
+
+SWEEP = """
+import sys
+from functools import partial
+from pathlib import Path
+from generator.study.sweep import run_sweep
+from generator.study.worker_pool import run_locally
+from tests.study_runs import list_study
+study = list_study(*(1.0 + 0.001 * k for k in range(int(sys.argv[2]))))
+def watch(progress):
+    print(progress.finished, flush=True)
+run_sweep(study, Path(sys.argv[1]), partial(run_locally, jobs=2), watch=watch)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills")
+def test_a_killed_sweep_of_the_pendulum_continues_with_the_same_bytes(tmp_path: Path) -> None:
+    count = 30
+    study = list_study(*(1.0 + 0.001 * k for k in range(count)))
+    process = subprocess.Popen(
+        [sys.executable, "-c", SWEEP, str(tmp_path / "killed"), str(count)],
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if int(line) >= 5:
+            break
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    process.stdout.close()
+    before = len(journal_lines(tmp_path / "killed")) - 1
+    engine = partial(run_locally, jobs=1)
+    result = run_sweep(study, tmp_path / "killed", engine)
+    assert 5 <= result.kept <= before
+    assert result.failed == 0
+    assert len({row.measures["swing"] for row in result.rows}) == count
+    run_sweep(study, tmp_path / "whole", engine)
+    tables = [(tmp_path / name / TABLE_NAME).read_bytes() for name in ("killed", "whole")]
+    assert tables[0] == tables[1]

@@ -1,0 +1,159 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from generator.study.study import RunResult
+from generator.study.worker_pool import (
+    DIED,
+    PROGRAM_ERROR,
+    FinishedRun,
+    Task,
+    perform_task,
+    run_locally,
+)
+from tests.processes import ENVIRONMENT
+from tests.study_runs import (
+    FAULTY,
+    FRAIL,
+    FULL_DISK,
+    POISON,
+    SLOW,
+    is_running,
+    list_study,
+    meeting_run,
+    processes_of,
+    quick_run,
+)
+
+
+def carry_out(values: list[float], folder: Path, jobs: int) -> list[RunResult]:
+    """The results of quick runs, by index."""
+    study = list_study(*values)
+    with closing(run_locally(study, tasks(values, folder), jobs, quick_run)) as runs:
+        results = {run.index: run.result for run in runs}
+    return [results[index] for index in range(len(values))]
+
+
+def tasks(values: list[float], folder: Path) -> list[Task]:
+    return [Task(index, (value,), folder / f"{index:03}") for index, value in enumerate(values)]
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait for half a minute at most."""
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_carries_out_each_task_once_in_another_process(tmp_path: Path, jobs: int) -> None:
+    values = [0.1 * k for k in range(20)]
+    results = carry_out(values, tmp_path, jobs)
+    assert results == [quick_run(list_study(*values), (value,), None) for value in values]
+    processes = processes_of(tmp_path)
+    assert len(processes) == len(values)
+    assert os.getpid() not in processes
+    assert len(set(processes)) <= jobs
+    assert not any(map(is_running, processes))
+
+
+def test_last_tasks_go_to_different_processes(tmp_path: Path) -> None:
+    values = [1.0, 2.0]
+    runs = list(run_locally(list_study(*values), tasks(values, tmp_path), 2, meeting_run))
+    assert {run.result.outcome for run in runs} == {"done"}
+
+
+def test_repeats_a_run_whose_process_died_and_no_other(tmp_path: Path) -> None:
+    values = [1.0, 2.0, FRAIL, 4.0, 5.0, 6.0]
+    results = carry_out(values, tmp_path, 1)
+    assert {result.outcome for result in results} == {"done"}
+    counts = [len((tmp_path / f"{k:03}").read_text().split()) for k in range(len(values))]
+    assert counts == [1, 1, 2, 1, 1, 1]
+
+
+def test_a_run_that_kills_its_process_twice_is_a_row(tmp_path: Path) -> None:
+    values = [1.0, POISON, 3.0, 4.0, POISON]
+    results = carry_out(values, tmp_path, 2)
+    assert [result.outcome for result in results] == ["done", DIED, "done", "done", DIED]
+    assert results[1].measures == {"swing": None, "end": None}
+    assert results[1].message.endswith(".")
+    counts = [len((tmp_path / f"{k:03}").read_text().split()) for k in range(len(values))]
+    assert counts == [1, 2, 1, 1, 2]
+
+
+def test_an_error_of_the_program_is_a_row() -> None:
+    run = perform_task(quick_run, list_study(FAULTY), Task(7, (FAULTY,)))
+    assert isinstance(run, FinishedRun)
+    assert run.index == 7
+    measures = {"swing": None, "end": None}
+    message = "ZeroDivisionError: a fault of the program"
+    assert run.result == RunResult(PROGRAM_ERROR, message, measures)
+
+
+def test_a_motion_that_cannot_be_written_ends_the_runs(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="No space left"):
+        carry_out([1.0, FULL_DISK, SLOW], tmp_path, 2)
+    assert not any(map(is_running, processes_of(tmp_path)))
+
+
+def test_closing_ends_the_processes_at_once(tmp_path: Path) -> None:
+    values = [1.0, SLOW, SLOW]
+    runs = run_locally(list_study(*values), tasks(values, tmp_path), 2, quick_run)
+    next(runs)
+    wait_until(lambda: len(processes_of(tmp_path)) > 1)
+    runs.close()
+    assert not any(map(is_running, processes_of(tmp_path)))
+
+
+SLOW_SWEEP = """
+import sys
+from pathlib import Path
+from generator.study.worker_pool import Task, run_locally
+from tests.study_runs import SLOW, list_study, quick_run
+tasks = [Task(index, (SLOW,), Path(sys.argv[1], str(index))) for index in range(4)]
+try:
+    list(run_locally(list_study(*[SLOW] * 4), tasks, int(sys.argv[2]), quick_run))
+except KeyboardInterrupt:
+    sys.exit(3)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of a group of processes")
+@pytest.mark.parametrize(("number", "code"), [("SIGINT", 3), ("SIGKILL", -9)])
+def test_no_process_survives_the_parent(tmp_path: Path, number: str, code: int) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", SLOW_SWEEP, str(tmp_path), "2"],
+        env=ENVIRONMENT,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    wait_until(lambda: len(processes_of(tmp_path)) == 2)
+    if number == "SIGINT":  # as a terminal sends it, to all of them
+        os.killpg(process.pid, signal.SIGINT)
+    else:
+        process.send_signal(signal.Signals[number])
+    _, printed = process.communicate(timeout=30.0)  # the runs take longer
+    assert (process.returncode, printed) == (code, b"")
+    wait_until(lambda: not any(map(is_running, processes_of(tmp_path))))
+
+
+def test_a_script_without_a_guard_is_explained(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    (tmp_path / "motions").mkdir()
+    script.write_text(SLOW_SWEEP)
+    done = subprocess.run(
+        [sys.executable, str(script), str(tmp_path / "motions"), "3"],
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert 'below `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]
