@@ -4,28 +4,35 @@ Whoever reaches a scheduler of Dask can run programs on its workers and on its c
 connection is therefore made to this machine only, unless the user insists; TLS protects others.
 """
 
+import asyncio
 import logging
 import pickle
+import re
 import signal
 import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from ipaddress import ip_address
 from threading import Condition
 from typing import Any, Protocol, cast
-from urllib.parse import urlsplit
 
-from generator.diagnostics import MoverError, NotInstalledError, UsageError
+from generator.diagnostics import MoverError, NotInstalledError, UsageError, shorten
 from generator.study.study import Study
 from generator.study.worker_pool import FinishedRun, RunFunction, Task, died_run, perform_task
 
 LOCAL = "local"
 """Address of a cluster that is started on this machine for one study."""
+
+_ADDRESS = re.compile(
+    r"(?:(?P<protocol>tcp|tls)://)?(?P<host>\[[0-9a-f:.]+\]|[a-z0-9._-]+):(?P<port>[0-9]{1,5})/?",
+    re.ASCII | re.IGNORECASE,
+)
 
 _CONNECT_LIMIT = 5.0
 """Longest time of connecting to a scheduler [s]."""
@@ -95,24 +102,38 @@ def parse_address(text: str, *, insecure: bool = False) -> SchedulerAddress:
     Raises:
         UsageError: malformed, or a plain connection to another machine.
     """
-    form = f"the scheduler's address is HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT, not `{text}`"
-    try:
-        parts = urlsplit(text if "://" in text else f"tcp://{text}")
-        port = parts.port
-    except ValueError:
-        raise UsageError(form) from None
-    rest = parts.path.rstrip("/") or parts.query or parts.fragment or parts.username
-    if parts.scheme not in ("tcp", "tls") or not parts.hostname or not port or rest:
-        raise UsageError(form)
-    if any(char.isspace() or not char.isprintable() for char in parts.netloc):
-        raise UsageError(form)
-    address = SchedulerAddress(parts.scheme, parts.hostname, port)
+    match = _ADDRESS.fullmatch(text)
+    if match is None or not 0 < int(match["port"]) < 65536:
+        raise UsageError(
+            "the scheduler's address is HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT, "
+            f"not `{shorten(text)}`"
+        )
+    host = match["host"].strip("[]")
+    address = SchedulerAddress((match["protocol"] or "tcp").lower(), host, int(match["port"]))
     if address.protocol == "tcp" and not address.is_on_this_machine and not insecure:
         raise UsageError(
             f"{address} is on another machine and not encrypted: whoever reaches a scheduler can "
             "run programs with your rights; use tls://, or --insecure in a network that you trust"
         )
     return address
+
+
+def check_scheduler(address: str, *, insecure: bool = False) -> SchedulerAddress | None:
+    """Return the address of a scheduler, or None for "local", without connecting to it.
+
+    Raises:
+        UsageError: see `parse_address`.
+        NotInstalledError: Dask is not installed.
+    """
+    scheduler = None if address == LOCAL else parse_address(address, insecure=insecure)
+    try:
+        import distributed as _  # noqa: F401
+    except ModuleNotFoundError as failure:
+        if failure.name not in ("distributed", "dask"):
+            raise
+        message = "a cluster needs dask.distributed: pip install 'exudyn-mover[cluster]'"
+        raise NotInstalledError(message) from None
+    return scheduler
 
 
 def run_on_cluster(
@@ -138,24 +159,16 @@ def run_on_cluster(
         run: function that carries out a run [default: `run_case`].
 
     Raises:
-        UsageError: see `parse_address`.
-        NotInstalledError: Dask is not installed.
+        UsageError, NotInstalledError: see `check_scheduler`.
         ClusterError: the scheduler or its workers cannot be used; raised during the runs.
         OSError: a motion cannot be written; raised during the runs.
     """
-    parsed = None if address == LOCAL else parse_address(address, insecure=insecure)
-    try:
-        import distributed as _  # noqa: F401
-    except ModuleNotFoundError as failure:
-        if failure.name not in ("distributed", "dask"):
-            raise
-        message = "a cluster needs dask.distributed: pip install 'exudyn-mover[cluster]'"
-        raise NotInstalledError(message) from None
+    scheduler = check_scheduler(address, insecure=insecure)
     if run is None:
         from generator.study.run_case import run_case
 
         run = run_case
-    return _run_tasks(study, tasks, parsed, jobs, run)
+    return _run_tasks(study, tasks, scheduler, jobs, run)
 
 
 def _run_tasks(
@@ -231,7 +244,7 @@ class _Runs:
         self._run = run
         self._payload = pickle.dumps(study)
         self._study = self._send_study()
-        self._versions = _versions()
+        self._versions = installed_versions()
         self._workers = 0
         self._counted = 0.0
         self._seen_worker = time.monotonic()
@@ -257,8 +270,9 @@ class _Runs:
             limit = at_a_time or max(1, _RUNS_PER_WORKER * self._workers)
             while waiting and len(running) < limit:
                 task = waiting.popleft()
+                sent = task if task.keep is None else replace(task, keep=task.keep.resolve())
                 future = self._client.submit(
-                    _run_on_worker, self._run, self._study, task, self._versions, pure=False
+                    _run_on_worker, self._run, self._study, sent, self._versions, pure=False
                 )
                 running[future.key] = task, future
                 completed.add(future)
@@ -300,9 +314,7 @@ class _Runs:
 
     def _explain(self, failure: BaseException) -> BaseException:
         """Return the error of the command for the failure of a task."""
-        from asyncio import CancelledError
-
-        if isinstance(failure, CancelledError):
+        if isinstance(failure, asyncio.CancelledError):
             return ClusterError(f"{self._scheduler} is lost")
         cause: BaseException | None = failure
         while cause is not None:
@@ -340,7 +352,7 @@ def _check_worker(expected: tuple[tuple[str, str], ...]) -> None:
     """Raise ClusterError if this worker would give other rows than the client."""
     from distributed import get_worker
 
-    here = _versions()
+    here = installed_versions()
     differences = [
         f"{name} {here[name]} in place of {wanted}"
         for name, wanted in expected
@@ -365,7 +377,7 @@ def _worker_name() -> str:
     return get_worker().address
 
 
-def _versions() -> dict[str, str]:
+def installed_versions() -> dict[str, str]:
     """Return the versions of the distributions that determine the numbers of a run."""
     found: dict[str, str] = {}
     for name in _DISTRIBUTIONS:
@@ -389,23 +401,40 @@ def _connection(address: SchedulerAddress) -> Generator[_Client]:
             "distributed.comm.tls.ca-file, .client.cert and .client.key"
         )
     try:
+        _shake_hands(address, security)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            client = cast(
-                _Client,
-                Client(
-                    str(address),
-                    timeout=_CONNECT_LIMIT,
-                    security=security,
-                    set_as_default=False,
-                ),
+            warnings.simplefilter("ignore")  # other versions of libraries of Dask's
+            client: Any = Client(
+                str(address), timeout=_CONNECT_LIMIT, security=security, set_as_default=False
             )
-    except (OSError, ValueError, RuntimeError, ImportError, TypeError) as failure:
-        raise ClusterError(f"{address} cannot be reached: {_first_line(failure)}") from None
+    except TimeoutError:
+        raise ClusterError(f"a scheduler does not answer at {address}") from None
+    except (OSError, ImportError) as failure:
+        raise ClusterError(f"{address} cannot be used: {_first_line(failure)}") from None
     try:
         yield client
     finally:
         client.close()
+
+
+def _shake_hands(address: SchedulerAddress, security: Any) -> None:
+    """Connect to a scheduler once. Raises TimeoutError for a server that is not Dask's.
+
+    A client of Dask waits for such a server without end.
+    """
+    from distributed.comm import core
+
+    connect = cast(Any, core).connect
+
+    async def connect_once() -> None:
+        options = security.get_connection_args("client")
+        async with asyncio.timeout(_CONNECT_LIMIT):
+            connection = await connect(str(address), timeout=_CONNECT_LIMIT, **options)
+            await connection.close()
+
+    # In a notebook, this thread runs an event loop already.
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, connect_once()).result()
 
 
 def _first_line(failure: BaseException) -> str:
