@@ -17,8 +17,10 @@ PACKAGES = ("generator", "springs", "plots")
 MAX_MODULES = 368  # 252, the page, models that leave whole and come back, a person, and studies
 MAX_LINES = 600
 
-# A library, and the one folder that may import it.
+# A library, and the one folder or module that may import it.
 WALLS = {
+    "dask": "generator/study/cluster.py",
+    "distributed": "generator/study/cluster.py",
     "exudyn": "generator/simulation",
     "matplotlib": "plots",
     "numba": "generator/simulation/compiled",

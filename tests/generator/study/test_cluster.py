@@ -1,0 +1,369 @@
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.diagnostics import NotInstalledError, UsageError
+from generator.study import cluster
+from generator.study.cluster import (
+    ClusterError,
+    SchedulerAddress,
+    check_scheduler,
+    parse_address,
+    run_on_cluster,
+)
+from generator.study.study import RunResult
+from generator.study.worker_pool import DIED, PROGRAM_ERROR, Task, run_locally
+from tests.processes import ENVIRONMENT
+from tests.study_runs import (
+    FAULTY,
+    FRAIL,
+    FULL_DISK,
+    POISON,
+    SLOW,
+    is_running,
+    list_study,
+    processes_of,
+    quick_run,
+)
+
+distributed = pytest.importorskip("distributed")
+psutil = pytest.importorskip("psutil")
+
+
+def tasks(values: list[float], folder: Path | None = None) -> list[Task]:
+    return [
+        Task(index, (value,), None if folder is None else folder / f"{index:03}")
+        for index, value in enumerate(values)
+    ]
+
+
+def rows(values: list[float], address: str, folder: Path | None = None, **options: Any):
+    """The results of quick runs on a cluster, by index."""
+    options = {"run": quick_run, **options}
+    with closing(
+        run_on_cluster(list_study(*values), tasks(values, folder), address, **options)
+    ) as runs:
+        results = {run.index: run.result for run in runs}
+    return [results[index] for index in range(len(values))]
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Wait for half a minute at most."""
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def expected(values: list[float]) -> list[RunResult]:
+    return [quick_run(list_study(*values), (value,), None) for value in values]
+
+
+# Addresses
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("127.0.0.1:8786", "tcp://127.0.0.1:8786"),
+        ("localhost:8786", "tcp://localhost:8786"),
+        ("tcp://127.0.0.1:8786/", "tcp://127.0.0.1:8786"),
+        ("tcp://[::1]:8786", "tcp://[::1]:8786"),
+        ("tls://node1.example:8786", "tls://node1.example:8786"),
+    ],
+)
+def test_reads_addresses(text: str, meant: str) -> None:
+    assert str(parse_address(text)) == meant
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "node1", "node1:", ":8786", "node1:0", "node1:99999", "node1:x", "ucx://node1:8786"]
+    + ["tcp://node1:8786/path", "tcp://me@node1:8786", "tcp://[::1:8786", "no de:8786", "8786"]
+    + ["inproc://1/2/3", "scheduler.json", "tcp://node1:8786?x=1", "no\nde:8786"],
+)
+def test_refuses_other_texts(text: str) -> None:
+    with pytest.raises(UsageError, match="HOST:PORT"):
+        parse_address(text, insecure=True)
+
+
+@given(st.text())
+def test_any_text_is_an_address_or_refused(text: str) -> None:
+    try:
+        address = parse_address(text, insecure=True)
+    except UsageError:
+        return
+    assert parse_address(str(address), insecure=True) == address
+
+
+@pytest.mark.parametrize("host", ["node1", "10.0.0.1", "0.0.0.0", "[2001:db8::1]", "localhost.ab"])
+def test_refuses_a_plain_address_of_another_machine(host: str) -> None:
+    with pytest.raises(UsageError, match="not encrypted.*tls://.*--insecure"):
+        check_scheduler(f"tcp://{host}:8786")
+    assert check_scheduler(f"tcp://{host}:8786", insecure=True)
+    assert check_scheduler(f"tls://{host}:8786")
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.1.2.3", "::1", "localhost"])
+def test_loopback_is_this_machine(host: str) -> None:
+    assert SchedulerAddress("tcp", host, 1).is_on_this_machine
+
+
+def test_an_address_is_checked_before_the_first_run() -> None:
+    with pytest.raises(UsageError):
+        run_on_cluster(list_study(1.0), tasks([1.0]), "node1:8786")
+
+
+def test_says_how_to_install_dask(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(NotInstalledError, match=r"pip install 'exudyn-mover\[cluster\]'"):
+        check_scheduler("local")
+
+
+# A cluster of two processes, one of which is killed in mid-run
+
+VALUES = [0.5 + 0.02 * k for k in range(40)]
+
+
+@dataclass(frozen=True)
+class Killed:
+    """Runs of which one worker was killed.
+
+    Attributes:
+        rows: by index.
+        listening: addresses at which the command and its processes listened.
+        survivors: processes that were there after the runs.
+        printed: on the standard streams.
+    """
+
+    rows: list[RunResult]
+    listening: set[str]
+    survivors: list[int]
+    printed: str
+
+
+@contextmanager
+def streams_in(file: Path) -> Iterator[None]:
+    """Write the standard streams of this process, and of those that it starts, into a file."""
+    before = [os.dup(number) for number in (1, 2)]
+    with file.open("w") as stream:
+        for number in (1, 2):
+            os.dup2(stream.fileno(), number)
+    try:
+        yield
+    finally:
+        for number, old in zip((1, 2), before, strict=True):
+            os.dup2(old, number)
+            os.close(old)
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
+    printed = tmp_path_factory.mktemp("printed") / "streams.txt"
+    this = psutil.Process()
+    others = set(this.children())
+    results: dict[int, RunResult] = {}
+    workers: list[Any] = []
+    listening: set[str] = set()
+    runs = run_on_cluster(list_study(*VALUES), tasks(VALUES), "local", jobs=2)
+    with streams_in(printed), closing(runs):
+        for run in runs:
+            results[run.index] = run.result
+            if len(results) == 5:
+                started = set(this.children()) - others
+                workers = [one for one in started if "spawn_main" in " ".join(one.cmdline())]
+                for each in [this, *workers]:
+                    found = each.net_connections("inet")
+                    listening |= {one.laddr.ip for one in found if one.status == "LISTEN"}
+                workers[0].kill()
+    assert len(workers) == 2
+    return Killed(
+        [results[index] for index in range(len(VALUES))],
+        listening,
+        [one.pid for one in set(this.children()) - others if "spawn_main" in str(one.cmdline())],
+        printed.read_text(),
+    )
+
+
+def test_gives_the_rows_of_this_machine_although_a_worker_was_killed(killed: Killed) -> None:
+    here = {run.index: run.result for run in run_locally(list_study(*VALUES), tasks(VALUES), 2)}
+    assert killed.rows == [here[index] for index in range(len(VALUES))]
+    assert len({str(row.measures) for row in killed.rows}) == len(VALUES)
+    assert {row.outcome for row in killed.rows} == {"done"}
+
+
+def test_listens_on_the_loopback_interface_only(killed: Killed) -> None:
+    assert killed.listening == {"127.0.0.1"}
+
+
+def test_leaves_no_process(killed: Killed) -> None:
+    assert killed.survivors == []
+
+
+def test_prints_nothing(killed: Killed) -> None:
+    assert killed.printed == ""
+
+
+def test_a_run_that_kills_its_worker_twice_is_a_row(tmp_path: Path) -> None:
+    values = [1.0, POISON, 3.0, FRAIL, 5.0, 6.0]
+    results = rows(values, "local", tmp_path, jobs=2)
+    assert [one.outcome for one in results] == ["done", DIED, "done", "done", "done", "done"]
+    assert results[1].measures == {"swing": None, "end": None}
+    assert len((tmp_path / "001").read_text().split()) == 2
+
+
+SLOW_SWEEP = """
+import sys
+from pathlib import Path
+from generator.study.cluster import run_on_cluster
+from generator.study.worker_pool import Task
+from tests.study_runs import SLOW, list_study, quick_run
+tasks = [Task(index, (SLOW,), Path(sys.argv[1], str(index))) for index in range(4)]
+if __name__ == "__main__":
+    try:
+        list(run_on_cluster(list_study(*[SLOW] * 4), tasks, "local", jobs=2, run=quick_run))
+    except KeyboardInterrupt:
+        sys.exit(3)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of a group of processes")
+@pytest.mark.parametrize(("number", "code"), [("SIGINT", 3), ("SIGKILL", -9)])
+def test_no_process_survives_the_parent(tmp_path: Path, number: str, code: int) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", SLOW_SWEEP, str(tmp_path)],
+        env=ENVIRONMENT,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    wait_until(lambda: len(processes_of(tmp_path)) == 2)
+    if number == "SIGINT":  # as a terminal sends it, to all of them
+        os.killpg(process.pid, signal.SIGINT)
+    else:
+        process.send_signal(signal.Signals[number])
+    _, printed = process.communicate(timeout=30.0)  # the runs take longer
+    assert (process.returncode, printed) == (code, b"")
+    wait_until(lambda: not any(map(is_running, processes_of(tmp_path))))
+
+
+# A scheduler and workers in this process
+
+
+@contextmanager
+def scheduler(workers: int = 1, threads: int = 1) -> Iterator[Any]:
+    with distributed.LocalCluster(
+        n_workers=workers,
+        threads_per_worker=threads,
+        processes=False,
+        protocol="tcp",
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+    ) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    with scheduler() as started:
+        yield started.scheduler_address
+
+
+def test_submits_few_runs_at_a_time() -> None:
+    values = [0.1 * k for k in range(60)]
+    with scheduler() as started:
+        known: list[int] = []
+        results: dict[int, RunResult] = {}
+        study, address = list_study(*values), started.scheduler_address
+        for run in run_on_cluster(study, tasks(values), address, run=quick_run):
+            results[run.index] = run.result
+            known.append(len(started.scheduler.tasks))
+    assert [results[index] for index in range(60)] == expected(values)
+    assert max(known) < 20
+
+
+def test_an_error_of_the_program_is_a_row(address: str) -> None:
+    results = rows([1.0, FAULTY, 3.0], address)
+    assert [one.outcome for one in results] == ["done", PROGRAM_ERROR, "done"]
+
+
+def test_a_motion_that_cannot_be_written_ends_the_runs(address: str) -> None:
+    with pytest.raises(OSError, match="No space left"):
+        rows([1.0, FULL_DISK], address)
+
+
+def test_motions_need_a_folder_that_workers_see(address: str, tmp_path: Path) -> None:
+    with pytest.raises(ClusterError, match=r"does not see the folder.*workers share"):
+        rows([1.0], address, tmp_path / "elsewhere")
+
+
+def test_workers_need_the_same_versions(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = cluster.installed_versions
+    monkeypatch.setattr(cluster, "installed_versions", lambda: {**before(), "numpy": "0.9"})
+    with pytest.raises(ClusterError, match=r"has numpy \S+ in place of 0\.9"):
+        rows([1.0], address)
+
+
+class Unreadable:
+    """A function of a module that a worker does not have."""
+
+    def __reduce__(self) -> Any:
+        return import_module, ("no_such_module",)
+
+
+def test_workers_need_the_program(address: str) -> None:
+    with pytest.raises(ClusterError, match="lacks the module `no_such_module`"):
+        rows([1.0], address, run=Unreadable())
+
+
+def test_a_worker_has_one_thread() -> None:
+    with (
+        scheduler(threads=2) as started,
+        pytest.raises(ClusterError, match="--nworkers 2 --nthreads 1"),
+    ):
+        rows([1.0], started.scheduler_address)
+
+
+def test_a_scheduler_without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_NO_WORKER_LIMIT", 0.3)
+    with scheduler(workers=0) as started, pytest.raises(ClusterError, match="no workers"):
+        rows([1.0], started.scheduler_address)
+
+
+def test_a_scheduler_that_ends_in_mid_run() -> None:
+    values = [1.0] * 50
+    with scheduler() as started:
+        runs = run_on_cluster(
+            list_study(*values), tasks(values), started.scheduler_address, run=quick_run
+        )
+        next(runs)
+        started.close()
+        with pytest.raises(ClusterError, match="is lost"):
+            list(runs)
+
+
+def test_a_server_that_is_not_a_scheduler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_CONNECT_LIMIT", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        with pytest.raises(ClusterError, match="does not answer"):
+            rows([1.0], f"127.0.0.1:{port}")
+    with pytest.raises(ClusterError, match="does not answer"):  # nor does a closed port
+        rows([1.0], f"127.0.0.1:{port}")
+
+
+def test_tls_needs_certificates(address: str) -> None:
+    with pytest.raises(ClusterError, match=r"distributed\.comm\.tls\.ca-file"):
+        rows([1.0], address.replace("tcp", "tls"))
