@@ -32,7 +32,7 @@ from plots.canvas import (
 )
 from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
 from plots.figure_image import Body as Surfaces
-from plots.pendulum import Swing
+from generator.identification.swing import Swing
 from plots.person_facts import person_facts
 from plots.plate import Claim, Plate, incomparable_claim
 from plots.whole_body import Posture, on_both_sides, posture_in_radians
