@@ -9,7 +9,7 @@ point if the smoothed angle moves on both sides of it by more than noise could.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from math import sqrt
 
 import numpy as np
@@ -23,8 +23,8 @@ SMOOTHING_TIME = 0.2
 _FEWEST_TURNS = 3
 """Number of turning points from which the angle of rest follows."""
 
-_CUBIC, _FEWEST_SAMPLES = 3, 7
-"""Degree of the local fits, and least number of samples of each."""
+_CUBIC, _FEWEST_SAMPLES = (0, 1, 2, 3), 7
+"""Powers in the local fits, and least number of samples of each."""
 
 _NOISE_FACTOR = 6.0
 """Standard deviations of a smoothed angle by which it moves between turning points, at least."""
@@ -222,18 +222,16 @@ def smooth_swing(
         ValueError: the samples are uneven, too few or too sparse, the joint already moves in the
             first one, or it turns fewer than three times.
     """
-    from scipy.signal import savgol_coeffs, savgol_filter
-
     half = _half_window(times, smoothing_time)
     width = 2 * half + 1
     interval = float(times[-1] - times[0]) / (len(times) - 1)
-    smoothed = savgol_filter(angles, width, _CUBIC)
-    rates = savgol_filter(angles, width, _CUBIC, deriv=1, delta=interval)
+    smoothed, rates = _fit_cubics(angles, half)
+    rates /= interval
     # A smoothed angle has this share of the variance of an angle, and its residual all the rest.
-    share = float(savgol_coeffs(width, _CUBIC)[half])
+    share = float(_fit_matrix(-half, width, _CUBIC)[0, half])
     residuals = (angles - smoothed)[half:-half]
     noise = sqrt(float(np.mean(residuals**2)) / (1.0 - share))
-    _require_rest(angles[:width], interval, noise)
+    _require_rest(angles[:width], noise)
     smoothed[: half + 1], rates[: half + 1] = _fit_release(angles[: half + 1], interval)
     least_move = _NOISE_FACTOR * noise * sqrt(share) + _RINGING * float(np.ptp(angles))
     return MeasuredSwing(Swing(times, smoothed, rates, least_move), noise, smoothing_time)
@@ -261,25 +259,52 @@ def _half_window(times: Array, smoothing_time: float) -> int:
     return half
 
 
-def _require_rest(angles: Array, interval: float, noise: float) -> None:
+@cache
+def _fit_matrix(first: int, count: int, powers: tuple[int, ...]) -> Array:
+    """Coefficients of the best polynomial per sample, shape (terms, count).
+
+    Args:
+        first: place of the first sample, in intervals.
+        count: number of samples.
+        powers: of the place in the terms.
+    """
+    places = np.arange(first, first + count, dtype=float)
+    return np.asarray(np.linalg.pinv(places[:, None] ** np.array(powers)), dtype=np.float64)
+
+
+def _fit_cubics(angles: Array, half: int) -> tuple[Array, Array]:
+    """Values and slopes per interval of the cubics that fit the samples about each one.
+
+    The first and the last samples have the values of the first and the last cubic.
+    """
+    width = 2 * half + 1
+    windows = np.lib.stride_tricks.sliding_window_view(angles, width)
+    fits = windows @ _fit_matrix(-half, width, _CUBIC).T
+    frames = np.arange(len(angles))
+    used = np.clip(frames - half, 0, len(windows) - 1)
+    place = (frames - half - used)[:, None].astype(float)
+    powers = np.array(_CUBIC)
+    values = np.sum(fits[used] * place**powers, axis=1)
+    slopes = np.sum(fits[used, 1:] * powers[1:] * place ** powers[:-1], axis=1)
+    return values, slopes
+
+
+def _require_rest(angles: Array, noise: float) -> None:
     """Raise ValueError for first samples that are not those of a joint that starts from rest.
 
     The first rate of the parabola that fits them is compared with its last one and with its own
     uncertainty.
     """
-    times = interval * np.arange(len(angles))
-    terms = np.stack([np.ones_like(times), times, times**2], axis=-1)
-    inverse = np.linalg.pinv(terms)
-    _, first, bend = (inverse @ angles).tolist()
-    last = first + 2.0 * bend * float(times[-1])
-    uncertainty = noise * float(np.linalg.norm(inverse[1]))
+    matrix = _fit_matrix(0, len(angles), (0, 1, 2))
+    _, first, bend = (matrix @ angles).tolist()
+    last = first + 2.0 * bend * (len(angles) - 1)
+    uncertainty = noise * float(np.linalg.norm(matrix[1]))
     if abs(first) > max(_EARLY_MOTION * abs(last), _NOISE_FACTOR * uncertainty):
         raise ValueError("the joint already moves in the first sample: record from before release")
 
 
 def _fit_release(angles: Array, interval: float) -> tuple[Array, Array]:
     """Angles and rates of the parabola from rest that fits the first samples."""
-    times = interval * np.arange(len(angles))
-    terms = np.stack([np.ones_like(times), times**2], axis=-1)
-    level, bend = (np.linalg.pinv(terms) @ angles).tolist()
-    return level + bend * times**2, 2.0 * bend * times
+    level, bend = (_fit_matrix(0, len(angles), (0, 2)) @ angles).tolist()
+    places = np.arange(len(angles))
+    return level + bend * places**2, 2.0 * bend * places / interval

@@ -23,7 +23,9 @@ def shipped(name: str = "leg_swing") -> MeasuredAngles:
     return data
 
 
-def oscillation(ratio: float = 0.11, stop: float = 10.0, joint: str = "left_knee") -> MeasuredAngles:
+def oscillation(
+    ratio: float = 0.11, stop: float = 10.0, joint: str = "left_knee"
+) -> MeasuredAngles:
     """A damped oscillator that drops by 60 deg to 90 deg, with a period of a second."""
     times = np.arange(round(100.0 * stop) + 1) / 100.0
     angular, decay = 2.0 * pi, 2.0 * pi * ratio / sqrt(1.0 - ratio**2)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal import savgol_filter
 
 from generator.identification.swing import Swing, smooth_swing
 from springs.backends import Array
@@ -138,6 +139,15 @@ def test_smoothing_bends_the_numbers_by_less_than_the_noise() -> None:
     ratio, natural, start, rest = KNEE
     exact = numbers(damped(ratio, natural, start, rest))
     assert numbers(smooth_swing(times, angles).swing) == pytest.approx(exact, rel=3e-3, abs=1.5e-3)
+
+
+def test_smoothed_angles_are_those_of_savitzky_and_golay() -> None:
+    times, angles = angle_samples(*KNEE)
+    noisy = angles + np.random.default_rng(1).normal(0.0, NOISE, len(angles))
+    swing = smooth_swing(times, noisy).swing
+    values, slopes = (savgol_filter(noisy, 11, 3, deriv=k, delta=0.02) for k in range(2))
+    assert swing.angles[6:] == pytest.approx(values[6:], abs=1e-12)
+    assert swing.rates[6:] == pytest.approx(slopes[6:], abs=1e-10)
 
 
 def test_uncertainties_are_the_scatter_over_records() -> None:
