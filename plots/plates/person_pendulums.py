@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from generator import Plan, read_figure, simulate
 from generator.figure import Figure as Body
+from generator.identification.swing import Swing
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_rotation_vector
@@ -32,7 +33,6 @@ from plots.canvas import (
 )
 from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
 from plots.figure_image import Body as Surfaces
-from plots.pendulum import Swing
 from plots.person_facts import person_facts
 from plots.plate import Claim, Plate, incomparable_claim
 from plots.whole_body import Posture, on_both_sides, posture_in_radians
