@@ -410,9 +410,7 @@ def _parse_parameters(top: TableReader, kind: DesignKind | None) -> dict[str, Pa
     }
 
 
-def _row(
-    table: TableReader, name: str, noun: str, taken: Iterable[str]
-) -> TableReader | None:
+def _row(table: TableReader, name: str, noun: str, taken: Iterable[str]) -> TableReader | None:
     """Return the table of one parameter or measure; None, with an error noted, if it is wrong."""
     place = table.spans.key(table.name, 0, name)
     faults = table.diagnostics
@@ -451,7 +449,7 @@ def _parse_texts(table: TableReader, key: str) -> tuple[str, ...]:
     value: Any = table.content[key]
     texts: list[Any] = value if isinstance(value, list) else [value]
     if not texts or not all(isinstance(text, str) for text in texts):
-        hint = "texts stand in quotes: `\"gravity\"`"
+        hint = 'texts stand in quotes: `"gravity"`'
         table.error(key, f"`{key}` must be a text or a list of texts", hint)
         return ()
     return tuple(texts)
@@ -565,9 +563,7 @@ def _parse_measures(
             top.diagnostics.error("this study has no measures", top.spans.table("measures"), hint)
         return {}
     rows = {name: _row(table, name, "measure", parameters) for name in table.content}
-    return {
-        name: None if row is None else _parse_measure(row, name) for name, row in rows.items()
-    }
+    return {name: None if row is None else _parse_measure(row, name) for name, row in rows.items()}
 
 
 def _parse_measure(table: TableReader, name: str) -> Measure | None:
@@ -620,7 +616,9 @@ def _check_paths(study: Study, top: TableReader) -> None:
     for parameter in study.parameters.values():
         place = f"parameters.{parameter.name}"
         for k, text in enumerate(parameter.paths):
-            item = k if isinstance(top.content["parameters"][parameter.name]["path"], list) else None
+            item = (
+                k if isinstance(top.content["parameters"][parameter.name]["path"], list) else None
+            )
             span = top.spans.value(place, 0, "path", item)
             try:
                 path = parse_path(text, case, study.person)
