@@ -264,9 +264,7 @@ def fit_springs(
     )
 
 
-def start_angles(
-    case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath]
-) -> list[Unknown]:
+def start_angles(case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath]) -> list[Unknown]:
     """Return the start angles of measured joints that the plan and the paths leave open."""
     named = {str(path) for path in paths}
     found: list[Unknown] = []
@@ -516,5 +514,3 @@ def _estimates(
             )
         )
     return tuple(estimates)
-
-
