@@ -1,0 +1,103 @@
+"""Doubts about a fit, as sentences."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from math import degrees
+
+from generator.identification.fit import MAX_BIAS, Estimate, Fit
+from generator.identification.residual_tests import SIGNIFICANCE
+
+MAX_CORRELATION = 0.95
+"""Correlation of two estimates above which they are named."""
+
+GIVEN_MASSES = (
+    "The estimates presume the masses of the figure: a free swing shows stiffness, damping and "
+    "weight in their ratios only, so that wrong masses leave the residuals as they are."
+)
+
+
+def fit_doubts(fit: Fit) -> tuple[str, ...]:
+    """Return the doubts about a fit, most serious first."""
+    return (
+        *_residual_doubts(fit),
+        *_bias_doubts(fit),
+        *_correlation_doubts(fit),
+        *_bound_doubts(fit),
+        *_start_doubts(fit),
+    )
+
+
+def _residual_doubts(fit: Fit) -> Iterator[str]:
+    tests = fit.tests
+    if tests.are_autocorrelated:
+        yield (
+            f"successive residuals are alike (autocorrelation {tests.lag_one:.2f}, probability "
+            f"{tests.whiteness:.0e} for independent noise): the model does not explain the data, "
+            f"or the noise is not independent; the intervals are too narrow, by a factor of "
+            f"{tests.widening:.1f} or more"
+        )
+    if tests.misfit is None or fit.options.sd is None:
+        return
+    ratio = tests.rms / fit.options.sd
+    if tests.misfit < SIGNIFICANCE:
+        yield (
+            f"the residuals are {ratio:.2f} times the stated noise (chi-square "
+            f"{tests.chi_square:.4g} for {tests.degrees_of_freedom} degrees of freedom): the model "
+            "does not explain the data, or their noise is larger"
+        )
+    elif tests.misfit > 1.0 - SIGNIFICANCE:
+        yield (
+            f"the residuals are only {ratio:.2f} times the stated noise, which is too large: "
+            "so are the intervals"
+        )
+
+
+def _bias_doubts(fit: Fit) -> Iterator[str]:
+    worst = max(fit.estimates, key=lambda one: abs(one.bias))
+    if abs(worst.bias) <= MAX_BIAS:
+        return
+    size = f"{worst.path} is biased by {abs(worst.bias):.1f} of its standard deviations"
+    if fit.accuracy.step is not None:
+        shorter = fit.accuracy.step * (MAX_BIAS / abs(worst.bias)) ** 0.5
+        yield (
+            f"{size} by the step of {fit.accuracy.step:g} s, which is too long: leave it out, or "
+            f"take at most {shorter:.2g} s"
+        )
+    else:
+        hint = "" if fit.options.tolerance is None else ": leave it out, or take a smaller one"
+        yield f"{size} by the tolerance of {fit.accuracy.tolerance:g} rad of the runs{hint}"
+
+
+def _correlation_doubts(fit: Fit) -> Iterator[str]:
+    for j, k in combinations(range(len(fit.estimates)), 2):
+        one, other, value = fit.estimates[j], fit.estimates[k], float(fit.correlations[j, k])
+        if abs(value) < MAX_CORRELATION or one.is_start or other.is_start:
+            continue
+        hint = _separation_hint(one, other)
+        yield f"{one.path} and {other.path} are hardly told apart (correlation {value:.3f}){hint}"
+
+
+def _separation_hint(one: Estimate, other: Estimate) -> str:
+    words = {one.path.rpartition(".")[2], other.path.rpartition(".")[2]}
+    if words & {"coulomb_Nm"} and words & {"viscous_Nms_rad", "damping_scale"}:
+        return ": swings of several amplitudes separate damping from friction"
+    return ""
+
+
+def _bound_doubts(fit: Fit) -> Iterator[str]:
+    for one in fit.estimates:
+        if one.at_bound:
+            yield (
+                f"{one.path} is at its smallest value, {one.value:.3g}: its interval is that of "
+                "the profile, and those of the others presume that it may be smaller"
+            )
+
+
+def _start_doubts(fit: Fit) -> Iterator[str]:
+    best = sum(one.is_best for one in fit.starts)
+    if best < len(fit.starts):
+        found = [f"{degrees(one.rms):.3g}" for one in fit.starts if one.rms is not None]
+        yield (
+            f"{best} of {len(fit.starts)} starts found the least sum of squares (rms "
+            f"{', '.join(found)} deg): more may find a lower one, with --starts"
+        )

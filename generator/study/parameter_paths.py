@@ -1,0 +1,464 @@
+"""Paths of the quantities that a study varies.
+
+    springs.scale                        elastic torques of all joints, stops excepted
+    springs.damping_scale                damping and friction of all joints
+    springs.JOINT[.AXIS].scale           those of a joint
+    springs.JOINT[.AXIS].damping_scale
+    springs.JOINT[.AXIS].offset_deg      shift of the elastic curve
+    springs.JOINT[.AXIS].viscous_Nms_rad
+    springs.JOINT[.AXIS].coulomb_Nm
+    springs.coupled.scale                laws over several joints
+    segments.NAME.mass                   [kg]; the radius of gyration stays
+    segments[.NAME].mass_scale           also of all segments
+    segments[.NAME].inertia_scale
+    pose.JOINT[.k], velocity.JOINT[.k]   [deg or cm, per second]
+    gravity                              factor of its size
+    height                               [m]
+    floor.friction, floor.stiffness      or another prop of the scene
+    person.stature, person.mass          [m, kg]
+    person.DIMENSION                     [m]
+
+`knee` is `left_knee` and `right_knee`, both with the same anatomical change, counted as on the
+left; `hip` is also `left_hip_joint` and `right_hip_joint`. An axis is the name of its motion, such
+as `flexion`, or its number in the chain of the joint. Quantities of a slide end in `offset_cm`,
+`viscous_Ns_m` and `coulomb_N`.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import nan
+from typing import NoReturn
+
+from generator.diagnostics import ModelError, shorten, spelling_hint
+from generator.figure import AxisKind, Figure, Joint, Vector
+from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
+from generator.named_mapping import UnknownNameError
+from generator.simulation.plan import Plan
+from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.study.study import PersonArguments
+from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet, Stop
+
+
+class UnknownPathError(UnknownNameError):
+    """A study cannot vary such a quantity; the message states the nearest one."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A figure and its run.
+
+    Attributes:
+        figure: the figure.
+        plan: of the run, with springs.
+    """
+
+    figure: Figure
+    plan: Plan
+
+    @property
+    def springs(self) -> SpringSet:
+        """Springs of the plan; none where it has none."""
+        return self.plan.springs or SpringSet()
+
+
+class Quantity(StrEnum):
+    """Kind of a quantity; the value is the last word of its path without a unit."""
+
+    SCALE = "scale"
+    DAMPING_SCALE = "damping_scale"
+    OFFSET = "offset"
+    VISCOUS = "viscous"
+    COULOMB = "coulomb"
+    COUPLED_SCALE = "coupled scale"
+    MASS = "mass"
+    MASS_SCALE = "mass_scale"
+    INERTIA_SCALE = "inertia_scale"
+    POSE = "pose"
+    VELOCITY = "velocity"
+    GRAVITY = "gravity"
+    HEIGHT = "height"
+    FRICTION = "friction"
+    STIFFNESS = "stiffness"
+    PERSON = "person"
+
+
+@dataclass(frozen=True)
+class Target:
+    """A number of a case.
+
+    Attributes:
+        name: of the joint, segment, prop or dimension.
+        direction: of a spring's axis; None for all axes of the joint.
+        slides: whether that axis is of a slide.
+        index: of a displacement, in the chain of the joint.
+        sign: of the number for a positive value of the path.
+    """
+
+    name: str
+    direction: Vector | None = None
+    slides: bool = False
+    index: int = 0
+    sign: int = 1
+
+
+@dataclass(frozen=True)
+class ParameterPath:
+    """A quantity that a study may vary.
+
+    Attributes:
+        text: as written.
+        unit: of its values, such as "deg"; "" for a factor.
+        quantity: its kind.
+        targets: numbers that get its value, the left side first.
+        person_value: of a person without a change [m or kg]; NaN for other quantities.
+    """
+
+    text: str
+    unit: str
+    quantity: Quantity
+    targets: tuple[Target, ...] = ()
+    person_value: float = nan
+
+    def __str__(self) -> str:
+        """As written."""
+        return self.text
+
+
+_SPRING_WORDS: Mapping[str, tuple[Quantity, str, bool | None]] = {
+    "scale": (Quantity.SCALE, "", None),
+    "damping_scale": (Quantity.DAMPING_SCALE, "", None),
+    "offset_deg": (Quantity.OFFSET, "deg", False),
+    "viscous_Nms_rad": (Quantity.VISCOUS, "N m s/rad", False),
+    "coulomb_Nm": (Quantity.COULOMB, "N m", False),
+    "offset_cm": (Quantity.OFFSET, "cm", True),
+    "viscous_Ns_m": (Quantity.VISCOUS, "N s/m", True),
+    "coulomb_N": (Quantity.COULOMB, "N", True),
+}
+"""Quantity, unit, and whether it is of slides, by the last word of a path."""
+
+_SEGMENT_WORDS: Mapping[str, tuple[Quantity, str]] = {
+    "mass": (Quantity.MASS, "kg"),
+    "mass_scale": (Quantity.MASS_SCALE, ""),
+    "inertia_scale": (Quantity.INERTIA_SCALE, ""),
+}
+_SURFACE_WORDS: Mapping[str, str] = {"friction": "", "stiffness": "N/m"}
+
+FREE_MOTIONS = 6
+"""Number of velocities of a free segment."""
+
+_SIDE = re.compile(r"(?:left|right)_?|_(?:left|right)$")
+_JOINT_SUFFIX = "_joint"
+
+
+def parse_path(text: str, case: Case, person: PersonArguments | None = None) -> ParameterPath:
+    """Return the quantity of a path. Raises UnknownPathError.
+
+    Args:
+        text: the path.
+        case: its figure, springs and scene.
+        person: arguments of the figure, where it is a person.
+    """
+    return _PathParser(text, case, person).parse()
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """An axis of a joint with its spring, if it has one."""
+
+    direction: Vector
+    number: int | None
+    slides: bool
+    spring: AxisSpring | None
+
+    @property
+    def motion(self) -> str:
+        """Name of a positive angle, as a path writes it."""
+        return "" if self.spring is None else _motion_word(self.spring.motion)
+
+
+def _motion_word(motion: str) -> str:
+    return re.sub(r"\W+", "_", motion.strip().lower())
+
+
+def _joint_axes(case: Case, joint: Joint) -> list[_Axis]:
+    """Return the axes of a joint's chain, and those of its other springs."""
+    own = case.springs.joints.get(joint.name, JointSprings(joint.name))
+    springs = [(axis, False) for axis in own.axes] + [(axis, True) for axis in own.translations]
+    axes: list[_Axis] = []
+    for number, factor in enumerate(joint.chain, 1):
+        direction, slides = unit_axis(factor.axis), factor.kind is AxisKind.TRANSLATION
+        found = next(
+            (
+                (axis, kind)
+                for axis, kind in springs
+                if kind is slides and parallel_sign(axis.direction, direction)
+            ),
+            None,
+        )
+        if found is None:
+            axes.append(_Axis(direction, number, slides, None))
+        else:
+            springs.remove(found)
+            axes.append(_Axis(found[0].direction, number, slides, found[0]))
+    return [*axes, *(_Axis(axis.direction, None, kind, axis) for axis, kind in springs)]
+
+
+class _PathParser:
+    """Reader of one path."""
+
+    def __init__(self, text: str, case: Case, person: PersonArguments | None) -> None:
+        self._text = text
+        self._words = text.split(".")
+        self._case = case
+        self._person = person
+        self._figure = case.figure
+
+    def parse(self) -> ParameterPath:
+        """Return the quantity. Raises UnknownPathError."""
+        props = {prop.name for prop in self._case.plan.scene.props}
+        readers: dict[str, Callable[[], ParameterPath]] = {
+            "springs": self._parse_springs,
+            "segments": self._parse_segments,
+            "pose": self._parse_motion,
+            "velocity": self._parse_motion,
+            "gravity": self._parse_gravity,
+            "height": self._parse_height,
+            "person": self._parse_person,
+            **dict.fromkeys(props, self._parse_prop),
+        }
+        if self._words[0] == "floor" and "floor" not in props:
+            self._fail("the scene has no floor; `floor = true` adds one")
+        reader = readers.get(self._words[0])
+        if reader is None:
+            self._fail("unknown first word", 0, readers)
+        return reader()
+
+    def _fail(self, reason: str, place: int | None = None, known: Iterable[str] = ()) -> NoReturn:
+        """Raise UnknownPathError, with the path in which a known word is at a place."""
+        hint = "" if place is None else spelling_hint(self._words[place], known)
+        match = re.fullmatch(r"did you mean `(.*)`\?", hint)
+        if match is not None and place is not None:
+            near = [*self._words[:place], match[1], *self._words[place + 1 :]]
+            hint = f"did you mean `{'.'.join(near)}`?"
+        message = f"`{shorten(self._text)}`: {reason}"
+        raise UnknownPathError(f"{message}; {hint}" if hint else message)
+
+    def _check_length(self, *counts: int, form: str) -> None:
+        if len(self._words) not in counts:
+            self._fail(f"the path is written `{form}`")
+
+    def _names(self, place: int, noun: str, known: Iterable[str]) -> tuple[str, ...]:
+        """Return the names that a word means: one, or those of both sides with the left first."""
+        names = list(known)
+        word = self._words[place]
+        if word in names:
+            return (word,)
+        meanings: dict[str, list[str]] = {}
+        for name in names:
+            plain = {name, name.removesuffix(_JOINT_SUFFIX)}
+            if mirrored_name(name) in names and mirrored_name(name) != name:
+                plain |= {_SIDE.sub("", each) for each in tuple(plain)}
+            for each in plain:
+                meanings.setdefault(each, []).append(name)
+        if word not in meanings:
+            self._fail(f"the figure has no {noun} `{shorten(word)}`", place, meanings)
+        return tuple(sorted(meanings[word], key=lambda name: "left" not in name))
+
+    def _parse_springs(self) -> ParameterPath:
+        self._check_length(2, 3, 4, form="springs.JOINT.QUANTITY")
+        last = len(self._words) - 1
+        joints = self._figure.joints
+        if last == 1:
+            if self._words[1] not in ("scale", "damping_scale"):
+                self._fail(
+                    "all joints together have a scale and a damping scale only",
+                    1,
+                    ("scale", "damping_scale"),
+                )
+            quantity = Quantity(self._words[1])
+            return ParameterPath(self._text, "", quantity)
+        if self._words[1] == "coupled" and self._case.springs.coupled:
+            if self._words[2:] != ["scale"]:
+                self._fail("laws over several joints have a scale only", last, ("scale",))
+            return ParameterPath(self._text, "", Quantity.COUPLED_SCALE)
+        names = self._names(1, "joint", (name for name in joints if joints[name].chain))
+        if self._words[last] not in _SPRING_WORDS:
+            kinds = {axis.slides for axis in _joint_axes(self._case, joints[names[0]])}
+            known = (w for w, row in _SPRING_WORDS.items() if row[2] is None or row[2] in kinds)
+            self._fail(f"unknown quantity `{shorten(self._words[last])}`", last, known)
+        quantity, unit, slides = _SPRING_WORDS[self._words[last]]
+        first = self._axis_targets(joints[names[0]], quantity, slides)
+        targets = list(first)
+        for name in names[1:]:
+            targets += self._mirrored_targets(name, first)
+        if quantity is Quantity.SCALE:
+            self._refuse_coupled(targets)
+        return ParameterPath(self._text, unit, quantity, tuple(targets))
+
+    def _axis_targets(
+        self, joint: Joint, quantity: Quantity, slides: bool | None
+    ) -> tuple[Target, ...]:
+        """Return the axes of the joint of the path's first side that the path means."""
+        axes = [a for a in _joint_axes(self._case, joint) if slides is None or a.slides is slides]
+        if not axes:
+            kind = "slide" if slides else "turn"
+            self._fail(f"`{joint.name}` does not {kind}")
+        if len(self._words) == 4:
+            axes = [self._named_axis(joint, axes)]
+        needs_law = quantity in (Quantity.SCALE, Quantity.OFFSET)
+        found = [axis for axis in axes if self._has_law(joint, axis, needs_law)]
+        if quantity in (Quantity.VISCOUS, Quantity.COULOMB) and not found:
+            found = axes
+        if not found:
+            kind = "elastic law" if needs_law else "damping"
+            self._fail(f"`{joint.name}` has no {kind} here, so that it cannot be changed")
+        if quantity not in (Quantity.SCALE, Quantity.DAMPING_SCALE) and len(found) > 1:
+            word = found[0].motion or str(found[0].number)
+            example = ".".join([*self._words[:2], word, self._words[-1]])
+            self._fail(
+                f"`{joint.name}` has {len(found)} axes, of which the path names one: `{example}`"
+            )
+        return tuple(Target(joint.name, axis.direction, axis.slides) for axis in found)
+
+    def _has_law(self, joint: Joint, axis: _Axis, needs_law: bool) -> bool:
+        """Return whether an axis has a spring, with an elastic law if one is needed."""
+        if needs_law and self._coupled_at(joint.name, axis.direction):
+            return True
+        if axis.spring is None:
+            return False
+        return not needs_law or any(not isinstance(law, Stop) for law in axis.spring.elastic)
+
+    def _named_axis(self, joint: Joint, axes: Sequence[_Axis]) -> _Axis:
+        word = self._words[2]
+        exact = [axis for axis in axes if word in (str(axis.number), axis.motion)]
+        parts = set(_motion_word(word).split("_"))
+        found = exact or [axis for axis in axes if parts <= set(axis.motion.split("_"))]
+        if len(found) != 1:
+            known = [axis.motion or str(axis.number) for axis in axes]
+            self._fail(f"`{joint.name}` has no axis `{shorten(word)}`", 2, known)
+        return found[0]
+
+    def _mirrored_targets(self, name: str, first: Sequence[Target]) -> Iterator[Target]:
+        """Yield the axes of a joint that are mirror images of those of the other side."""
+        images = mirror_rotations(self._figure)
+        axes = _joint_axes(self._case, self._figure.joints[name])
+        for target in first:
+            assert target.direction is not None
+            image = images[target.name][1] @ target.direction
+            # A slide's image is the opposite of that of a rotation about the same axis.
+            x, y, z = (-image if target.slides else image).tolist()
+            for axis in axes:
+                sense = parallel_sign(axis.direction, (x, y, z))
+                if sense and axis.slides is target.slides:
+                    yield Target(name, axis.direction, axis.slides, sign=sense)
+                    break
+            else:
+                self._fail_asymmetric(target.name, name)
+
+    def _fail_asymmetric(self, one: str, other: str) -> NoReturn:
+        self._fail(f"`{one}` and `{other}` are not mirror images, so that the path names one side")
+
+    def _coupled_at(self, joint: str, direction: Vector) -> CoupledSpring | None:
+        return next(
+            (
+                spring
+                for spring in self._case.springs.coupled
+                for axis in spring.axes
+                if axis.joint == joint and parallel_sign(axis.direction, direction)
+            ),
+            None,
+        )
+
+    def _refuse_coupled(self, targets: Iterable[Target]) -> None:
+        """Refuse the scale of one joint of a law over several."""
+        for target in targets:
+            assert target.direction is not None
+            coupled = self._coupled_at(target.name, target.direction)
+            if coupled is not None:
+                joints = " and ".join(dict.fromkeys(axis.joint for axis in coupled.axes))
+                self._fail(
+                    f"one law joins {joints}, which have one scale; "
+                    "vary `springs.coupled.scale`, or `springs.scale` for all joints"
+                )
+
+    def _parse_segments(self) -> ParameterPath:
+        self._check_length(2, 3, form="segments.NAME.mass")
+        bodies = {name: body for name, body in self._figure.bodies.items() if body.mass}
+        last = len(self._words) - 1
+        known = [w for w in _SEGMENT_WORDS if last == 2 or w != "mass"]
+        names = self._names(1, "segment", bodies) if last == 2 else tuple(bodies)
+        if self._words[last] not in known:
+            self._fail(f"unknown quantity `{shorten(self._words[last])}`", last, known)
+        quantity, unit = _SEGMENT_WORDS[self._words[last]]
+        return ParameterPath(self._text, unit, quantity, tuple(map(Target, names)))
+
+    def _parse_motion(self) -> ParameterPath:
+        quantity = Quantity(self._words[0])
+        self._check_length(2, 3, form=f"{quantity}.JOINT[.NUMBER]")
+        figure = self._figure
+        free = figure.bodies if quantity is Quantity.VELOCITY and self._case.plan.free_root else ()
+        moving = [name for name, joint in figure.joints.items() if joint.chain]
+        names = self._names(1, "joint", [*moving, *free])
+        joint = figure.joints.get(names[0])
+        count = FREE_MOTIONS if joint is None else len(joint.chain)
+        numbers = [str(k) for k in range(1, count + 1)]
+        if len(self._words) == 2 and count > 1:
+            self._fail(f"`{names[0]}` has {count} numbers; write `{self._text}.1` for the first")
+        index = 0
+        if len(self._words) == 3:
+            if self._words[2] not in numbers:
+                self._fail(f"`{names[0]}` has the numbers 1 to {count}")
+            index = int(self._words[2]) - 1
+        if joint is None:
+            turns, signs = index < 3, {}
+            if len(names) > 1:
+                self._fail("a free segment is one of the figure")
+        else:
+            turns = joint.chain[index].kind is AxisKind.ROTATION
+            signs = {name: self._mirror_sign(joint, name, index) for name in names[1:]}
+        unit = ("deg" if turns else "cm") + ("/s" if quantity is Quantity.VELOCITY else "")
+        targets = tuple(Target(name, index=index, sign=signs.get(name, 1)) for name in names)
+        return ParameterPath(self._text, unit, quantity, targets)
+
+    def _mirror_sign(self, joint: Joint, name: str, index: int) -> int:
+        try:
+            return mirror_signs(self._figure, joint, self._figure.joints[name])[index]
+        except ModelError:
+            self._fail_asymmetric(joint.name, name)
+
+    def _parse_gravity(self) -> ParameterPath:
+        self._check_length(1, form="gravity")
+        return ParameterPath(self._text, "", Quantity.GRAVITY)
+
+    def _parse_height(self) -> ParameterPath:
+        self._check_length(1, form="height")
+        if not self._case.plan.free_root:
+            self._fail("a height needs `free_root = true` or a scene")
+        return ParameterPath(self._text, "m", Quantity.HEIGHT)
+
+    def _parse_prop(self) -> ParameterPath:
+        self._check_length(2, form=f"{self._words[0]}.friction")
+        word = self._words[1]
+        if word not in _SURFACE_WORDS:
+            self._fail(f"unknown quantity `{shorten(word)}`", 1, _SURFACE_WORDS)
+        target = Target(self._words[0])
+        return ParameterPath(self._text, _SURFACE_WORDS[word], Quantity(word), (target,))
+
+    def _parse_person(self) -> ParameterPath:
+        self._check_length(2, form="person.stature")
+        person, word = self._person, self._words[1]
+        if person is None:
+            self._fail("the figure of this study is a file; a person has its own table, `[person]`")
+        from generator.person.measures import estimate_measures
+
+        measures = estimate_measures(person.sex, person.stature, person.mass)
+        values = {"stature": person.stature, "mass": person.mass}
+        values |= {name: one.value for name, one in measures.dimensions.items()}
+        if word not in values:
+            self._fail(f"a person has no dimension `{shorten(word)}`", 1, values)
+        unit = "kg" if word == "mass" else "m"
+        return ParameterPath(
+            self._text, unit, Quantity.PERSON, (Target(word),), person_value=values[word]
+        )
