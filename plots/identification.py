@@ -1,12 +1,12 @@
 """`mover identify`: fit springs to measured joint angles, and write them and a picture."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from math import degrees, inf, isfinite
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from generator.cli.answer import CommandResult, finite_or_none, format_table
@@ -32,11 +32,11 @@ from generator.cli.options import (
     velocities_from_options,
 )
 from generator.cli.outputs import check_writable, write_files
-from generator.cli.progress import load_compiled_integrator
+from generator.cli.progress import load_compiled_integrator, run_counter
 from generator.diagnostics import UsageError, format_count
 from generator.identification.doubts import GIVEN_MASSES, fit_doubts
 from generator.identification.fit import CONFIDENCE, Estimate, Fit, FitOptions, fit_springs
-from generator.identification.fitted_springs import fitted_springs_text
+from generator.identification.fitted_springs import decimals, fitted_springs_text
 from generator.identification.measured_angles import MeasuredAngles, read_measured_angles
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
@@ -122,9 +122,7 @@ def identify(
     measured = measured.between(*_window(start, stop))
     start_values, more = start_displacements_from_options(figure, pose, displacements or ())
     diagnostics += more
-    require_simulatable(
-        figure, spring_set, None if links or locks else start_values, diagnostics
-    )
+    require_simulatable(figure, spring_set, None if links or locks else start_values, diagnostics)
     constraints, more = constraints_from_options(figure, links, locks or ())
     diagnostics += more
     constraints.check_consistency(figure, displacements or (), 0.0, velocities or ())
@@ -145,7 +143,7 @@ def identify(
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     load_compiled_integrator(show_progress=show_progress)
-    with defer_interrupt() as check, _run_counter(show_progress) as count:
+    with defer_interrupt() as check, run_counter(show_progress=show_progress) as count:
 
         def watch() -> None:
             count()
@@ -190,10 +188,6 @@ def _window(start: float | None, stop: float | None) -> tuple[float, float]:
     return -inf if start is None else start, inf if stop is None else stop
 
 
-def _run_counter(show_progress: bool):  # noqa: ANN202
-    raise NotImplementedError
-
-
 def _format_paragraphs(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
     data = fit.data
     yield (
@@ -232,3 +226,121 @@ def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
         if one.mass_slope is not None:
             row.append(f"{0.01 * one.mass_slope + 0.0:+.2g}")
         yield row
+
+
+def _residual_lines(fit: Fit) -> Iterator[str]:
+    tests = fit.tests
+    stated = "stated" if fit.options.sd is not None else "from the residuals"
+    yield f"rms residual {degrees(tests.rms):.3g} deg; noise {degrees(fit.noise_sd):.3g} deg, {stated}"
+    if tests.chi_square is not None:
+        yield (
+            f"chi-square {tests.chi_square:.4g} for {tests.degrees_of_freedom} degrees of freedom "
+            f"(probability of a larger one {tests.misfit:.2g})"
+        )
+    if tests.whiteness is not None:
+        yield (
+            f"autocorrelation of successive residuals {tests.lag_one:+.2f}; "
+            f"{tests.effective_samples:.0f} independent of {tests.samples}; Ljung-Box "
+            f"{tests.ljung_box:.3g} over {tests.lags} lags (probability {tests.whiteness:.2g})"
+        )
+    runs = f"{fit.runs} runs" + (f", {fit.failed_runs} failed" if fit.failed_runs else "")
+    best = sum(one.is_best for one in fit.starts)
+    how = (
+        f"tolerance {fit.accuracy.tolerance:g} rad"
+        if fit.accuracy.step is None
+        else f"step {fit.accuracy.step:g} s"
+    )
+    bias = max(abs(one.bias) for one in fit.estimates)
+    yield (
+        f"condition {fit.condition:.3g}; {best} of {len(fit.starts)} starts agree; {runs}, "
+        f"{how}, largest bias {bias:.1g} sd"
+    )
+
+
+def _mass_lines(fit: Fit) -> Iterator[str]:
+    if any(one.mass_slope is not None for one in fit.estimates):
+        yield GIVEN_MASSES
+
+
+def _format_starts(fit: Fit) -> str:
+    """Table of the starts, and the correlations."""
+    names = [one.path for one in fit.estimates]
+    rows = [["start", *names, "rms [deg]", ""]]
+    for number, one in enumerate(fit.starts, 1):
+        rms = "failed" if one.rms is None else f"{degrees(one.rms):.4g}"
+        values = [f"{value:.4g}" for value in one.values]
+        rows.append([str(number), *values, rms, "least" if one.is_best else ""])
+    correlations = [["correlation", *names]]
+    for name, row in zip(names, fit.correlations.tolist(), strict=True):
+        correlations.append([name, *(f"{value:+.3f}" for value in row)])
+    return f"{format_table(rows)}\n\n{format_table(correlations)}"
+
+
+def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
+    tests, data = fit.tests, fit.data
+    return {
+        "figure": name,
+        "data": data.name,
+        "columns": [f"{joint}.{coordinate + 1}" for joint, coordinate in data.columns],
+        "start_s": float(data.times[0]),
+        "stop_s": float(data.times[-1]),
+        "estimates": [_estimate_data(one) for one in fit.estimates],
+        "confidence": CONFIDENCE,
+        "correlations": fit.correlations.tolist(),
+        "condition": fit.condition,
+        "noise_sd_deg": degrees(fit.noise_sd),
+        "noise_is_stated": fit.options.sd is not None,
+        "residuals": {
+            "rms_deg": degrees(tests.rms),
+            "samples": tests.samples,
+            "autocorrelation": tests.lag_one,
+            "effective_samples": tests.effective_samples,
+            "ljung_box": tests.ljung_box,
+            "lags": tests.lags,
+            "ljung_box_probability": tests.whiteness,
+            "chi_square": tests.chi_square,
+            "chi_square_probability": tests.misfit,
+            "degrees_of_freedom": tests.degrees_of_freedom,
+        },
+        "tolerance_rad": None if fit.accuracy.step is not None else fit.accuracy.tolerance,
+        "step_s": fit.accuracy.step,
+        "starts": [
+            {
+                "values": list(one.values),
+                "rms_deg": None if one.rms is None else degrees(one.rms),
+                "is_best": one.is_best,
+            }
+            for one in fit.starts
+        ],
+        "runs": fit.runs,
+        "failed_runs": fit.failed_runs,
+        "doubts": list(fit_doubts(fit)),
+        "samples": [
+            {"time_s": time, "measured_deg": measured, "simulated_deg": simulated}
+            for time, measured, simulated in zip(
+                data.times.tolist(),
+                np.degrees(data.angles).tolist(),
+                np.degrees(fit.simulated).tolist(),
+                strict=True,
+            )
+        ],
+        "files": [str(path) for path in files],
+    }
+
+
+def _estimate_data(one: Estimate) -> dict[str, object]:
+    profile = one.profile
+    return {
+        "path": one.path,
+        "unit": one.unit,
+        "estimate": one.value,
+        "sd": finite_or_none(one.sd),
+        "interval": list(one.interval),
+        "profile_interval": one.profile_interval and list(one.profile_interval),
+        "profile": profile
+        and {"values": profile.values.tolist(), "distances_sd": profile.distances.tolist()},
+        "change_per_relative_mass": one.mass_slope,
+        "bias_sd": finite_or_none(one.bias),
+        "at_bound": one.at_bound,
+        "is_start": one.is_start,
+    }

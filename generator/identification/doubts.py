@@ -10,6 +10,9 @@ from generator.identification.residual_tests import SIGNIFICANCE
 MAX_CORRELATION = 0.95
 """Correlation of two estimates above which they are named."""
 
+MAX_FRICTION_CORRELATION = 0.8
+"""The same of viscous damping and Coulomb friction of a joint."""
+
 GIVEN_MASSES = (
     "The estimates presume the masses of the figure: a free swing shows stiffness, damping and "
     "weight in their ratios only, so that wrong masses leave the residuals as they are."
@@ -71,17 +74,21 @@ def _bias_doubts(fit: Fit) -> Iterator[str]:
 def _correlation_doubts(fit: Fit) -> Iterator[str]:
     for j, k in combinations(range(len(fit.estimates)), 2):
         one, other, value = fit.estimates[j], fit.estimates[k], float(fit.correlations[j, k])
-        if abs(value) < MAX_CORRELATION or one.is_start or other.is_start:
+        if one.is_start or other.is_start:
             continue
-        hint = _separation_hint(one, other)
-        yield f"{one.path} and {other.path} are hardly told apart (correlation {value:.3f}){hint}"
+        pair = f"{one.path} and {other.path}"
+        if _is_damping_and_friction(one, other) and abs(value) > MAX_FRICTION_CORRELATION:
+            yield (
+                f"one swing hardly separates damping from friction: {pair} have the correlation "
+                f"{value:.2f}; fit one of them, or measure swings of several amplitudes"
+            )
+        elif abs(value) > MAX_CORRELATION:
+            yield f"{pair} are hardly separated (correlation {value:.3f}): state one of them"
 
 
-def _separation_hint(one: Estimate, other: Estimate) -> str:
-    words = {one.path.rpartition(".")[2], other.path.rpartition(".")[2]}
-    if words & {"coulomb_Nm"} and words & {"viscous_Nms_rad", "damping_scale"}:
-        return ": swings of several amplitudes separate damping from friction"
-    return ""
+def _is_damping_and_friction(one: Estimate, other: Estimate) -> bool:
+    words = {path.rpartition(".")[2] for path in (one.path, other.path)}
+    return "coulomb_Nm" in words and bool(words & {"viscous_Nms_rad", "damping_scale"})
 
 
 def _bound_doubts(fit: Fit) -> Iterator[str]:

@@ -264,9 +264,7 @@ def fit_springs(
     )
 
 
-def start_angles(
-    case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath]
-) -> list[Unknown]:
+def start_angles(case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath]) -> list[Unknown]:
     """Return the start angles of measured joints that the plan and the paths leave open."""
     named = {str(path) for path in paths}
     found: list[Unknown] = []
@@ -485,6 +483,7 @@ def _estimates(
     mass_slopes = None
     if not has_masses:
         mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
+    lower = np.array([one.lower for one in comparison.unknowns])
     estimates: list[Estimate] = []
     for k, unknown in enumerate(comparison.unknowns):
         profile = None
@@ -495,7 +494,7 @@ def _estimates(
                 sd,
                 noise_sd**2,
                 quantile,
-                unknown.lower,
+                lower,
                 jacobian,
                 lambda moved: comparison.residuals(moved, accuracy),
             )
@@ -516,5 +515,3 @@ def _estimates(
             )
         )
     return tuple(estimates)
-
-

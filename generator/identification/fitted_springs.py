@@ -59,12 +59,12 @@ def describe_fit(fit: Fit) -> str:
 def describe_estimate(estimate: Estimate) -> str:
     """Return an estimate with its standard deviation: `knee.scale 1.30 (sd 0.02)`."""
     unit = f" {estimate.unit}" if estimate.unit else ""
-    digits = _decimals(estimate.sd)
+    digits = decimals(estimate.sd)
     name = estimate.path.removeprefix("springs.")
     return f"{name} {estimate.value:.{digits}f}{unit} (sd {estimate.sd:.2g})"
 
 
-def _decimals(sd: float) -> int:
+def decimals(sd: float) -> int:
     """Number of decimals that show two digits of a standard deviation."""
     return 6 if not sd > 0.0 else int(np.clip(1 - np.floor(np.log10(sd)), 0, 12))
 

@@ -77,8 +77,10 @@ def check_residuals(residuals: Array, unknowns: int, sd: float | None) -> Residu
     if lags >= 1 and np.all(np.sum(residuals**2, axis=0) > 0.0):
         for column in residuals.T:
             rho = autocorrelations(column, lags)
-            total += samples * (samples + 2.0) * float(
-                np.sum(rho**2 / (samples - np.arange(1, lags + 1)))
+            total += (
+                samples
+                * (samples + 2.0)
+                * float(np.sum(rho**2 / (samples - np.arange(1, lags + 1))))
             )
             rho_one += float(rho[0]) / columns
         whiteness = float(chi2.sf(total, lags * columns))
