@@ -37,7 +37,7 @@ from generator.diagnostics import UsageError, format_count
 from generator.identification.doubts import GIVEN_MASSES, fit_doubts
 from generator.identification.fit import CONFIDENCE, Estimate, Fit, FitOptions, fit_springs
 from generator.identification.fitted_springs import decimals, fitted_springs_text
-from generator.identification.measured_angles import MeasuredAngles, read_measured_angles
+from generator.identification.measured_angles import read_measured_angles
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 from generator.study.parameters import Case, parse_path
@@ -230,8 +230,9 @@ def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
 
 def _residual_lines(fit: Fit) -> Iterator[str]:
     tests = fit.tests
-    stated = "stated" if fit.options.sd is not None else "from the residuals"
-    yield f"rms residual {degrees(tests.rms):.3g} deg; noise {degrees(fit.noise_sd):.3g} deg, {stated}"
+    origin = "stated" if fit.options.sd is not None else "from the residuals"
+    rms, noise = degrees(tests.rms), degrees(fit.noise_sd)
+    yield f"rms residual {rms:.3g} deg; sd of the noise {noise:.3g} deg, {origin}"
     if tests.chi_square is not None:
         yield (
             f"chi-square {tests.chi_square:.4g} for {tests.degrees_of_freedom} degrees of freedom "

@@ -14,8 +14,8 @@ MAX_FRICTION_CORRELATION = 0.8
 """The same of viscous damping and Coulomb friction of a joint."""
 
 GIVEN_MASSES = (
-    "The estimates presume the masses of the figure: a free swing shows stiffness, damping and "
-    "weight in their ratios only, so that wrong masses leave the residuals as they are."
+    "These estimates hold given the masses of the figure: a free swing shows only the ratios of\n"
+    "stiffness and damping to mass, so that wrong masses leave the residuals as they are."
 )
 
 

@@ -31,8 +31,7 @@ def fitted_springs_text(fit: Fit, file: Path, choice: str | Path | None = None) 
         UsageError: the fit has changed no springs, or the file holds those before the fit.
         ModelError: a springs file cannot state a law.
     """
-    figure, before, after = fit.nominal.figure, fit.nominal.plan.springs, fit.case.plan.springs
-    assert before is not None and after is not None  # of a case they always are
+    figure, before, after = fit.nominal.figure, fit.nominal.springs, fit.case.springs
     if not any(one.path.startswith("springs.") for one in fit.estimates):
         raise UsageError("-o writes springs, and the fit has changed none")
     check_target(figure, file, choice)

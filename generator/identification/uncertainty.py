@@ -171,7 +171,7 @@ def _fit_others(
 def _move_within_bounds(
     values: Array, others: Sequence[int], lower: Array, jacobian: Array, residuals: Array
 ) -> Array:
-    """Move unknowns to where linear residuals are least; those that would pass a bound stay there."""
+    """Move unknowns to where linear residuals are least; a bound that is passed stops them."""
     free, moved = list(others), values.copy()
     while free:
         trial = moved.copy()
