@@ -121,6 +121,10 @@ COMMANDS = {
         "plots.commands:fit",
         "Fit a cubic to measured moments and write it as a spring.",
     ),
+    "identify": (
+        "plots.identification:identify",
+        "Fit springs to measured joint angles, with standard deviations and doubts.",
+    ),
     "plots": (
         "plots.commands:plots",
         "Draw curves and motions, and check the claims about them.",

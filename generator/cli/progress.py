@@ -161,6 +161,20 @@ def sweep_progress_bar(total: int) -> Generator[SweepCallback]:
         yield update
 
 
+@contextmanager
+def run_counter(*, show_progress: bool) -> Generator[Callable[[], None]]:
+    """Count runs on the standard error stream, where their number is not known ahead."""
+    if not show_progress:
+        yield lambda: None
+        return
+    from rich.progress import TextColumn, TimeElapsedColumn
+
+    bar = _new_bar(TextColumn("run {task.completed}"), TimeElapsedColumn())
+    row = bar.add_task("", total=None)
+    with bar:
+        yield lambda: bar.advance(row)
+
+
 def load_compiled_integrator(*, show_progress: bool) -> None:
     """Import the compiled integrator, with a bar while it is compiled for the first time.
 

@@ -483,6 +483,7 @@ def _estimates(
     mass_slopes = None
     if not has_masses:
         mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
+    lower = np.array([one.lower for one in comparison.unknowns])
     estimates: list[Estimate] = []
     for k, unknown in enumerate(comparison.unknowns):
         profile = None
@@ -493,7 +494,7 @@ def _estimates(
                 sd,
                 noise_sd**2,
                 quantile,
-                unknown.lower,
+                lower,
                 jacobian,
                 lambda moved: comparison.residuals(moved, accuracy),
             )

@@ -95,7 +95,7 @@ def compute_profile(
     sd: Array,
     variance: float,
     quantile: float,
-    lower: float,
+    lower: Array,
     jacobian: Array,
     residuals: Callable[[Array], Array],
 ) -> Profile:
@@ -107,7 +107,7 @@ def compute_profile(
         sd: of the estimates, shape (p,).
         variance: of the noise [rad^2].
         quantile: distance that the profile should reach.
-        lower: smallest value of the unknown.
+        lower: smallest values of the unknowns, shape (p,).
         jacobian: at the estimate.
         residuals: as a function of the unknowns.
     """
@@ -119,14 +119,15 @@ def compute_profile(
         distances = list(PROFILE_DISTANCES)
         reached, moved = 0.0, estimate.copy()
         for distance in distances:
-            value = max(float(estimate[index] + sign * distance * sd[index]), lower)
+            value = max(float(estimate[index] + sign * distance * sd[index]), float(lower[index]))
             moved[others] += slope * (value - moved[index])
+            moved = np.maximum(moved, lower)
             moved[index] = value
-            squares = _fit_others(moved, others, sd, jacobian, residuals)
+            squares = _fit_others(moved, others, sd, lower, jacobian, residuals)
             reached = np.sqrt(max(squares - least, 0.0) / variance)
             points.append((value, sign * float(reached)))
             is_last = distance == distances[-1]
-            if value == lower or (is_last and distance >= MAX_PROFILE_DISTANCE):
+            if value == lower[index] or (is_last and distance >= MAX_PROFILE_DISTANCE):
                 break
             if is_last and reached < quantile:
                 distances.append(2.0 * distance)
@@ -146,23 +147,39 @@ def _fit_others(
     values: Array,
     others: Sequence[int],
     sd: Array,
+    lower: Array,
     jacobian: Array,
     residuals: Callable[[Array], Array],
 ) -> float:
     """Fit all unknowns but one, in place, with a constant Jacobian; return the sum of squares."""
     found = residuals(values)
     least = float(np.sum(found**2))
-    part = list(others)
-    for _ in range(_MAX_CORRECTIONS if part else 0):
-        move = gauss_newton_move(jacobian[:, part], found)
-        trial = values.copy()
-        trial[part] += move
+    for _ in range(_MAX_CORRECTIONS if others else 0):
+        trial = _move_within_bounds(values, others, lower, jacobian, found)
         found = residuals(trial)
         squares = float(np.sum(found**2))
         if not squares < least:
             break
+        is_small = bool(np.all(np.abs(trial - values) < 0.02 * sd))
         least, gain = squares, least - squares
-        values[part] = trial[part]
-        if bool(np.all(np.abs(move) < 0.02 * sd[part])) or gain < 1e-6 * least:
+        values[:] = trial
+        if is_small or gain < 1e-6 * least:
             break
     return least
+
+
+def _move_within_bounds(
+    values: Array, others: Sequence[int], lower: Array, jacobian: Array, residuals: Array
+) -> Array:
+    """Move unknowns to where linear residuals are least; a bound that is passed stops them."""
+    free, moved = list(others), values.copy()
+    while free:
+        trial = moved.copy()
+        trial[free] += gauss_newton_move(jacobian[:, free], residuals)
+        outside = [k for k in free if trial[k] < lower[k]]
+        if not outside:
+            return trial
+        residuals = residuals + jacobian[:, outside] @ (lower[outside] - moved[outside])
+        moved[outside] = lower[outside]
+        free = [k for k in free if k not in outside]
+    return moved

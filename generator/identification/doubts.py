@@ -1,0 +1,110 @@
+"""Doubts about a fit, as sentences."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from math import degrees
+
+from generator.identification.fit import MAX_BIAS, Estimate, Fit
+from generator.identification.residual_tests import SIGNIFICANCE
+
+MAX_CORRELATION = 0.95
+"""Correlation of two estimates above which they are named."""
+
+MAX_FRICTION_CORRELATION = 0.8
+"""The same of viscous damping and Coulomb friction of a joint."""
+
+GIVEN_MASSES = (
+    "These estimates hold given the masses of the figure: a free swing shows only the ratios of\n"
+    "stiffness and damping to mass, so that wrong masses leave the residuals as they are."
+)
+
+
+def fit_doubts(fit: Fit) -> tuple[str, ...]:
+    """Return the doubts about a fit, most serious first."""
+    return (
+        *_residual_doubts(fit),
+        *_bias_doubts(fit),
+        *_correlation_doubts(fit),
+        *_bound_doubts(fit),
+        *_start_doubts(fit),
+    )
+
+
+def _residual_doubts(fit: Fit) -> Iterator[str]:
+    tests = fit.tests
+    if tests.are_autocorrelated:
+        yield (
+            f"successive residuals are alike (autocorrelation {tests.lag_one:.2f}, probability "
+            f"{tests.whiteness:.0e} for independent noise): the model does not explain the data, "
+            f"or the noise is not independent; the intervals are too narrow, by a factor of "
+            f"{tests.widening:.1f} or more"
+        )
+    if tests.misfit is None or fit.options.sd is None:
+        return
+    ratio = tests.rms / fit.options.sd
+    if tests.misfit < SIGNIFICANCE:
+        yield (
+            f"the residuals are {ratio:.2f} times the stated noise (chi-square "
+            f"{tests.chi_square:.4g} for {tests.degrees_of_freedom} degrees of freedom): the model "
+            "does not explain the data, or their noise is larger"
+        )
+    elif tests.misfit > 1.0 - SIGNIFICANCE:
+        yield (
+            f"the residuals are only {ratio:.2f} times the stated noise, which is too large: "
+            "so are the intervals"
+        )
+
+
+def _bias_doubts(fit: Fit) -> Iterator[str]:
+    worst = max(fit.estimates, key=lambda one: abs(one.bias))
+    if abs(worst.bias) <= MAX_BIAS:
+        return
+    size = f"{worst.path} is biased by {abs(worst.bias):.1f} of its standard deviations"
+    if fit.accuracy.step is not None:
+        shorter = fit.accuracy.step * (MAX_BIAS / abs(worst.bias)) ** 0.5
+        yield (
+            f"{size} by the step of {fit.accuracy.step:g} s, which is too long: leave it out, or "
+            f"take at most {shorter:.2g} s"
+        )
+    else:
+        hint = "" if fit.options.tolerance is None else ": leave it out, or take a smaller one"
+        yield f"{size} by the tolerance of {fit.accuracy.tolerance:g} rad of the runs{hint}"
+
+
+def _correlation_doubts(fit: Fit) -> Iterator[str]:
+    for j, k in combinations(range(len(fit.estimates)), 2):
+        one, other, value = fit.estimates[j], fit.estimates[k], float(fit.correlations[j, k])
+        if one.is_start or other.is_start:
+            continue
+        pair = f"{one.path} and {other.path}"
+        if _is_damping_and_friction(one, other) and abs(value) > MAX_FRICTION_CORRELATION:
+            yield (
+                f"one swing hardly separates damping from friction: {pair} have the correlation "
+                f"{value:.2f}; fit one of them, or measure swings of several amplitudes"
+            )
+        elif abs(value) > MAX_CORRELATION:
+            yield f"{pair} are hardly separated (correlation {value:.3f}): state one of them"
+
+
+def _is_damping_and_friction(one: Estimate, other: Estimate) -> bool:
+    words = {path.rpartition(".")[2] for path in (one.path, other.path)}
+    return "coulomb_Nm" in words and bool(words & {"viscous_Nms_rad", "damping_scale"})
+
+
+def _bound_doubts(fit: Fit) -> Iterator[str]:
+    for one in fit.estimates:
+        if one.at_bound:
+            yield (
+                f"{one.path} is at its smallest value, {one.value:.3g}: its interval is that of "
+                "the profile, and those of the others presume that it may be smaller"
+            )
+
+
+def _start_doubts(fit: Fit) -> Iterator[str]:
+    best = sum(one.is_best for one in fit.starts)
+    if best < len(fit.starts):
+        found = [f"{degrees(one.rms):.3g}" for one in fit.starts if one.rms is not None]
+        yield (
+            f"{best} of {len(fit.starts)} starts found the least sum of squares (rms "
+            f"{', '.join(found)} deg): more may find a lower one, with --starts"
+        )

@@ -1,0 +1,347 @@
+"""`mover identify`: fit springs to measured joint angles, and write them and a picture."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import degrees, inf, isfinite
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from generator.cli.answer import CommandResult, finite_or_none, format_table
+from generator.cli.inputs import (
+    constraints_from_options,
+    load_figure,
+    require_simulatable,
+    springs_from_option,
+    start_displacements_from_options,
+)
+from generator.cli.interrupts import defer_interrupt, hold_interrupts
+from generator.cli.options import (
+    FigureName,
+    Gravity,
+    JoiningLaw,
+    JointValues,
+    LinksFile,
+    LockedJoints,
+    PoseFile,
+    SpringsChoice,
+    angle_from_option,
+    vector_from_option,
+    velocities_from_options,
+)
+from generator.cli.outputs import check_writable, write_files
+from generator.cli.progress import load_compiled_integrator, run_counter
+from generator.diagnostics import UsageError, format_count
+from generator.identification.doubts import GIVEN_MASSES, fit_doubts
+from generator.identification.fit import CONFIDENCE, Estimate, Fit, FitOptions, fit_springs
+from generator.identification.fitted_springs import decimals, fitted_springs_text
+from generator.identification.measured_angles import read_measured_angles
+from generator.simulation.import_exudyn import import_exudyn
+from generator.simulation.plan import Plan
+from generator.study.parameters import Case, parse_path
+from plots.plate import PICTURE_FORMATS
+
+
+def identify(
+    name: FigureName,
+    data: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DATA",
+            help="Measured angles over time: .csv with columns such as `time [s]` and "
+            "`left_knee [deg]`, or .mot .sto .npz .action.",
+        ),
+    ],
+    fit: Annotated[
+        list[str] | None,
+        typer.Option("--fit", metavar="PATH", help="Quantity to fit: springs.knee.scale."),
+    ] = None,
+    sd: Annotated[
+        str | None,
+        typer.Option(
+            metavar="0.5deg",
+            help="Standard deviation of the noise. [default: that of the residuals]",
+        ),
+    ] = None,
+    start: Annotated[
+        float | None, typer.Option(help="Time of the release [s]. [default: first sample]")
+    ] = None,
+    stop: Annotated[float | None, typer.Option(help="End time [s]. [default: last sample]")] = None,
+    springs: SpringsChoice = None,
+    law: JoiningLaw = None,
+    gravity: Gravity = None,
+    pose: PoseFile = None,
+    displacements: JointValues = None,
+    velocities: Annotated[
+        list[str] | None,
+        typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
+    ] = None,
+    links: LinksFile = None,
+    locks: LockedJoints = None,
+    starts: Annotated[int, typer.Option(min=1, help="Number of starts of the fit.")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the starts.")] = 0,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Joint-angle error tolerance [rad]. [default: bias below 0.1 sd]"),
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Fixed time step [s]; disables error control.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write a .springs.toml file."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the fit as .svg or .png.")
+    ] = None,
+    *,
+    show_progress: bool = False,
+) -> CommandResult:
+    """Fit springs to measured joint angles, with standard deviations and doubts.
+
+    The motion starts at the first sample, at rest; its start angle is estimated too, unless --set
+    states it. The options --fit, --set, --velocity and --lock may be repeated.
+    """
+    _check_options(output, plot, tolerance, step)
+    if not fit:
+        raise UsageError("nothing to fit: name a quantity, such as --fit springs.knee.scale")
+    options = FitOptions(
+        sd=None if sd is None else angle_from_option("--sd", sd),
+        starts=starts,
+        seed=seed,
+        tolerance=tolerance,
+        step=step,
+    )
+    figure, diagnostics = load_figure(name)
+    spring_set, more = springs_from_option(figure, springs, law)
+    diagnostics += more
+    measured, more = read_measured_angles(data, figure)
+    diagnostics += more
+    measured = measured.between(*_window(start, stop))
+    start_values, more = start_displacements_from_options(figure, pose, displacements or ())
+    diagnostics += more
+    require_simulatable(figure, spring_set, None if links or locks else start_values, diagnostics)
+    constraints, more = constraints_from_options(figure, links, locks or ())
+    diagnostics += more
+    constraints.check_consistency(figure, displacements or (), 0.0, velocities or ())
+    plan = Plan(
+        springs=spring_set,
+        joining=law,
+        displacements=start_values,
+        velocities=velocities_from_options(velocities or (), figure),
+        links=constraints.links,
+        locked=constraints.locked,
+    )
+    if gravity is not None:
+        plan = replace(plan, gravity=vector_from_option("--gravity", gravity))
+    case = Case(figure, plan)
+    paths = [parse_path(text, case) for text in fit]
+    files = [path for path in (output, plot) if path is not None]
+    check_writable(files, (figure.path, springs, pose, links, data))
+    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
+        import_exudyn()
+    load_compiled_integrator(show_progress=show_progress)
+    with defer_interrupt() as check, run_counter(show_progress=show_progress) as count:
+
+        def watch() -> None:
+            count()
+            check()
+
+        fitted = fit_springs(case, measured, paths, options, watch)
+    contents: dict[Path, str | bytes] = {}
+    if output is not None:
+        contents[output] = fitted_springs_text(fitted, output, springs)
+    if plot is not None:
+        # Matplotlib is slow to import.
+        from plots.canvas import render_figure
+        from plots.identification_drawing import draw_identification
+
+        contents[plot] = render_figure(draw_identification(fitted), plot.suffix.lower()[1:])
+    write_files(contents)
+    return CommandResult(
+        text="\n\n".join(_format_paragraphs(fitted, files)),
+        data=_json_data(name, fitted, files),
+        diagnostics=diagnostics,
+        details=_format_starts(fitted),
+    )
+
+
+def _check_options(
+    output: Path | None, plot: Path | None, tolerance: float | None, step: float | None
+) -> None:
+    if step is not None and tolerance is not None:
+        raise UsageError(
+            "--step and --tolerance exclude each other: a fixed step has no error control"
+        )
+    if output is not None and output.suffix != ".toml":
+        raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
+    if plot is not None and plot.suffix.lower()[1:] not in PICTURE_FORMATS:
+        raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
+
+
+def _window(start: float | None, stop: float | None) -> tuple[float, float]:
+    for option, value in (("start", start), ("stop", stop)):
+        if value is not None and not isfinite(value):
+            raise UsageError(f"--{option} {value}: the number must be finite")
+    return -inf if start is None else start, inf if stop is None else stop
+
+
+def _format_paragraphs(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
+    data = fit.data
+    yield (
+        f"{data.name}: {format_count(data.angles.size, 'angle')} of "
+        f"{', '.join(dict.fromkeys(joint for joint, _ in data.columns))}, "
+        f"{data.times[0]:g} to {data.times[-1]:g} s"
+    )
+    yield format_table([*_estimate_rows(fit)], left_columns=2)
+    yield "\n".join([*_residual_lines(fit), *_mass_lines(fit)])
+    doubts = fit_doubts(fit)
+    if doubts:
+        yield "\n".join(f"doubt: {doubt}" for doubt in doubts)
+    if files:
+        yield "\n".join(f"wrote {path}" for path in files)
+
+
+def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
+    percent = f"{100.0 * CONFIDENCE:.0f} %"
+    has_mass = any(one.mass_slope is not None for one in fit.estimates)
+    head = ["quantity", "unit", "estimate", "sd", f"{percent} interval", "by profile"]
+    yield [*head, *(["per +1 % of mass"] if has_mass else [])]
+    for one in fit.estimates:
+        digits = decimals(one.sd)
+        ends = [f"{end:.{digits}f}" for end in one.interval]
+        profile = [
+            "open" if end is None else f"{end:.{digits}f}" for end in one.profile_interval or ()
+        ]
+        row = [
+            f"{one.path} (start)" if one.is_start else one.path,
+            one.unit,
+            f"{one.value:.{digits}f}",
+            f"{one.sd:.2g}",
+            " .. ".join(ends),
+            " .. ".join(profile) or "-",
+        ]
+        if one.mass_slope is not None:
+            row.append(f"{0.01 * one.mass_slope + 0.0:+.2g}")
+        yield row
+
+
+def _residual_lines(fit: Fit) -> Iterator[str]:
+    tests = fit.tests
+    origin = "stated" if fit.options.sd is not None else "from the residuals"
+    rms, noise = degrees(tests.rms), degrees(fit.noise_sd)
+    yield f"rms residual {rms:.3g} deg; sd of the noise {noise:.3g} deg, {origin}"
+    if tests.chi_square is not None:
+        yield (
+            f"chi-square {tests.chi_square:.4g} for {tests.degrees_of_freedom} degrees of freedom "
+            f"(probability of a larger one {tests.misfit:.2g})"
+        )
+    if tests.whiteness is not None:
+        yield (
+            f"autocorrelation of successive residuals {tests.lag_one:+.2f}; "
+            f"{tests.effective_samples:.0f} independent of {tests.samples}; Ljung-Box "
+            f"{tests.ljung_box:.3g} over {tests.lags} lags (probability {tests.whiteness:.2g})"
+        )
+    runs = f"{fit.runs} runs" + (f", {fit.failed_runs} failed" if fit.failed_runs else "")
+    best = sum(one.is_best for one in fit.starts)
+    how = (
+        f"tolerance {fit.accuracy.tolerance:g} rad"
+        if fit.accuracy.step is None
+        else f"step {fit.accuracy.step:g} s"
+    )
+    bias = max(abs(one.bias) for one in fit.estimates)
+    yield (
+        f"condition {fit.condition:.3g}; {best} of {len(fit.starts)} starts agree; {runs}, "
+        f"{how}, largest bias {bias:.1g} sd"
+    )
+
+
+def _mass_lines(fit: Fit) -> Iterator[str]:
+    if any(one.mass_slope is not None for one in fit.estimates):
+        yield GIVEN_MASSES
+
+
+def _format_starts(fit: Fit) -> str:
+    """Table of the starts, and the correlations."""
+    names = [one.path for one in fit.estimates]
+    rows = [["start", *names, "rms [deg]", ""]]
+    for number, one in enumerate(fit.starts, 1):
+        rms = "failed" if one.rms is None else f"{degrees(one.rms):.4g}"
+        values = [f"{value:.4g}" for value in one.values]
+        rows.append([str(number), *values, rms, "least" if one.is_best else ""])
+    correlations = [["correlation", *names]]
+    for name, row in zip(names, fit.correlations.tolist(), strict=True):
+        correlations.append([name, *(f"{value:+.3f}" for value in row)])
+    return f"{format_table(rows)}\n\n{format_table(correlations)}"
+
+
+def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
+    tests, data = fit.tests, fit.data
+    return {
+        "figure": name,
+        "data": data.name,
+        "columns": [f"{joint}.{coordinate + 1}" for joint, coordinate in data.columns],
+        "start_s": float(data.times[0]),
+        "stop_s": float(data.times[-1]),
+        "estimates": [_estimate_data(one) for one in fit.estimates],
+        "confidence": CONFIDENCE,
+        "correlations": fit.correlations.tolist(),
+        "condition": fit.condition,
+        "noise_sd_deg": degrees(fit.noise_sd),
+        "noise_is_stated": fit.options.sd is not None,
+        "residuals": {
+            "rms_deg": degrees(tests.rms),
+            "samples": tests.samples,
+            "autocorrelation": tests.lag_one,
+            "effective_samples": tests.effective_samples,
+            "ljung_box": tests.ljung_box,
+            "lags": tests.lags,
+            "ljung_box_probability": tests.whiteness,
+            "chi_square": tests.chi_square,
+            "chi_square_probability": tests.misfit,
+            "degrees_of_freedom": tests.degrees_of_freedom,
+        },
+        "tolerance_rad": None if fit.accuracy.step is not None else fit.accuracy.tolerance,
+        "step_s": fit.accuracy.step,
+        "starts": [
+            {
+                "values": list(one.values),
+                "rms_deg": None if one.rms is None else degrees(one.rms),
+                "is_best": one.is_best,
+            }
+            for one in fit.starts
+        ],
+        "runs": fit.runs,
+        "failed_runs": fit.failed_runs,
+        "doubts": list(fit_doubts(fit)),
+        "samples": [
+            {"time_s": time, "measured_deg": measured, "simulated_deg": simulated}
+            for time, measured, simulated in zip(
+                data.times.tolist(),
+                np.degrees(data.angles).tolist(),
+                np.degrees(fit.simulated).tolist(),
+                strict=True,
+            )
+        ],
+        "files": [str(path) for path in files],
+    }
+
+
+def _estimate_data(one: Estimate) -> dict[str, object]:
+    profile = one.profile
+    return {
+        "path": one.path,
+        "unit": one.unit,
+        "estimate": one.value,
+        "sd": finite_or_none(one.sd),
+        "interval": list(one.interval),
+        "profile_interval": one.profile_interval and list(one.profile_interval),
+        "profile": profile
+        and {"values": profile.values.tolist(), "distances_sd": profile.distances.tolist()},
+        "change_per_relative_mass": one.mass_slope,
+        "bias_sd": finite_or_none(one.bias),
+        "at_bound": one.at_bound,
+        "is_start": one.is_start,
+    }
