@@ -16,6 +16,7 @@
     height                               [m]
     floor.friction, floor.stiffness      or another prop of the scene
     person.stature, person.mass          [m, kg]
+    person.mass_index                    [kg/m2]
     person.DIMENSION                     [m]
 
 `knee` is `left_knee` and `right_knee`, both with the same anatomical change, counted as on the
@@ -144,6 +145,11 @@ _SEGMENT_WORDS: Mapping[str, tuple[Quantity, str]] = {
     "inertia_scale": (Quantity.INERTIA_SCALE, ""),
 }
 _SURFACE_WORDS: Mapping[str, str] = {"friction": "", "stiffness": "N/m"}
+
+MASS_INDEX = "mass_index"
+"""Mass of a person over the squared stature, in place of the mass: it hardly depends on stature."""
+
+MASS_INDEX_UNIT = "kg/m2"
 
 FREE_MOTIONS = 6
 """Number of velocities of a free segment."""
@@ -453,11 +459,13 @@ class _PathParser:
         from generator.person.measures import estimate_measures
 
         measures = estimate_measures(person.sex, person.stature, person.mass)
-        values = {"stature": person.stature, "mass": person.mass}
+        index = person.mass / person.stature**2
+        values = {"stature": person.stature, "mass": person.mass, MASS_INDEX: index}
         values |= {name: one.value for name, one in measures.dimensions.items()}
         if word not in values:
             self._fail(f"a person has no dimension `{shorten(word)}`", 1, values)
-        unit = "kg" if word == "mass" else "m"
+        unit = {"mass": "kg", MASS_INDEX: MASS_INDEX_UNIT}.get(word, "m")
+        target = Target("mass" if word == MASS_INDEX else word)
         return ParameterPath(
-            self._text, unit, Quantity.PERSON, (Target(word),), person_value=values[word]
+            self._text, unit, Quantity.PERSON, (target,), person_value=values[word]
         )

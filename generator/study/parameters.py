@@ -9,6 +9,7 @@ from generator.figure import Segment
 from generator.springs_file.axes import parallel_sign
 from generator.study.parameter_paths import (
     FREE_MOTIONS,
+    MASS_INDEX_UNIT,
     Case,
     ParameterPath,
     Quantity,
@@ -350,11 +351,11 @@ def build_case(study: Study, values: Sequence[float]) -> Case:
     }
     case = Case(study.figure, study.plan)
     if own and study.person is not None:
-        person = replace(
-            study.person,
-            stature=own.pop("stature", study.person.stature),
-            mass=own.pop("mass", study.person.mass),
-        )
+        stature = own.pop("stature", study.person.stature)
+        mass = own.pop("mass", study.person.mass)
+        if any(path.unit == MASS_INDEX_UNIT for path, _ in assigned):
+            mass *= stature**2
+        person = replace(study.person, stature=stature, mass=mass)
         figure, springs = make_person(
             person, own, case.springs.joining, with_spheres=bool(study.plan.scene.props)
         )
