@@ -12,7 +12,7 @@ from generator.person.survey import Sex
 from generator.simulation.plan import Plan
 from generator.springs_file.read import read_springs
 from generator.study.design_table import MAX_RUNS
-from generator.study.designs import design_points
+from generator.study.designs import design_points, run_count
 from generator.study.parameters import build_case
 from generator.study.study import (
     Design,
@@ -196,7 +196,9 @@ def test_a_person_takes_the_place_of_a_figure():
     assert build_case(study, [65.0]).figure.total_mass == pytest.approx(65.0)
 
 
-def test_files_are_searched_in_the_folder_of_the_study(tmp_path: Path, monkeypatch):
+def test_files_are_searched_in_the_folder_of_the_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     folder, elsewhere = tmp_path / "studies", tmp_path / "elsewhere"
     folder.mkdir()
     elsewhere.mkdir()
@@ -250,8 +252,18 @@ def test_the_largest_study_is_read():
     second = 'b = { path = "pose.shoulder.1", low = 0, high = 1, points = 1000 }\n'
     study = parse_study_text(text.replace("[measures]", f"{second}[measures]"), FIGURES).value
     assert study is not None
-    runs = [len(one.distribution.values) for one in study.parameters.values()]
-    assert runs[0] * runs[1] == MAX_RUNS
+    assert run_count(study) == MAX_RUNS
+
+
+def test_a_parameter_may_set_what_the_start_lacks():
+    """The figure starts in the bed, and the runs above it."""
+    text = EXAMPLE.replace('"pendulum"', '"prototype"\nscene = "bed"')
+    text = text.replace("shoulder.2 [deg]", "left_knee.1 [deg]")
+    (fault, _) = parse_study_text(text, FIGURES).diagnostics
+    assert "starts 5.37 cm inside bed" in fault.message
+    assert fault.span is not None
+    assert fault.span.text == '"prototype"'
+    assert read(text.replace('"gravity"', '"height"')).plan.height == 0.0
 
 
 def test_a_warning_does_not_refuse_a_study():
@@ -262,15 +274,30 @@ def test_a_warning_does_not_refuse_a_study():
     assert [one.severity for one in parsed.diagnostics] == [Severity.ERROR]
 
 
-PIECES = st.sampled_from(
-    ["", "[", "]", "{", "}", '"', "\n", "=", ",", "-", "0", "nan", "1e999", "[design]",
-     "[person]\n", "floor = true\n", "[[measures]]\n", "true", "\x00", "é", "set.shoulder = 3\n", "gravity"]
-)  # fmt: skip
+PIECES = (
+    "",
+    "[",
+    "]",
+    "{",
+    "}",
+    '"',
+    "\n",
+    "=",
+    ",",
+    "-",
+    "0",
+    "nan",
+    "1e999",
+    "true",
+    "\x00",
+    "é",
+)
+TABLES = ("[design]", "[person]\n", "floor = true\n", "[[measures]]\n", "set.shoulder = 3\n")
 
 
 @given(
     places=st.lists(st.integers(0, len(EXAMPLE)), min_size=2, max_size=2).map(sorted),
-    piece=PIECES,
+    piece=st.sampled_from(PIECES + TABLES),
 )
 @settings(max_examples=100, deadline=None)
 def test_no_text_makes_the_reader_fail(places: list[int], piece: str):
