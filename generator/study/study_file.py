@@ -5,12 +5,14 @@ the runs, and what is measured in each. Paths in it are relative to its folder.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import figures
 from generator.diagnostics import (
+    Diagnostic,
     Diagnostics,
     ModelError,
     MoverError,
@@ -31,10 +33,10 @@ from generator.springs_file.read import OPTIONAL_SUFFIX, load_springs
 from generator.springs_file.toml_spans import locate_keys
 from generator.springs_file.toml_table import TableReader, parse_document
 from generator.study.design_table import MAX_RUNS, parse_design, parse_kind, parse_parameters
-from generator.study.designs import run_count
+from generator.study.designs import design_points, run_count
 from generator.study.measures import check_measures
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, Target, parse_path
-from generator.study.parameters import apply_values
+from generator.study.parameters import apply_values, build_case
 from generator.study.person_figure import PERSON_SPRINGS, make_person
 from generator.study.run_options import parse_plan
 from generator.study.study import (
@@ -160,11 +162,10 @@ def _parse_source(source: Source, diagnostics: Diagnostics, folder: Path) -> Stu
         sensitivity=sensitivity,
         text=source.text,
     )
-    _check_simulatable(study, top)
     _check_paths(study, top)
-    _check_measures(study, top)
     if design is not None and len(study.parameters) == len(parameters):
         _check_run_count(study, top)
+    _check_measures(study, top)
     return study
 
 
@@ -295,17 +296,6 @@ def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity
 # Checks of the whole study
 
 
-def _check_simulatable(study: Study, top: TableReader) -> None:
-    """Note the reasons why the figure cannot be simulated from its start."""
-    springs = study.plan.springs
-    if springs is None or top.diagnostics.has_errors:
-        return
-    faults = simulation_obstacles(study.figure, springs, study.plan.displacements)
-    known = {one.message for one in top.diagnostics.entries}
-    key = "person" if study.person else "figure"
-    adopt(top, key, Parsed[Study](None, tuple(one for one in faults if one.message not in known)))
-
-
 def _check_paths(study: Study, top: TableReader) -> None:
     """Note unknown paths, two of one quantity, and values that a quantity cannot have."""
     case = Case(study.figure, study.plan)
@@ -389,17 +379,42 @@ def _note_failure(top: TableReader, failure: MoverError, span: Span) -> None:
 
 
 def _check_measures(study: Study, top: TableReader) -> None:
-    """Note the measures that no run has."""
-    try:
-        faults = list(check_measures(study))
-    except MoverError as failure:
-        if not top.diagnostics.has_errors:
+    """Note the measures that no run has, or the reasons why no run can start."""
+    obstacles = _start_obstacles(study)
+    if obstacles:
+        if top.diagnostics.has_errors:
+            return
+        study = _first_run(study)  # a parameter may set what the figure by itself lacks
+        if _start_obstacles(study):
             key = "person" if study.person else "figure"
-            _note_failure(top, failure, top.span(key))
-        return
-    for one in faults:
+            adopt(top, key, Parsed[Study](None, obstacles))
+            return
+    for one in check_measures(study):
         span = top.spans.value(f"measures.{one.measure}", 0, one.key)
         top.diagnostics.error(one.message, span, one.hint)
+
+
+def _start_obstacles(study: Study) -> tuple[Diagnostic, ...]:
+    """Return the reasons why the figure of a study cannot be simulated from its start."""
+    springs = study.plan.springs or SpringSet()
+    obstacles = simulation_obstacles(study.figure, springs, study.plan.displacements)
+    if obstacles:
+        return obstacles
+    try:
+        tuple(check_measures(study))
+    except MoverError as failure:
+        message, _, hint = str(failure).partition("; ")
+        return (error(message, hint=hint),)
+    return ()
+
+
+def _first_run(study: Study) -> Study:
+    """Return a study with the figure and the plan of its first run, where that can be built."""
+    try:
+        case = build_case(study, design_points(study)[0].tolist())
+    except (MoverError, ValueError):
+        return study
+    return replace(study, figure=case.figure, plan=case.plan)
 
 
 def _check_run_count(study: Study, top: TableReader) -> None:
