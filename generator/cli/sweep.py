@@ -135,26 +135,13 @@ def sweep(
                 again_failed=again is Again.FAILED,
                 watch=note,
             )
+        seconds = watch.seconds
+        indices = _estimate_indices(study, result)
+        files = _write_results(output, result, indices, table)
     except KeyboardInterrupt:
         if watch.latest is None:
             raise
         return _interrupted(output, watch.latest)
-    seconds = watch.seconds
-    files = [output / TABLE_NAME]
-    indices = None
-    if study.sensitivity is not None:
-        from generator.study.sensitivity import INDICES_NAME, estimate_indices, write_indices
-
-        indices = estimate_indices(study, result.rows)
-        files.append(output / INDICES_NAME)
-        with writing(files[-1], before=files[:-1]):
-            write_indices(indices, files[-1])
-    if table is not None:
-        from generator.study.run_table import write_run_table
-
-        with writing(table, before=files):
-            write_run_table(table, study, result.points, result.rows)
-        files.append(table)
     if keep is Keep.MOTIONS:
         files.append(output / MOTIONS_NAME)
     return _report(name, result, indices, files, seconds, workers, parsed.diagnostics)
@@ -203,14 +190,45 @@ def _choose_engine(
     return engine, count if scheduler == LOCAL else None
 
 
+def _estimate_indices(study: Study, result: Sweep) -> "StudyIndices | None":
+    """Return the sensitivity indices that a study asks for."""
+    if study.sensitivity is None:
+        return None
+    from generator.study.sensitivity import estimate_indices
+
+    return estimate_indices(study, result.rows)
+
+
+def _write_results(
+    folder: Path, result: Sweep, indices: "StudyIndices | None", table: Path | None
+) -> list[Path]:
+    """Write indices and another table, and return all files."""
+    files = [folder / TABLE_NAME]
+    if indices is not None:
+        from generator.study.sensitivity import INDICES_NAME, write_indices
+
+        path = folder / INDICES_NAME
+        with writing(path, before=files):
+            write_indices(indices, path)
+        files.append(path)
+    if table is not None:
+        from generator.study.run_table import write_run_table
+
+        with writing(table, before=files):
+            write_run_table(table, result.study, result.points, result.rows)
+        files.append(table)
+    return files
+
+
 def _interrupted(folder: Path, progress: SweepProgress) -> CommandResult:
     """Return the result of a sweep that Ctrl-C ended."""
-    message = (
-        f"interrupted after {progress.finished} of {format_count(progress.total, 'run')}, "
-        f"which are kept in {folder}; the same command continues"
+    message = f"interrupted; the finished runs are kept in {folder}, and the same command continues"
+    return CommandResult(
+        text=f"{progress.finished} of {format_count(progress.total, 'run')} are finished",
+        data={"error": message, "finished": progress.finished, "runs": progress.total},
+        code=ExitCode.RUN_FAILED,
+        failure=message,
     )
-    data = {"error": message, "finished": progress.finished, "runs": progress.total}
-    return CommandResult("", data, code=ExitCode.RUN_FAILED, failure=message)
 
 
 class _Varied(NamedTuple):
