@@ -4,15 +4,17 @@ import csv
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite, nan
+from io import StringIO
+from math import floor, log10, nan
 from pathlib import Path
 from textwrap import fill
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from generator.diagnostics import InputError, error
 from generator.recording import Ending
@@ -25,6 +27,7 @@ from generator.study.sensitivity import (
     read_indices,
 )
 from generator.study.study import DesignKind, Take
+from generator.study.sweep import STUDY_NAME, TABLE_NAME
 from generator.text_io import is_file, load_text
 from plots.canvas import (
     BLACK,
@@ -33,6 +36,7 @@ from plots.canvas import (
     VERMILION,
     add_footer,
     create_canvas,
+    create_panels,
     plot_style,
 )
 from plots.medium import current_medium
@@ -94,15 +98,15 @@ _RANKINGS = {
     DesignKind.SOBOL: _Ranking(
         IndexKind.TOTAL,
         IndexKind.FIRST,
-        "total: alone and with the others",
-        "first-order: alone",
+        "total index: alone and with the others",
+        "first-order index: alone",
         _SOBOL_REFERENCES,
     ),
     DesignKind.MORRIS: _Ranking(
         IndexKind.MU_STAR,
         IndexKind.SIGMA,
         "mu*: mean size of the effects",
-        "sigma: their standard deviation",
+        "sigma: their standard deviation (bends, interactions)",
         _MORRIS_REFERENCES,
     ),
 }
@@ -123,8 +127,8 @@ def _measure_title(name: str, column: str, take: str) -> str:
     """Return the title of a measure's panel: `swing: largest shoulder.2 [deg]`."""
     quantity = column.rpartition("[")[0].strip() or column
     unit = measure_unit(column, take)
-    of = " of" if take in (Take.TIME_OF_LARGEST, Take.TIME_OF_SMALLEST) else ""
-    return f"{name}: {take}{of} {quantity}" + (f" [{unit}]" if unit else "")
+    taken = f"{take} {quantity}".replace("time of ", "time of the ")
+    return f"{name}: {taken}" + (f" [{unit}]" if unit else "")
 
 
 # Ranking
@@ -148,18 +152,20 @@ def _ranking_plate(
     indices: StudyIndices, measures: Mapping[str, MeasureIndices], name: str
 ) -> Plate:
     rule = _RANKINGS[indices.kind]
+    percent = f"{100 * indices.confidence:g} %"
     ranked = {each: _ranked(measure, rule) for each, measure in measures.items()}
     lengths = [min(len(order), MAX_RANKED) or 1 for order in ranked.values()]
     with plot_style():
         figure = create_canvas(
             0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
         )
-        panels = figure.subplots(len(measures), 1, squeeze=False, height_ratios=lengths)[:, 0]
+        grid = figure.subplots(len(measures), 1, squeeze=False, height_ratios=lengths)
+        panels = [row[0] for row in grid]
         for axes, (title, measure) in zip(panels, measures.items(), strict=True):
             _draw_ranking(axes, title, measure, ranked[title], rule)
         if indices.kind is DesignKind.SOBOL:
             _share_limits(panels)
-        _add_legend(figure, rule, indices.confidence)
+        _add_legend(figure, rule)
         sign = _sign(indices)
         add_footer(figure, sign, rule.references)
     unit = "base samples" if indices.kind is DesignKind.SOBOL else "trajectories"
@@ -168,12 +174,12 @@ def _ranking_plate(
     ]
     caption = (
         f"Parameters ranked by the {_name(rule.main)} of each measure, from {indices.samples} "
-        f"{unit}. Bars are intervals of {indices.confidence:.0%} from {indices.resamples} "
+        f"{unit}. Bars are intervals of {percent} from {indices.resamples} "
         f"bootstrap samples. {' '.join(left_out)}"
     )
     return Plate(
         name=name,
-        title=f"{indices.name}: sensitivity of {', '.join(measures)}",
+        title=f"{indices.name}: sensitivity to parameters, with {percent} intervals",
         caption=caption.strip(),
         sign=sign,
         figure=figure,
@@ -198,7 +204,8 @@ def _draw_ranking(
 ) -> None:
     """Draw the indices of a measure, the largest on top."""
     shown = order[:MAX_RANKED]
-    heading = _measure_title(title, measure.column, measure.take)
+    width = 36 if current_medium().is_narrow else 90
+    heading = fill(_measure_title(title, measure.column, measure.take), width)
     axes.set_title(heading, loc="left", fontweight="bold", parse_math=False)
     axes.set_yticks(range(len(shown)), shown, parse_math=False)
     axes.set_ylim(max(len(shown), 1) - 0.5, -0.5)
@@ -209,14 +216,19 @@ def _draw_ranking(
         axes.set_yticks([])
         axes.set_xticks([])
         axes.spines["bottom"].set_visible(False)
-        axes.text(0.0, 0.0, fill(measure.message, 90), color=GREY, fontsize=8.0, va="center")
+        axes.text(0.0, 0.0, _wrapped(measure.message), color=GREY, fontsize=8.0, va="center")
         return
+    decimals = 2
+    if rule.main is IndexKind.MU_STAR:
+        decimals = _decimals(max(one[rule.main].value for one in measure.parameters.values()))
     for row, name in enumerate(shown):
         main, beside = measure.parameters[name][rule.main], measure.parameters[name][rule.beside]
         _draw_estimate(axes, row - 0.13, main, BLUE, "o", is_main=True)
         _draw_estimate(axes, row + 0.2, beside, VERMILION, "s", is_main=False)
+        if current_medium().is_narrow:
+            continue
         axes.annotate(
-            _estimate_text(main),
+            _estimate_text(main, decimals),
             (1.01, row),
             xycoords=axes.get_yaxis_transform(),
             va="center",
@@ -232,7 +244,11 @@ def _draw_ranking(
     label = "share of the variance"
     if rule.main is IndexKind.MU_STAR:
         label = f"change over a parameter's range{f' [{unit}]' if unit else ''}"
-    axes.set_xlabel("\n".join([label, *notes]), fontsize=8.0, parse_math=False)
+    axes.set_xlabel("\n".join(map(_wrapped, [label, *notes])), fontsize=8.0, parse_math=False)
+
+
+def _wrapped(text: str) -> str:
+    return fill(text, 45 if current_medium().is_narrow else 100)
 
 
 def _draw_estimate(
@@ -252,13 +268,17 @@ def _draw_estimate(
     )
 
 
-def _estimate_text(estimate: Estimate) -> str:
-    """Return value and interval with two decimals, or with three significant digits."""
-    numbers = (estimate.value, estimate.low, estimate.high)
-    largest = max(abs(number) for number in numbers if isfinite(number))
-    form = ".2f" if 0.1 <= largest < 10.0 else ".3g"
-    value, low, high = (f"{number:{form}}" for number in numbers)
+def _estimate_text(estimate: Estimate, decimals: int) -> str:
+    """Return value and interval."""
+    value, low, high = (
+        f"{number:.{decimals}f}" for number in (estimate.value, estimate.low, estimate.high)
+    )
     return f"{value}  ({low} to {high})"
+
+
+def _decimals(largest: float) -> int:
+    """Return the decimals that give the largest number of a panel three digits."""
+    return min(max(2 - floor(log10(largest)), 0), 9) if largest > 0.0 else 0
 
 
 def _share_limits(panels: Sequence[Axes]) -> None:
@@ -271,16 +291,15 @@ def _share_limits(panels: Sequence[Axes]) -> None:
             axes.set_xlim(low, high)
 
 
-def _add_legend(figure: Figure, rule: _Ranking, confidence: float) -> None:
+def _add_legend(figure: Figure, rule: _Ranking) -> None:
     main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
     beside = Line2D(
         [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
     )
-    bars = Line2D([], [], lw=0.0, label=f"bars: {confidence:.0%} intervals")
     figure.legend(
-        handles=[main, beside, bars],
+        handles=[main, beside],
         loc="outside upper left",
-        ncols=1 if current_medium().is_narrow else 3,
+        ncols=1 if current_medium().is_narrow else 2,
         fontsize=8.0,
         borderaxespad=0.2,
     )
@@ -317,3 +336,213 @@ def _ranking_tables(
                     )
         tables[f"{k}_{plate_name(measure)}"] = columns
     return tables
+
+
+# Measures over parameters
+
+MAX_SHOWN = 4
+"""Parameters that a plate of measures shows."""
+
+_SCATTER_HEIGHT = 1.75
+"""Height of a row of panels [inch]."""
+
+_MIN_RUNS_PER_BIN = 10
+_MAX_BINS = 8
+_QUANTILES = (0.1, 0.5, 0.9)
+
+
+@dataclass(frozen=True)
+class StudyRuns:
+    """Table of the runs of a study.
+
+    Attributes:
+        name: of the folder.
+        parameters: values by parameter, each of shape (runs,).
+        measures: values by measure, nan where a run has none, each of shape (runs,).
+        titles: of the measures.
+        is_done: runs that reached their stop time.
+    """
+
+    name: str
+    parameters: Mapping[str, Array]
+    measures: Mapping[str, Array]
+    titles: Mapping[str, str]
+    is_done: NDArray[np.bool_]
+
+
+def read_runs(folder: Path) -> StudyRuns:
+    """Read the table of runs of a study's folder. Raises InputError."""
+    path = folder / TABLE_NAME
+    try:
+        study = tomllib.loads(_text(folder / STUDY_NAME))
+        rows = list(csv.DictReader(StringIO(_text(path), newline="")))
+        return StudyRuns(
+            name=folder.resolve().name,
+            parameters={name: _column(rows, name) for name in study["parameters"]},
+            measures={name: _column(rows, name) for name in study["measures"]},
+            titles={
+                name: _measure_title(name, str(each["column"]), str(each["take"]))
+                for name, each in study["measures"].items()
+            },
+            is_done=np.array([row["outcome"] == _DONE for row in rows], dtype=bool),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError, csv.Error):
+        hint = "run the sweep again"
+        raise InputError((error(f"`{path}` is not the table of its study", hint=hint),)) from None
+
+
+def _text(path: Path) -> str:
+    source, unreadable = load_text(path, str(path))
+    if unreadable is not None:
+        raise InputError((unreadable,))
+    return source.text
+
+
+def _column(rows: Sequence[Mapping[str, str]], name: str) -> Array:
+    return np.array([float(row[name] or nan) for row in rows], dtype=float)
+
+
+def measure_plates(runs: StudyRuns, stem: str) -> Iterator[Plate]:
+    """Yield plates of the measures over the parameters, some measures on each.
+
+    Args:
+        runs: of the study.
+        stem: of the names of the plates.
+    """
+    names = list(runs.measures)
+    for start in range(0, len(names), MAX_MEASURES):
+        number = f"_{start // MAX_MEASURES + 1}" if len(names) > MAX_MEASURES else ""
+        yield _measure_plate(runs, names[start : start + MAX_MEASURES], f"{stem}_runs{number}")
+
+
+def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate:
+    """Return the plate of some measures over the parameters on which they depend most."""
+    shown = _most_correlated(runs, measures)
+    failed = int((~runs.is_done).sum())
+    with plot_style():
+        figure, panels = create_panels(
+            1.1 + _SCATTER_HEIGHT * len(measures), len(measures), len(shown)
+        )
+        for row, measure in zip(panels, measures, strict=True):
+            title = fill(runs.titles[measure], 28)
+            row[0].set_ylabel(title, fontsize=7.5, parse_math=False)
+            for axes, parameter in zip(row, shown, strict=True):
+                _draw_runs(axes, runs, parameter, measure)
+        for axes, parameter in zip(panels[-1], shown, strict=True):
+            axes.set_xlabel(parameter, fontsize=8.0, parse_math=False)
+        _add_runs_legend(figure, is_any_failed=failed > 0)
+        sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
+        add_footer(figure, sign, ())
+    left_out = len(runs.parameters) - len(shown)
+    caption = f"Measures of {len(runs.is_done)} runs, of which {failed} failed, over parameters."
+    if left_out:
+        caption += (
+            f" Left out: {left_out} parameters with smaller rank correlations,"
+            f" {', '.join(name for name in runs.parameters if name not in shown)}."
+        )
+    columns = {each: runs.parameters[each] for each in runs.parameters}
+    columns |= {each: runs.measures[each] for each in measures}
+    return Plate(
+        name=name,
+        title=f"{runs.name}: {len(runs.is_done)} runs" + (f", {failed} failed" if failed else ""),
+        caption=caption,
+        sign=sign,
+        figure=figure,
+        claims=(),
+        tables={"runs": columns},
+        references=(),
+    )
+
+
+def _most_correlated(runs: StudyRuns, measures: Sequence[str]) -> list[str]:
+    """Return the parameters with the largest rank correlations with any of the measures."""
+    strength = {
+        parameter: max(_rank_correlation(values, runs.measures[each]) for each in measures)
+        for parameter, values in runs.parameters.items()
+    }
+    count = 1 if current_medium().is_narrow else MAX_SHOWN
+    largest = sorted(strength, key=lambda name: -strength[name])[:count]
+    return [name for name in runs.parameters if name in largest]
+
+
+def _rank_correlation(x: Array, y: Array) -> float:
+    """Return the size of the rank correlation, 0 for constant values."""
+    from scipy.stats import rankdata
+
+    known = np.isfinite(x) & np.isfinite(y)
+    ranks = [rankdata(each[known]) for each in (x, y)]
+    if known.sum() < 2 or not all(np.ptp(each) for each in ranks):
+        return 0.0
+    return abs(float(np.corrcoef(ranks[0], ranks[1])[0, 1]))
+
+
+def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> None:
+    x, y = runs.parameters[parameter], runs.measures[measure]
+    good = runs.is_done & np.isfinite(y)
+    axes.plot(x[good], y[good], ".", color=GREY, ms=3.0, mew=0.0, alpha=0.6, rasterized=True)
+    failed = x[~runs.is_done]
+    axes.plot(
+        failed,
+        np.full(len(failed), 0.02),
+        "x",
+        color=VERMILION,
+        ms=4.0,
+        transform=axes.get_xaxis_transform(),
+        clip_on=False,
+    )
+    centres, quantiles = _running_quantiles(x[good], y[good])
+    if len(centres):
+        axes.fill_between(centres, quantiles[0], quantiles[2], color=BLUE, alpha=0.2, lw=0.0)
+        axes.plot(centres, quantiles[1], color=BLUE, lw=1.6)
+
+
+def _running_quantiles(x: Array, y: Array) -> tuple[Array, Array]:
+    """Return middles of bins of equally many points, and quantiles in them, (3, bins).
+
+    Values of a parameter with few levels are bins of their own.
+    """
+    levels = np.unique(x)
+    bins = min(_MAX_BINS, len(x) // _MIN_RUNS_PER_BIN)
+    if 1 < len(levels) <= _MAX_BINS:
+        groups = [y[x == level] for level in levels]
+        centres = levels
+    elif len(levels) > 1 and bins > 1:
+        order = np.argsort(x, kind="stable")
+        groups = np.array_split(y[order], bins)
+        centres = np.array([np.median(each) for each in np.array_split(x[order], bins)])
+    else:
+        return np.zeros(0), np.zeros((3, 0))
+    return centres, np.array([np.quantile(each, _QUANTILES) for each in groups]).T
+
+
+def _add_runs_legend(figure: Figure, *, is_any_failed: bool) -> None:
+    handles = [
+        Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
+        Line2D([], [], color=BLUE, lw=1.6, label="median"),
+        Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
+    ]
+    if is_any_failed:
+        handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label="a failed run"))
+    figure.legend(
+        handles=handles,
+        loc="outside upper left",
+        ncols=2 if current_medium().is_narrow else 4,
+        fontsize=8.0,
+        borderaxespad=0.2,
+    )
+
+
+def study_plates(folder: Path) -> list[Plate]:
+    """Return the plates of a study's folder: its indices, where it has some, and its runs.
+
+    Raises:
+        InputError: a file of the folder is missing or damaged.
+    """
+    if not is_file(folder / TABLE_NAME):
+        hint = "finish its sweep: `mover sweep STUDY.toml -o DIR` continues"
+        raise InputError((error(f"`{folder}` has no table of runs, `{TABLE_NAME}`", hint=hint),))
+    stem = plate_name(folder.resolve().name)
+    plates: list[Plate] = []
+    if is_file(folder / INDICES_NAME):
+        plates += sensitivity_plates(read_indices(folder / INDICES_NAME), stem)
+    return [*plates, *measure_plates(read_runs(folder), stem)]
