@@ -136,9 +136,9 @@ def _sobol(known: KnownFunction, samples: int, seed: int, *, is_random: bool) ->
     unit = unit_points(_study(DesignKind.SOBOL, dimension, samples, seed))
     radial = unit.reshape(samples, dimension + 2, dimension)
     if is_random:
-        a, b = np.random.default_rng(seed).random((2, samples, dimension))
-        is_from_b = np.vstack([np.zeros(dimension), np.ones(dimension), np.eye(dimension)])
-        radial = np.where(is_from_b, b[:, None], a[:, None])
+        a, b = np.random.default_rng(seed).random((2, samples, 1, dimension))
+        from_b = np.vstack([np.zeros(dimension), np.ones(dimension), np.eye(dimension)])
+        radial = (1.0 - from_b) * a + from_b * b
     outputs = known.function(radial.reshape(-1, dimension)).reshape(samples, -1)
     each = sobol_indices(outputs, Sensitivity(CONFIDENCE, RESAMPLES), seed)
     kinds = (IndexKind.FIRST, IndexKind.TOTAL)

@@ -63,6 +63,11 @@ def is_file(path: Path) -> bool:
     return path_exists(path) and path.is_file()
 
 
+def is_folder(path: Path) -> bool:
+    """Return whether there is a folder of this name."""
+    return path_exists(path) and path.is_dir()
+
+
 def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
     """The text of the file at `path`, called `name`, and the error that keeps it from being read.
 

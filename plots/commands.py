@@ -97,9 +97,9 @@ def plots(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME|MOTION]...",
-            help="Plates to draw, by their names or the first word of several (person), or "
-            "motions: .action .npz .mot .sto. [default: all plates]",
+            metavar="[NAME|MOTION|FOLDER]...",
+            help="Plates to draw, by their names or the first word of several (person), motions "
+            "(.action .npz .mot .sto), or folders of `mover sweep`. [default: all plates]",
         ),
     ] = None,
     output: Annotated[

@@ -1,4 +1,4 @@
-"""Plates of a user's own files: motions and springs.
+"""Plates of a user's own files: motions, springs and folders of studies.
 
 Matplotlib is slow to import, so the plates' modules are imported when they are drawn.
 """
@@ -27,24 +27,26 @@ class OwnFiles:
 
     Attributes:
         motions: files of motions.
+        studies: folders of studies, as `mover sweep` writes them.
         springs: a springs file: of the motions, or to be drawn itself.
         against: springs to draw beside it: a springs file, or the name of a figure.
         figure: of the motions; None for the figures that they name.
     """
 
     motions: Sequence[Path] = ()
+    studies: Sequence[Path] = ()
     springs: Path | None = None
     against: str | None = None
     figure: str | None = None
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
-        return bool(self.motions) or self.springs is not None
+        return bool(self.motions) or bool(self.studies) or self.springs is not None
 
     @property
     def words(self) -> list[str]:
         """The words of the command that draws them."""
-        words = [path.name for path in self.motions]
+        words = [path.name for path in (*self.motions, *self.studies)]
         if self.springs is not None:
             words += ["--springs", self.springs.name]
         return words + (["--against", self.against] if self.against is not None else [])
@@ -53,19 +55,34 @@ class OwnFiles:
         """Return the plates, with warnings.
 
         Raises:
-            UsageError: two motions would have the same files.
+            UsageError: two motions or two studies would have the same files.
             InputError: a file cannot be read.
             MoverError: a motion is not one of its figure, or there is nothing to draw.
         """
+        if self.studies:
+            return _plates_of_studies(self.studies), []
         if not self.motions:
             assert self.springs is not None
             return _plates_of_springs(self.springs, self.against)
-        names = [plate_name(path.stem) for path in self.motions]
-        for name in names:
-            if names.count(name) > 1:
-                raise UsageError(f"two motions would be written as `{name}`: draw them separately")
+        _check_distinct([plate_name(path.stem) for path in self.motions], "motions")
         drawn = [_plate_of_motion(path, self.springs, self.figure) for path in self.motions]
         return [plate for plate, _ in drawn], [one for _, found in drawn for one in found]
+
+
+def _check_distinct(names: Sequence[str], things: str) -> None:
+    """Raise UsageError for a name that occurs twice."""
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"two {things} would be written as `{name}`: draw them separately")
+
+
+def _plates_of_studies(folders: Sequence[Path]) -> list[Plate]:
+    """Return the plates of each folder."""
+    from plots.study_plate import study_plates
+
+    plates = [plate for folder in folders for plate in study_plates(folder)]
+    _check_distinct([plate.name for plate in plates], "studies")
+    return plates
 
 
 def _plate_of_motion(

@@ -26,7 +26,7 @@ from generator.cli.outputs import check_writable, unwritable_file_error, write_f
 from generator.cli.progress import ItemMonitor, no_item_monitor
 from generator.conversion import READABLE_SUFFIXES
 from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, spelling_hint
-from generator.text_io import os_error_reason
+from generator.text_io import is_folder, os_error_reason
 from plots.medium import REPORT, Medium, drawing_for
 from plots.own_plates import OwnFiles
 from plots.plate import Claim, DrawnPlate, FailedPlate, Outcome
@@ -81,7 +81,7 @@ def plots(
     """Draw plates and write their files.
 
     Args:
-        names: of the plates, or files of motions [default: all plates].
+        names: of the plates, or files of motions, or folders of studies [default: all plates].
         output: folder of the files and the report.
         gallery: Markdown page; its pictures go into the folder of the same stem.
         strict: fail if a claim does not hold; a comparison may differ.
@@ -103,8 +103,9 @@ def plots(
     motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
     if figure is not None and not motions:
         raise UsageError("--figure is for motions")
-    own = OwnFiles(motions, springs, against, figure)
-    _check_options(names, springs, against, gallery, medium)
+    studies = [Path(name) for name in names if not _named_plates(name) and is_folder(Path(name))]
+    own = OwnFiles(motions, studies, springs, against, figure)
+    _check_options(names, studies, springs, against, gallery, medium)
     targets = _select_targets(() if own else names, output, gallery)
     drawn, warnings = _draw_own(own, medium) if own else ((), [])
     _prepare_output(output, gallery)
@@ -151,6 +152,7 @@ def _format_pages(
 
 def _check_options(
     names: Sequence[str],
+    studies: Sequence[Path],
     springs: Path | None,
     against: str | None,
     gallery: Path | None,
@@ -160,6 +162,8 @@ def _check_options(
     is_motion = [Path(name).suffix.lower() in READABLE_SUFFIXES for name in names]
     if any(is_motion) and not all(is_motion):
         raise UsageError("draw motions and named plates in separate commands")
+    if studies and len(studies) < len(names):
+        raise UsageError("draw folders of studies and other things in separate commands")
     if against is not None and springs is None:
         raise UsageError("--against compares with the curves of --springs, which is missing")
     if springs is not None and names and not all(is_motion):

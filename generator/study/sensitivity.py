@@ -221,7 +221,7 @@ def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices
             parameters = dict(zip(study.parameters, found, strict=True))
             if count < samples:
                 message = (
-                    f"{samples - count} of {samples} samples are left out: a run of each failed."
+                    f"Left out because of failed runs: {samples - count} of {samples} samples."
                 )
         return MeasureIndices(measure.column, measure.take.value, count, parameters, message)
 

@@ -268,7 +268,7 @@ def test_failed_runs_leave_out_their_samples(kind: DesignKind) -> None:
     failed[5 * size + 1] = RunResult("died", "its process ended twice", {})
     found = estimate_indices(made, failed).measures["swing"]
     assert found.samples == 62
-    assert found.message == "2 of 64 samples are left out: a run of each failed."
+    assert found.message == "Left out because of failed runs: 2 of 64 samples."
     # The values of the failed runs have no influence, those of the others have.
     without = estimate_indices(made, complete).measures["swing"]
     assert found.parameters != without.parameters

@@ -1,0 +1,548 @@
+"""Plates of a study's folder: parameters ranked by sensitivity, and measures over parameters."""
+
+import csv
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from math import floor, log10, nan
+from pathlib import Path
+from textwrap import fill
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from generator.diagnostics import InputError, error
+from generator.recording import Ending
+from generator.study.sensitivity import (
+    INDICES_NAME,
+    Estimate,
+    IndexKind,
+    MeasureIndices,
+    StudyIndices,
+    read_indices,
+)
+from generator.study.study import DesignKind, Take
+from generator.study.sweep import STUDY_NAME, TABLE_NAME
+from generator.text_io import is_file, load_text
+from plots.canvas import (
+    BLACK,
+    BLUE,
+    GREY,
+    VERMILION,
+    add_footer,
+    create_canvas,
+    create_panels,
+    plot_style,
+)
+from plots.medium import current_medium
+from plots.plate import Plate, plate_name
+from springs.backends import Array
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+MAX_MEASURES = 4
+"""Measures on one plate."""
+
+MAX_RANKED = 12
+"""Parameters that a panel ranks; the others follow in a line of text."""
+
+_ROW_HEIGHT = 0.3
+"""Height of a parameter in a ranking [inch]."""
+
+_PANEL_HEIGHT = 0.95
+"""Height of title, axis and margins of a ranking [inch]."""
+
+_SOBOL_REFERENCES = (
+    "I. M. Sobol, Global sensitivity indices for nonlinear mathematical models and their Monte "
+    "Carlo estimates. Mathematics and Computers in Simulation 55 (2001) 271-280; "
+    "doi:10.1016/S0378-4754(00)00270-6",
+    "A. Saltelli, P. Annoni, I. Azzini, F. Campolongo, M. Ratto, S. Tarantola, Variance based "
+    "sensitivity analysis of model output. Computer Physics Communications 181 (2010) 259-270; "
+    "doi:10.1016/j.cpc.2009.09.018",
+)
+_MORRIS_REFERENCES = (
+    "M. D. Morris, Factorial sampling plans for preliminary computational experiments. "
+    "Technometrics 33 (1991) 161-174; doi:10.1080/00401706.1991.10484804",
+    "F. Campolongo, J. Cariboni, A. Saltelli, An effective screening design for sensitivity "
+    "analysis of large models. Environmental Modelling & Software 22 (2007) 1509-1518; "
+    "doi:10.1016/j.envsoft.2006.10.004",
+)
+
+
+@dataclass(frozen=True)
+class _Ranking:
+    """Rule by which parameters are ranked and drawn.
+
+    Attributes:
+        main: index that ranks.
+        beside: index that is drawn beside it.
+        main_label: of the legend.
+        beside_label: of the legend.
+        references: of the method.
+    """
+
+    main: IndexKind
+    beside: IndexKind
+    main_label: str
+    beside_label: str
+    references: tuple[str, ...]
+
+
+_RANKINGS = {
+    DesignKind.SOBOL: _Ranking(
+        IndexKind.TOTAL,
+        IndexKind.FIRST,
+        "total index: alone and with the others",
+        "first-order index: alone",
+        _SOBOL_REFERENCES,
+    ),
+    DesignKind.MORRIS: _Ranking(
+        IndexKind.MU_STAR,
+        IndexKind.SIGMA,
+        "mu*: mean size of the effects",
+        "sigma: their standard deviation (bends, interactions)",
+        _MORRIS_REFERENCES,
+    ),
+}
+
+
+_DONE = Ending.DONE.value
+
+
+def measure_unit(column: str, take: str) -> str:
+    """Return the unit of a measure: that of its column, or s for a time."""
+    if take in (Take.TIME_OF_LARGEST, Take.TIME_OF_SMALLEST):
+        return "s"
+    head, bracket, unit = column.rpartition("[")
+    return unit.rstrip("]") if bracket and head else ""
+
+
+def _measure_title(name: str, column: str, take: str) -> str:
+    """Return the title of a measure's panel: `swing: largest shoulder.2 [deg]`."""
+    quantity = column.rpartition("[")[0].strip() or column
+    unit = measure_unit(column, take)
+    taken = f"{take} {quantity}".replace("time of ", "time of the ")
+    return f"{name}: {taken}" + (f" [{unit}]" if unit else "")
+
+
+# Ranking
+
+
+def sensitivity_plates(indices: StudyIndices, stem: str) -> Iterator[Plate]:
+    """Yield plates on which each measure ranks the parameters, some measures on each.
+
+    Args:
+        indices: of the study.
+        stem: of the names of the plates.
+    """
+    names = list(indices.measures)
+    for start in range(0, len(names), MAX_MEASURES):
+        number = f"_{start // MAX_MEASURES + 1}" if len(names) > MAX_MEASURES else ""
+        measures = {name: indices.measures[name] for name in names[start : start + MAX_MEASURES]}
+        yield _ranking_plate(indices, measures, f"{stem}_sensitivity{number}")
+
+
+def _ranking_plate(
+    indices: StudyIndices, measures: Mapping[str, MeasureIndices], name: str
+) -> Plate:
+    rule = _RANKINGS[indices.kind]
+    percent = f"{100 * indices.confidence:g} %"
+    ranked = {each: _ranked(measure, rule) for each, measure in measures.items()}
+    lengths = [min(len(order), MAX_RANKED) or 1 for order in ranked.values()]
+    with plot_style():
+        figure = create_canvas(
+            0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
+        )
+        grid = figure.subplots(len(measures), 1, squeeze=False, height_ratios=lengths)
+        panels = [row[0] for row in grid]
+        for axes, (title, measure) in zip(panels, measures.items(), strict=True):
+            _draw_ranking(axes, title, measure, ranked[title], rule)
+        if indices.kind is DesignKind.SOBOL:
+            _share_limits(panels)
+        _add_legend(figure, rule)
+        sign = _sign(indices)
+        add_footer(figure, sign, rule.references)
+    unit = "base samples" if indices.kind is DesignKind.SOBOL else "trajectories"
+    left_out = [
+        f"{title}: {measure.message}" for title, measure in measures.items() if measure.message
+    ]
+    caption = (
+        f"Parameters ranked by the {_name(rule.main)} of each measure, from {indices.samples} "
+        f"{unit}. Bars are intervals of {percent} from {indices.resamples} "
+        f"bootstrap samples. {' '.join(left_out)}"
+    )
+    return Plate(
+        name=name,
+        title=f"{indices.name}: sensitivity to parameters, with {percent} intervals",
+        caption=caption.strip(),
+        sign=sign,
+        figure=figure,
+        claims=(),
+        tables=_ranking_tables(indices, measures, ranked),
+        references=rule.references,
+    )
+
+
+def _name(kind: IndexKind) -> str:
+    return {IndexKind.TOTAL: "total index", IndexKind.MU_STAR: "mean size of the effects"}[kind]
+
+
+def _ranked(measure: MeasureIndices, rule: _Ranking) -> list[str]:
+    """Return the parameters of a measure from the largest main index to the smallest."""
+    found = measure.parameters
+    return sorted(found, key=lambda name: -found[name][rule.main].value)
+
+
+def _draw_ranking(
+    axes: Axes, title: str, measure: MeasureIndices, order: Sequence[str], rule: _Ranking
+) -> None:
+    """Draw the indices of a measure, the largest on top."""
+    shown = order[:MAX_RANKED]
+    width = 36 if current_medium().is_narrow else 90
+    heading = fill(_measure_title(title, measure.column, measure.take), width)
+    axes.set_title(heading, loc="left", fontweight="bold", parse_math=False)
+    axes.set_yticks(range(len(shown)), shown, parse_math=False)
+    axes.set_ylim(max(len(shown), 1) - 0.5, -0.5)
+    axes.tick_params(axis="y", length=0.0)
+    axes.grid(visible=False, axis="y")
+    axes.spines["left"].set_visible(False)
+    if not order:
+        axes.set_yticks([])
+        axes.set_xticks([])
+        axes.spines["bottom"].set_visible(False)
+        axes.text(0.0, 0.0, _wrapped(measure.message), color=GREY, fontsize=8.0, va="center")
+        return
+    decimals = 2
+    if rule.main is IndexKind.MU_STAR:
+        decimals = _decimals(max(one[rule.main].value for one in measure.parameters.values()))
+    for row, name in enumerate(shown):
+        main, beside = measure.parameters[name][rule.main], measure.parameters[name][rule.beside]
+        _draw_estimate(axes, row - 0.13, main, BLUE, "o", is_main=True)
+        _draw_estimate(axes, row + 0.2, beside, VERMILION, "s", is_main=False)
+        if current_medium().is_narrow:
+            continue
+        axes.annotate(
+            _estimate_text(main, decimals),
+            (1.01, row),
+            xycoords=axes.get_yaxis_transform(),
+            va="center",
+            fontsize=7.5,
+            color=BLUE,
+        )
+    axes.axvline(0.0, color=BLACK, lw=0.8)
+    notes = [measure.message] if measure.message else []
+    if len(order) > len(shown):
+        largest = measure.parameters[order[MAX_RANKED]][rule.main].value
+        notes.append(f"{len(order) - len(shown)} more parameters: at most {largest:.2g}.")
+    unit = measure_unit(measure.column, measure.take)
+    label = "share of the variance"
+    if rule.main is IndexKind.MU_STAR:
+        label = f"change over a parameter's range{f' [{unit}]' if unit else ''}"
+    axes.set_xlabel("\n".join(map(_wrapped, [label, *notes])), fontsize=8.0, parse_math=False)
+
+
+def _wrapped(text: str) -> str:
+    return fill(text, 45 if current_medium().is_narrow else 100)
+
+
+def _draw_estimate(
+    axes: Axes, height: float, estimate: Estimate, colour: str, marker: str, *, is_main: bool
+) -> None:
+    """Draw an estimate with its interval: filled and thick, or open and thin."""
+    axes.plot(
+        [estimate.low, estimate.high],
+        [height, height],
+        color=colour,
+        lw=3.0 if is_main else 1.2,
+        alpha=0.5 if is_main else 1.0,
+        solid_capstyle="butt",
+    )
+    axes.plot(
+        estimate.value, height, marker, color=colour, ms=5.0, mfc=colour if is_main else "white"
+    )
+
+
+def _estimate_text(estimate: Estimate, decimals: int) -> str:
+    """Return value and interval."""
+    value, low, high = (
+        f"{number:.{decimals}f}" for number in (estimate.value, estimate.low, estimate.high)
+    )
+    return f"{value}  ({low} to {high})"
+
+
+def _decimals(largest: float) -> int:
+    """Return the decimals that give the largest number of a panel three digits."""
+    return min(max(2 - floor(log10(largest)), 0), 9) if largest > 0.0 else 0
+
+
+def _share_limits(panels: Sequence[Axes]) -> None:
+    """Show shares of the variance from 0 to 1 and as far as intervals reach."""
+    ends = [axes.get_xlim() for axes in panels if axes.lines]
+    low = min([-0.02, *(low for low, _ in ends)])
+    high = max([1.02, *(high for _, high in ends)])
+    for axes in panels:
+        if axes.lines:
+            axes.set_xlim(low, high)
+
+
+def _add_legend(figure: Figure, rule: _Ranking) -> None:
+    main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
+    beside = Line2D(
+        [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
+    )
+    figure.legend(
+        handles=[main, beside],
+        loc="outside upper left",
+        ncols=1 if current_medium().is_narrow else 2,
+        fontsize=8.0,
+        borderaxespad=0.2,
+    )
+
+
+def _sign(indices: StudyIndices) -> str:
+    """Return the quantities that the parameters change."""
+    parts = [f"{name} = {' and '.join(paths)}" for name, paths in indices.paths.items() if paths]
+    return f"Parameters: {'; '.join(parts) or 'those of the study'}."
+
+
+def _ranking_tables(
+    indices: StudyIndices,
+    measures: Mapping[str, MeasureIndices],
+    ranked: Mapping[str, Sequence[str]],
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return the ranked estimates of each measure, one table each."""
+    numbers = {name: number for number, name in enumerate(indices.paths, start=1)}
+    title = f"parameter: {', '.join(f'{number} = {name}' for name, number in numbers.items())}"
+    tables: dict[str, dict[str, Array]] = {}
+    for k, (measure, found) in enumerate(measures.items(), start=1):
+        order = ranked[measure]
+        columns = {title: np.array([numbers[name] for name in order], dtype=float)}
+        for kind in IndexKind:
+            for end in ("value", "low", "high"):
+                cells = [
+                    vars(found.parameters[name][kind])[end]
+                    for name in order
+                    if kind in found.parameters[name]
+                ]
+                if cells:
+                    columns[kind.value if end == "value" else f"{kind.value} {end}"] = np.array(
+                        cells
+                    )
+        tables[f"{k}_{plate_name(measure)}"] = columns
+    return tables
+
+
+# Measures over parameters
+
+MAX_SHOWN = 4
+"""Parameters that a plate of measures shows."""
+
+_SCATTER_HEIGHT = 1.75
+"""Height of a row of panels [inch]."""
+
+_MIN_RUNS_PER_BIN = 10
+_MAX_BINS = 8
+_QUANTILES = (0.1, 0.5, 0.9)
+
+
+@dataclass(frozen=True)
+class StudyRuns:
+    """Table of the runs of a study.
+
+    Attributes:
+        name: of the folder.
+        parameters: values by parameter, each of shape (runs,).
+        measures: values by measure, nan where a run has none, each of shape (runs,).
+        titles: of the measures.
+        is_done: runs that reached their stop time.
+    """
+
+    name: str
+    parameters: Mapping[str, Array]
+    measures: Mapping[str, Array]
+    titles: Mapping[str, str]
+    is_done: NDArray[np.bool_]
+
+
+def read_runs(folder: Path) -> StudyRuns:
+    """Read the table of runs of a study's folder. Raises InputError."""
+    path = folder / TABLE_NAME
+    try:
+        study = tomllib.loads(_text(folder / STUDY_NAME))
+        rows = list(csv.DictReader(StringIO(_text(path), newline="")))
+        return StudyRuns(
+            name=folder.resolve().name,
+            parameters={name: _column(rows, name) for name in study["parameters"]},
+            measures={name: _column(rows, name) for name in study["measures"]},
+            titles={
+                name: _measure_title(name, str(each["column"]), str(each["take"]))
+                for name, each in study["measures"].items()
+            },
+            is_done=np.array([row["outcome"] == _DONE for row in rows], dtype=bool),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError, csv.Error):
+        hint = "run the sweep again"
+        raise InputError((error(f"`{path}` is not the table of its study", hint=hint),)) from None
+
+
+def _text(path: Path) -> str:
+    source, unreadable = load_text(path, str(path))
+    if unreadable is not None:
+        raise InputError((unreadable,))
+    return source.text
+
+
+def _column(rows: Sequence[Mapping[str, str]], name: str) -> Array:
+    return np.array([float(row[name] or nan) for row in rows], dtype=float)
+
+
+def measure_plates(runs: StudyRuns, stem: str) -> Iterator[Plate]:
+    """Yield plates of the measures over the parameters, some measures on each.
+
+    Args:
+        runs: of the study.
+        stem: of the names of the plates.
+    """
+    names = list(runs.measures)
+    for start in range(0, len(names), MAX_MEASURES):
+        number = f"_{start // MAX_MEASURES + 1}" if len(names) > MAX_MEASURES else ""
+        yield _measure_plate(runs, names[start : start + MAX_MEASURES], f"{stem}_runs{number}")
+
+
+def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate:
+    """Return the plate of some measures over the parameters on which they depend most."""
+    shown = _most_correlated(runs, measures)
+    failed = int((~runs.is_done).sum())
+    with plot_style():
+        figure, panels = create_panels(
+            1.1 + _SCATTER_HEIGHT * len(measures), len(measures), len(shown)
+        )
+        for row, measure in zip(panels, measures, strict=True):
+            title = fill(runs.titles[measure], 28)
+            row[0].set_ylabel(title, fontsize=7.5, parse_math=False)
+            for axes, parameter in zip(row, shown, strict=True):
+                _draw_runs(axes, runs, parameter, measure)
+        for axes, parameter in zip(panels[-1], shown, strict=True):
+            axes.set_xlabel(parameter, fontsize=8.0, parse_math=False)
+        _add_runs_legend(figure, is_any_failed=failed > 0)
+        sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
+        add_footer(figure, sign, ())
+    left_out = len(runs.parameters) - len(shown)
+    caption = f"Measures of {len(runs.is_done)} runs, of which {failed} failed, over parameters."
+    if left_out:
+        caption += (
+            f" Left out: {left_out} parameters with smaller rank correlations,"
+            f" {', '.join(name for name in runs.parameters if name not in shown)}."
+        )
+    columns = {each: runs.parameters[each] for each in runs.parameters}
+    columns |= {each: runs.measures[each] for each in measures}
+    return Plate(
+        name=name,
+        title=f"{runs.name}: {len(runs.is_done)} runs" + (f", {failed} failed" if failed else ""),
+        caption=caption,
+        sign=sign,
+        figure=figure,
+        claims=(),
+        tables={"runs": columns},
+        references=(),
+    )
+
+
+def _most_correlated(runs: StudyRuns, measures: Sequence[str]) -> list[str]:
+    """Return the parameters with the largest rank correlations with any of the measures."""
+    strength = {
+        parameter: max(_rank_correlation(values, runs.measures[each]) for each in measures)
+        for parameter, values in runs.parameters.items()
+    }
+    count = 1 if current_medium().is_narrow else MAX_SHOWN
+    largest = sorted(strength, key=lambda name: -strength[name])[:count]
+    return [name for name in runs.parameters if name in largest]
+
+
+def _rank_correlation(x: Array, y: Array) -> float:
+    """Return the size of the rank correlation, 0 for constant values."""
+    from scipy.stats import rankdata
+
+    known = np.isfinite(x) & np.isfinite(y)
+    ranks = [rankdata(each[known]) for each in (x, y)]
+    if known.sum() < 2 or not all(np.ptp(each) for each in ranks):
+        return 0.0
+    return abs(float(np.corrcoef(ranks[0], ranks[1])[0, 1]))
+
+
+def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> None:
+    x, y = runs.parameters[parameter], runs.measures[measure]
+    good = runs.is_done & np.isfinite(y)
+    axes.plot(x[good], y[good], ".", color=GREY, ms=3.0, mew=0.0, alpha=0.6, rasterized=True)
+    failed = x[~runs.is_done]
+    axes.plot(
+        failed,
+        np.full(len(failed), 0.02),
+        "x",
+        color=VERMILION,
+        ms=4.0,
+        transform=axes.get_xaxis_transform(),
+        clip_on=False,
+    )
+    centres, quantiles = _running_quantiles(x[good], y[good])
+    if len(centres):
+        axes.fill_between(centres, quantiles[0], quantiles[2], color=BLUE, alpha=0.2, lw=0.0)
+        axes.plot(centres, quantiles[1], color=BLUE, lw=1.6)
+
+
+def _running_quantiles(x: Array, y: Array) -> tuple[Array, Array]:
+    """Return middles of bins of equally many points, and quantiles in them, (3, bins).
+
+    Values of a parameter with few levels are bins of their own.
+    """
+    levels = np.unique(x)
+    bins = min(_MAX_BINS, len(x) // _MIN_RUNS_PER_BIN)
+    if 1 < len(levels) <= _MAX_BINS:
+        groups = [y[x == level] for level in levels]
+        centres = levels
+    elif len(levels) > 1 and bins > 1:
+        order = np.argsort(x, kind="stable")
+        groups = np.array_split(y[order], bins)
+        centres = np.array([np.median(each) for each in np.array_split(x[order], bins)])
+    else:
+        return np.zeros(0), np.zeros((3, 0))
+    return centres, np.array([np.quantile(each, _QUANTILES) for each in groups]).T
+
+
+def _add_runs_legend(figure: Figure, *, is_any_failed: bool) -> None:
+    handles = [
+        Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
+        Line2D([], [], color=BLUE, lw=1.6, label="median"),
+        Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
+    ]
+    if is_any_failed:
+        handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label="a failed run"))
+    figure.legend(
+        handles=handles,
+        loc="outside upper left",
+        ncols=2 if current_medium().is_narrow else 4,
+        fontsize=8.0,
+        borderaxespad=0.2,
+    )
+
+
+def study_plates(folder: Path) -> list[Plate]:
+    """Return the plates of a study's folder: its indices, where it has some, and its runs.
+
+    Raises:
+        InputError: a file of the folder is missing or damaged.
+    """
+    if not is_file(folder / TABLE_NAME):
+        hint = "finish its sweep: `mover sweep STUDY.toml -o DIR` continues"
+        raise InputError((error(f"`{folder}` has no table of runs, `{TABLE_NAME}`", hint=hint),))
+    stem = plate_name(folder.resolve().name)
+    plates: list[Plate] = []
+    if is_file(folder / INDICES_NAME):
+        plates += sensitivity_plates(read_indices(folder / INDICES_NAME), stem)
+    return [*plates, *measure_plates(read_runs(folder), stem)]
