@@ -41,7 +41,7 @@ from generator.study.study import (
 from generator.study.sweep import TABLE_NAME, SweepProgress, run_sweep
 from generator.study.worker_pool import run_locally
 
-RUNS, PROTOTYPE_RUNS, ROUND_RUNS, ROUNDS = 10_000, 1_000, 1_000, 5
+RUNS, PROTOTYPE_RUNS, ROUND_RUNS, ROUNDS = 10_000, 1_000, 500, 5
 
 MAX_CPU_RATIO = 1.15
 """Largest processor time of a run with two processes, over that with one."""
@@ -215,11 +215,9 @@ def _disturb(folder: Path) -> str:
     """Run the study of the pendulum with kills and a torn line, until it is finished."""
     generator = random.Random(1)
     parts = PARENT_KILLS + 1
-    moments = sorted(
-        [RUNS * (k + 0.5) / (WORKER_KILLS + 1) for k in range(1, WORKER_KILLS + 1)]
-        + [RUNS * k / parts for k in range(1, parts)]
-    )
-    parent_moments = {RUNS * k / parts for k in range(1, parts)}
+    parent_moments = [RUNS * k / parts for k in range(1, parts)]
+    moments = [0.9 * RUNS * (k + 0.5) / WORKER_KILLS for k in range(WORKER_KILLS)]
+    moments = sorted(moments + parent_moments)
     killed_workers = killed_parents = starts = 0
     while True:
         starts += 1

@@ -12,6 +12,7 @@ import pytest
 
 from generator.diagnostics import InputError, UsageError
 from generator.study.journal import JOURNAL_NAME, LOCK_NAME, lock_folder
+from generator.study.run_case import run_case
 from generator.study.study import Study
 from generator.study.sweep import (
     STUDY_NAME,
@@ -22,7 +23,7 @@ from generator.study.sweep import (
     motion_path,
     run_sweep,
 )
-from generator.study.worker_pool import FinishedRun, Task, perform_task, run_locally
+from generator.study.worker_pool import FinishedRun, RunFunction, Task, perform_task, run_locally
 from tests.processes import ENVIRONMENT
 from tests.study_runs import FAULTY, POISON, list_study, quick_run
 
@@ -37,15 +38,15 @@ class Serial:
         done: indices of the runs that it has carried out.
     """
 
-    def __init__(self, stop_after: int | None = None) -> None:
-        self.stop_after = stop_after
+    def __init__(self, stop_after: int | None = None, run: RunFunction = quick_run) -> None:
+        self.stop_after, self.run = stop_after, run
         self.done: list[int] = []
 
     def __call__(self, study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
         for task in reversed(tasks):  # any order
             if len(self.done) == self.stop_after:
                 raise KeyboardInterrupt
-            yield perform_task(quick_run, study, task)
+            yield perform_task(self.run, study, task)
             self.done.append(task.index)
 
 
@@ -200,7 +201,7 @@ run_sweep(study, Path(sys.argv[1]), partial(run_locally, jobs=2), watch=watch)
 
 @pytest.mark.skipif(os.name != "posix", reason="kills")
 def test_a_killed_sweep_of_the_pendulum_continues_with_the_same_bytes(tmp_path: Path) -> None:
-    count = 30
+    count = 20
     study = list_study(*(1.0 + 0.001 * k for k in range(count)))
     process = subprocess.Popen(
         [sys.executable, "-c", SWEEP, str(tmp_path / "killed"), str(count)],
@@ -216,11 +217,10 @@ def test_a_killed_sweep_of_the_pendulum_continues_with_the_same_bytes(tmp_path: 
     process.wait()
     process.stdout.close()
     before = len(journal_lines(tmp_path / "killed")) - 1
-    engine = partial(run_locally, jobs=1)
-    result = run_sweep(study, tmp_path / "killed", engine)
+    result = run_sweep(study, tmp_path / "killed", partial(run_locally, jobs=1))
     assert 5 <= result.kept <= before
     assert result.failed == 0
     assert len({row.measures["swing"] for row in result.rows}) == count
-    run_sweep(study, tmp_path / "whole", engine)
+    run_sweep(study, tmp_path / "whole", Serial(run=run_case))
     tables = [(tmp_path / name / TABLE_NAME).read_bytes() for name in ("killed", "whole")]
     assert tables[0] == tables[1]
