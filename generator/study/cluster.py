@@ -5,6 +5,7 @@ connection is therefore made to this machine only, unless the user insists; TLS 
 """
 
 import asyncio
+import concurrent.futures
 import logging
 import pickle
 import re
@@ -13,7 +14,6 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
@@ -244,7 +244,7 @@ class _Runs:
         self._run = run
         self._payload = pickle.dumps(study)
         self._study = self._send_study()
-        self._versions = installed_versions()
+        self._versions = library_versions()
         self._workers = 0
         self._counted = 0.0
         self._seen_worker = time.monotonic()
@@ -303,7 +303,10 @@ class _Runs:
         now = time.monotonic()
         if now < self._counted + _COUNT_INTERVAL and self._workers:
             return
-        self._workers, self._counted = len(self._client.nthreads()), now
+        try:
+            self._workers, self._counted = len(self._client.nthreads()), now
+        except OSError:
+            raise self._lost() from None
         if self._workers:
             self._seen_worker = now
         elif now > self._seen_worker + _NO_WORKER_LIMIT:
@@ -312,10 +315,13 @@ class _Runs:
                 "start some with `dask worker`"
             )
 
+    def _lost(self) -> ClusterError:
+        return ClusterError(f"the connection to {self._scheduler} is lost")
+
     def _explain(self, failure: BaseException) -> BaseException:
         """Return the error of the command for the failure of a task."""
-        if isinstance(failure, asyncio.CancelledError):
-            return ClusterError(f"{self._scheduler} is lost")
+        if isinstance(failure, asyncio.CancelledError | concurrent.futures.CancelledError):
+            return self._lost()
         cause: BaseException | None = failure
         while cause is not None:
             if isinstance(cause, ModuleNotFoundError):
@@ -352,7 +358,7 @@ def _check_worker(expected: tuple[tuple[str, str], ...]) -> None:
     """Raise ClusterError if this worker would give other rows than the client."""
     from distributed import get_worker
 
-    here = installed_versions()
+    here = library_versions()
     differences = [
         f"{name} {here[name]} in place of {wanted}"
         for name, wanted in expected
@@ -377,7 +383,7 @@ def _worker_name() -> str:
     return get_worker().address
 
 
-def installed_versions() -> dict[str, str]:
+def library_versions() -> dict[str, str]:
     """Return the versions of the distributions that determine the numbers of a run."""
     found: dict[str, str] = {}
     for name in _DISTRIBUTIONS:
@@ -433,7 +439,7 @@ def _shake_hands(address: SchedulerAddress, security: Any) -> None:
             await connection.close()
 
     # In a notebook, this thread runs an event loop already.
-    with ThreadPoolExecutor(1) as thread:
+    with concurrent.futures.ThreadPoolExecutor(1) as thread:
         thread.submit(asyncio.run, connect_once()).result()
 
 

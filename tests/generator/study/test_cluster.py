@@ -3,6 +3,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -29,7 +30,6 @@ from generator.study.worker_pool import DIED, PROGRAM_ERROR, Task, run_locally
 from tests.processes import ENVIRONMENT
 from tests.study_runs import (
     FAULTY,
-    FRAIL,
     FULL_DISK,
     POISON,
     SLOW,
@@ -218,9 +218,8 @@ def test_prints_nothing(killed: Killed) -> None:
 
 
 def test_a_run_that_kills_its_worker_twice_is_a_row(tmp_path: Path) -> None:
-    values = [1.0, POISON, 3.0, FRAIL, 5.0, 6.0]
-    results = rows(values, "local", tmp_path, jobs=2)
-    assert [one.outcome for one in results] == ["done", DIED, "done", "done", "done", "done"]
+    results = rows([1.0, POISON, 3.0, 4.0], "local", tmp_path)
+    assert [one.outcome for one in results] == ["done", DIED, "done", "done"]
     assert results[1].measures == {"swing": None, "end": None}
     assert len((tmp_path / "001").read_text().split()) == 2
 
@@ -241,8 +240,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of a group of processes")
-@pytest.mark.parametrize(("number", "code"), [("SIGINT", 3), ("SIGKILL", -9)])
-def test_no_process_survives_the_parent(tmp_path: Path, number: str, code: int) -> None:
+def test_ctrl_c_ends_all_processes_at_once(tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-c", SLOW_SWEEP, str(tmp_path)],
         env=ENVIRONMENT,
@@ -250,13 +248,10 @@ def test_no_process_survives_the_parent(tmp_path: Path, number: str, code: int) 
         start_new_session=True,
     )
     wait_until(lambda: len(processes_of(tmp_path)) == 2)
-    if number == "SIGINT":  # as a terminal sends it, to all of them
-        os.killpg(process.pid, signal.SIGINT)
-    else:
-        process.send_signal(signal.Signals[number])
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it, to all of them
     _, printed = process.communicate(timeout=30.0)  # the runs take longer
-    assert (process.returncode, printed) == (code, b"")
-    wait_until(lambda: not any(map(is_running, processes_of(tmp_path))))
+    assert (process.returncode, printed) == (3, b"")
+    assert not any(map(is_running, processes_of(tmp_path)))
 
 
 # A scheduler and workers in this process
@@ -310,8 +305,13 @@ def test_motions_need_a_folder_that_workers_see(address: str, tmp_path: Path) ->
 
 
 def test_workers_need_the_same_versions(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = cluster.installed_versions
-    monkeypatch.setattr(cluster, "installed_versions", lambda: {**before(), "numpy": "0.9"})
+    actual = cluster.library_versions
+
+    def versions() -> dict[str, str]:  # the worker is a thread here
+        is_client = threading.current_thread() is threading.main_thread()
+        return {**actual(), "numpy": "0.9"} if is_client else actual()
+
+    monkeypatch.setattr(cluster, "library_versions", versions)
     with pytest.raises(ClusterError, match=r"has numpy \S+ in place of 0\.9"):
         rows([1.0], address)
 
@@ -329,6 +329,7 @@ def test_workers_need_the_program(address: str) -> None:
 
 
 def test_a_worker_has_one_thread() -> None:
+    cluster._check_worker.cache_clear()  # other workers of this process have passed
     with (
         scheduler(threads=2) as started,
         pytest.raises(ClusterError, match="--nworkers 2 --nthreads 1"),
