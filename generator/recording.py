@@ -85,6 +85,8 @@ class Accuracy:
 class RecordingPart(Enum):
     """Part of a recording that a run may leave out; see `simulate`."""
 
+    VELOCITIES = "velocities"
+    ROTATION_VECTORS = "rotation vectors"
     REACTIONS = "reactions"
     """Reactions of joints, and torques of drives."""
     PASSIVE_TORQUES = "passive torques"

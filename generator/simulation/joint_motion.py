@@ -40,17 +40,24 @@ class JointMotion:
     """Motion of a joint over n frames.
 
     Attributes:
+        chain: displacements of the joint.
         pose_in_parent: pose of the child's site in the parent's, shape (n, 4, 4).
         relative_velocity: (angular, linear) velocity of the child's site relative to the parent's,
             in the parent's site axes, shape (n, 6).
         displacements: shape (n, dof) [rad or m].
-        rates: of the displacements, shape (n, dof).
     """
 
+    chain: Chain
     pose_in_parent: Array
     relative_velocity: Array
     displacements: Array
-    rates: Array
+
+    @cached_property
+    def rates(self) -> Array:
+        """Rates of the displacements, shape (n, dof)."""
+        return _displacement_rates(
+            self.chain, self.displacements, self.pose_in_parent, self.relative_velocity
+        )
 
     @cached_property
     def rotation_vectors(self) -> Array:
@@ -124,12 +131,7 @@ class SegmentMotion:
         displacements = self._trace.displacements.get(joint.name)
         if displacements is None:
             displacements = _continuous_displacements(chain, pose_in_parent, start)
-        return JointMotion(
-            pose_in_parent,
-            motion,
-            displacements,
-            _displacement_rates(chain, displacements, pose_in_parent, motion),
-        )
+        return JointMotion(chain, pose_in_parent, motion, displacements)
 
     def passive_torques(self, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
         """Torque of each joint's springs and damping on the child, parent's axes, (n, 3) [N m]."""

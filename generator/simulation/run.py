@@ -315,8 +315,12 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         poses=motion.poses,
         chains={name: joint.chain for name, joint in figure.joints.items()},
         displacements={name: moved.displacements for name, moved in joints.items()},
-        velocities={name: moved.rates for name, moved in joints.items()},
-        rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()},
+        velocities={name: moved.rates for name, moved in joints.items()}
+        if RecordingPart.VELOCITIES in record
+        else {},
+        rotation_vectors={name: moved.rotation_vectors for name, moved in joints.items()}
+        if RecordingPart.ROTATION_VECTORS in record
+        else {},
         reactions=reactions,
         passive_torques=passive_torques if RecordingPart.PASSIVE_TORQUES in record else {},
         centre_of_mass=mean_position(figure, trace.positions),

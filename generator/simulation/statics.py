@@ -84,9 +84,8 @@ class StaticState:
                 continue
             joint_values = values[:, tree.kinematics.columns[name]]
             pose_in_parent = tree.chains[name].pose(joint_values)
-            joints[name] = JointMotion(
-                pose_in_parent, np.zeros((count, 6)), joint_values, np.zeros_like(joint_values)
-            )
+            at_rest_too = np.zeros((count, 6))
+            joints[name] = JointMotion(tree.chains[name], pose_in_parent, at_rest_too, joint_values)
         return cls(model, values, poses, joints, trace)
 
     def energy(self) -> Array:

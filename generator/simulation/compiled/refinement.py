@@ -388,11 +388,14 @@ def run_until_agreed(
     runs, disturbed = _run_together(
         run_number, [first * DECADE**k for k in range(parallel_runs)], disturbed_start, threads
     )
+    agreed_before = len(runs) > 2 and _agree(
+        runs[-3], runs[-2], estimated_errors(model, runs[-3], runs[-2]), tolerance
+    )
     while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
         before, latest = runs[-2:]
         errors = estimated_errors(model, before, latest)
-        agreed_before = len(runs) > 2 and _agree(model, runs[-3], before, tolerance)
-        if _agree(model, before, latest, tolerance) and (
+        agrees = _agree(before, latest, errors, tolerance)
+        if agrees and (
             agreed_before or (not has_contact and have_same_breakpoints(before, latest))
         ):
             break
@@ -400,12 +403,12 @@ def run_until_agreed(
         if len(runs) == MAX_RUNS or step_tolerance < SMALLEST_TOLERANCE:
             break
         runs.append(run_number(len(runs) + 1, step_tolerance))
+        agreed_before = agrees
     return replace(_finest_agreed(runs, model), disturbed=disturbed)
 
 
-def _agree(model: CompiledModel, one: CompiledRun, other: CompiledRun, tolerance: float) -> bool:
-    """Return whether the estimated error of the finer of two runs is below the tolerance."""
-    errors = estimated_errors(model, one, other)
+def _agree(one: CompiledRun, other: CompiledRun, errors: Array, tolerance: float) -> bool:
+    """Return whether the estimated errors of the finer of two runs are below the tolerance."""
     has_same_frames = len(one.times) == len(other.times)
     return bool(errors[-1] <= tolerance) and has_same_frames and not _have_same_steps(one, other)
 
