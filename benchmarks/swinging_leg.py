@@ -7,7 +7,7 @@ white noise, released at 0 deg and at 30 deg. Masses are those of the figure `le
 of its knee is a table of torques at every 0.01 deg, and MuJoCo integrates the motion.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import radians
@@ -150,7 +150,7 @@ def _passive_torque(truth: Truth) -> Iterator[None]:
         mujoco.set_mjcb_passive(None)
 
 
-def add_noise(angles: Array, seed: int, sd: float = NOISE) -> Array:
+def add_noise(angles: Array, seed: int | Sequence[int], sd: float = NOISE) -> Array:
     """Return angles with white noise [deg]."""
     return angles + np.random.default_rng(seed).normal(0.0, sd, len(angles))
 
