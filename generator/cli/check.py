@@ -1,4 +1,4 @@
-"""`mover check`: errors and doubts about a figure and its springs, or a scene, and a verdict.
+"""`mover check`: errors and doubts about a figure and its springs, a scene or a study; a verdict.
 
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
@@ -12,6 +12,7 @@ import typer
 
 from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
 from generator.cli.inputs import parse_springs_option
+from generator.cli.interrupts import hold_interrupts
 from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
@@ -21,10 +22,12 @@ from generator.input_files.scene import SCENE_SUFFIX, parse_scene_file, shipped_
 from generator.kinematics.links import mirror_rotations
 from generator.person.identity import identity_of, range_publications
 from generator.scene import Box, Plane, Prop, Scene
+from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.read import LoadedSprings, parse_springs_file
-from generator.text_io import is_file
+from generator.study.study_tables import STUDY_SUFFIX
+from generator.text_io import is_file, path_exists
 from springs import SpringSet
 from springs.joint import UNKNOWN_AXIS
 from springs.lint.finding import Finding
@@ -130,19 +133,23 @@ def check(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="FIGURE|SPRINGS.toml|SCENE",
+            metavar="FIGURE|SPRINGS.toml|SCENE|STUDY",
             autocompletion=complete_figure_name,
-            help="A figure file, the name of a shipped figure, a springs file, a .scene.toml file, "
-            "or the name of a shipped scene.",
+            help="A figure file, a springs file, a .scene.toml or .study.toml file, or the name of "
+            "a shipped figure, scene or study.",
         ),
     ],
     springs: SpringsChoice = None,
 ) -> CommandResult:
-    """Report errors and doubts about a figure, its springs and their curves, or about a scene."""
+    """Report errors and doubts about a figure and its springs, a scene or a study."""
     if name.endswith(SCENE_SUFFIX) or (name in shipped_scenes() and not is_file(find_figure(name))):
         if springs is not None:
             raise UsageError("--springs applies to a figure, not to a scene")
         return _check_scene(name)
+    if _is_study(name):
+        if springs is not None:
+            raise UsageError("--springs applies to a figure, not to a study")
+        return _check_study(name)
     if Path(name).suffix == SPRINGS_SUFFIX:
         if springs is not None:
             raise UsageError("--springs applies to a figure, not to a springs file")
@@ -178,6 +185,29 @@ def _check_scene(name: str) -> CommandResult:
     rows = [_prop_row(prop) for prop in (reading.value or Scene()).props]
     table = [format_table(rows, left_columns=3)] if rows else []
     return _file_result(reading.diagnostics, table, [], verdict)
+
+
+def _is_study(name: str) -> bool:
+    """Return whether a name is that of a study's file, or of a shipped study."""
+    if name.endswith(STUDY_SUFFIX) or path_exists(find_figure(name)) or Path(name).suffix:
+        return name.endswith(STUDY_SUFFIX)
+    from generator.study.study_file import shipped_studies  # imports what its runs need
+
+    return name in shipped_studies()
+
+
+def _check_study(name: str) -> CommandResult:
+    from generator.study.designs import run_count
+    from generator.study.study_file import parse_study
+
+    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
+        import_exudyn()
+    reading = parse_study(name)
+    study, use = reading.value, "the study cannot be run"
+    if study is not None:
+        use = f"the study can be run, with {format_count(run_count(study), 'run')} of {study.name}"
+    verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
+    return _file_result(reading.diagnostics, [], [], verdict)
 
 
 def _prop_row(prop: Prop) -> tuple[str, str, str]:

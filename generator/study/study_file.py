@@ -59,6 +59,7 @@ from generator.study.study_tables import (
     PERSON_KEYS,
     SENSITIVITY_KEYS,
     STUDY_KEYS,
+    STUDY_SUFFIX,
     adopt,
     parse_integer,
     parse_row,
@@ -70,8 +71,6 @@ from generator.study.study_tables import (
 )
 from generator.text_io import is_file, parse_file, parse_text, path_exists
 from springs import Joining, SpringSet
-
-STUDY_SUFFIX = ".study.toml"
 
 MAX_RESAMPLES = 100_000
 

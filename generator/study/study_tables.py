@@ -9,6 +9,8 @@ from typing import Any, TypeVar, cast
 from generator.diagnostics import Diagnostics, Parsed, closest_match, shorten
 from generator.springs_file.toml_table import TableReader
 
+STUDY_SUFFIX = ".study.toml"
+
 RUN_TABLES = ("set", "velocity")
 RUN_FLAGS = ("free_root", "floor", "self_contact")
 RUN_NUMBERS = ("stop", "start", "frame", "tolerance", "step", "height", "wall_limit")

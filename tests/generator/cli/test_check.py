@@ -388,6 +388,44 @@ def test_a_shipped_scene_is_found_by_its_name(name: str):
     assert verdict == f"{name}: no errors, no warnings; the scene can be used"
 
 
+STUDY = """\
+figure = "pendulum"
+[design]
+kind = "sobol"
+runs = 6
+[parameters]
+a = { path = "gravity", low = 0.8, high = 1.2 }
+[measures]
+end = { column = "kinetic [J]", take = "last" }
+"""
+
+
+def test_a_study_has_its_warnings_and_its_runs(tmp_path: Path):
+    path = tmp_path / "own.study.toml"
+    path.write_text(STUDY, encoding="utf-8")
+    text = run("check", path).stdout
+    assert "own.study.toml:4:8: warning: 6 is not a power of two" in text
+    verdict = "no errors, 1 warning; the study can be run, with 6 runs of pendulum"
+    assert f"own.study.toml: {verdict}" in text
+
+
+def test_a_wrong_study_has_its_errors(tmp_path: Path):
+    path = tmp_path / "own.study.toml"
+    path.write_text(STUDY.replace("gravity", "gravty").replace("kinetic", "kinetc"), "utf-8")
+    result = mover("check", path, "--json")
+    assert result.exit_code == 1
+    data = json.loads(result.stdout)
+    assert data["verdict"] == f"{path}: 2 errors, 1 warning; the study cannot be run"
+    hints = [one["hint"] for one in data["faults"] if one["severity"] == "error"]
+    assert hints == ["did you mean `gravity`?", "did you mean `kinetic [J]`?"]
+
+
+def test_springs_do_not_apply_to_a_study():
+    result = mover("check", "own.study.toml", "--springs", "none")
+    assert result.exit_code == 2
+    assert "not to a study" in result.stderr
+
+
 @pytest.mark.parametrize("name", ["female50", FIGURES / "female50.springs.toml"])
 def test_a_woman_is_compared_with_ranges_of_women(name: str | Path):
     """Her neck and wrists end before the ranges of men."""
