@@ -14,6 +14,7 @@ from generator.input_files.csv_columns import (
 )
 from generator.springs_file.toml_table import TableReader
 from generator.study.designs import evenly_spaced
+from generator.study.sensitivity import MIN_SAMPLES
 from generator.study.study import (
     Design,
     DesignKind,
@@ -210,7 +211,10 @@ def parse_design(
     rows = _parse_rows(table, tuple(parameters), folder) if is_list else ()
     if rows is None or (has_runs and runs is None):
         return None
-    if kind is DesignKind.SOBOL and runs is not None and runs & (runs - 1):
+    if sensitivity is not None and runs is not None and runs < MIN_SAMPLES:
+        noun = "base samples" if kind is DesignKind.SOBOL else "trajectories"
+        table.error("runs", f"indices need at least {MIN_SAMPLES} {noun}, not {runs}")
+    elif kind is DesignKind.SOBOL and runs is not None and runs & (runs - 1):
         near = 1 << (runs.bit_length() - 1)
         message = f"{runs} is not a power of two, which a Sobol sequence needs to be balanced"
         add = table.diagnostics.warning if sensitivity is None else table.diagnostics.error
@@ -236,7 +240,7 @@ def _parse_rows(
     if not lines:
         faults.error("this list is empty", Span(source, 0, 1), example)
         return None
-    columns = parse_columns(lines[0], names, example, faults)
+    columns = parse_columns(lines[0], names, example, faults, lambda cell: (cell.text, ""))
     if len(columns) < len(names):
         return None
     if len(lines) == 1:

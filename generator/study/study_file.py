@@ -35,7 +35,14 @@ from generator.springs_file.toml_table import TableReader, parse_document
 from generator.study.design_table import MAX_RUNS, parse_design, parse_kind, parse_parameters
 from generator.study.designs import design_points, run_count
 from generator.study.measures import check_measures
-from generator.study.parameter_paths import Case, ParameterPath, Quantity, Target, parse_path
+from generator.study.parameter_paths import (
+    MASS_INDEX_UNIT,
+    Case,
+    ParameterPath,
+    Quantity,
+    Target,
+    parse_path,
+)
 from generator.study.parameters import apply_values, build_case
 from generator.study.person_figure import PERSON_SPRINGS, make_person
 from generator.study.run_options import parse_plan
@@ -313,8 +320,7 @@ def _check_paths(study: Study, top: TableReader) -> None:
             if known is not None:
                 hint = f"the first path to it is in line {known.line}"
                 top.diagnostics.error(f"`{path}` changes a quantity a second time", span, hint)
-                continue
-            first |= dict.fromkeys(numbers, span)
+            first = dict.fromkeys(numbers, span) | first
             _check_values(study, path, parameter, top)
 
 
@@ -325,7 +331,7 @@ def _check_values(
     for value, span in _sample_values(study, parameter, top):
         try:
             if path.quantity is Quantity.PERSON and study.person is not None:
-                _check_person(study.person, path.targets[0].name, value)
+                _check_person(study.person, path, value)
             else:
                 apply_values(Case(study.figure, study.plan), [(path, value)])
         except MoverError as failure:
@@ -333,15 +339,18 @@ def _check_values(
             return
 
 
-def _check_person(person: PersonArguments, name: str, value: float) -> None:
-    """Raise UsageError for a measure of a person that is impossible beside the others [m or kg]."""
+def _check_person(person: PersonArguments, path: ParameterPath, value: float) -> None:
+    """Raise UsageError for a measure of a person that is impossible beside the others."""
+    stature, mass, name = person.stature, person.mass, path.targets[0].name
     match name:
         case "stature":
-            estimate_measures(person.sex, value, person.mass)
+            estimate_measures(person.sex, value, mass)
+        case "mass" if path.unit == MASS_INDEX_UNIT:
+            estimate_measures(person.sex, stature, value * stature**2)
         case "mass":
-            estimate_measures(person.sex, person.stature, value)
+            estimate_measures(person.sex, stature, value)
         case _:
-            estimate_measures(person.sex, person.stature, person.mass, {name: value})
+            estimate_measures(person.sex, stature, mass, {name: value})
 
 
 def _sample_values(
