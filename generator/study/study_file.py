@@ -327,15 +327,22 @@ def _check_paths(study: Study, top: TableReader) -> None:
 def _check_values(
     study: Study, path: ParameterPath, parameter: Parameter, top: TableReader
 ) -> None:
-    """Note the first value of a parameter that its quantity cannot have."""
-    for value, span in _sample_values(study, parameter, top):
+    """Note the first value of a parameter that its quantity cannot have.
+
+    Values far from the centre of a distribution are rare, so that they are a warning only.
+    """
+    for value, span, is_rare in _sample_values(study, parameter, top):
         try:
             if path.quantity is Quantity.PERSON and study.person is not None:
                 _check_person(study.person, path, value)
             else:
                 apply_values(Case(study.figure, study.plan), [(path, value)])
         except MoverError as failure:
-            _note_failure(top, failure, span)
+            if is_rare:
+                message = f"two standard deviations from the centre, {failure}"
+                top.diagnostics.warning(message, span, "runs beyond it fail")
+            else:
+                _note_failure(top, failure, span)
             return
 
 
@@ -355,29 +362,29 @@ def _check_person(person: PersonArguments, path: ParameterPath, value: float) ->
 
 def _sample_values(
     study: Study, parameter: Parameter, top: TableReader
-) -> Iterator[tuple[float, Span]]:
-    """Yield values of a parameter with their places: the ends of its range, or its centre."""
+) -> Iterator[tuple[float, Span, bool]]:
+    """Yield extreme values of a parameter with their places, and whether they are rare."""
     place = partial(top.spans.value, f"parameters.{parameter.name}", 0)
     match parameter.distribution:
         case Uniform(low=low, high=high):
-            yield from ((low, place("low")), (high, place("high")))
-        case Normal(mean=mean):
-            yield mean, place("mean")
-        case LogNormal(median=median):
-            yield median, place("median")
+            yield low, place("low"), False
+            yield high, place("high"), False
+        case Normal(mean=mean, sd=sd):
+            yield mean, place("mean"), False
+            yield from ((mean + by * sd, place("sd"), True) for by in (-2.0, 2.0))
+        case LogNormal(median=median, factor=factor):
+            yield median, place("median"), False
+            yield from ((median * factor**by, place("factor"), True) for by in (-2.0, 2.0))
         case Levels(values=values):
-            keys = ["values"] * len(values)
-            if "values" not in top.content["parameters"][parameter.name]:
-                keys = ["low", *["high"] * (len(values) - 1)]
-            yield from (
-                (value, place(key, k))
-                for k, (key, value) in enumerate(zip(keys, values, strict=True))
-            )
+            is_list = "values" in top.content["parameters"][parameter.name]
+            for key, value in (("low", min(values)), ("high", max(values))):
+                span = place("values", values.index(value)) if is_list else place(key)
+                yield value, span, False
         case None:
             number = list(top.content["parameters"]).index(parameter.name)
             column = [row[number] for row in study.design.rows]
-            ends = sorted({min(column), max(column)}) if column else []
-            yield from ((value, top.spans.value("design", 0, "file")) for value in ends)
+            span = top.spans.value("design", 0, "file")
+            yield from ((value, span, False) for value in sorted(column)[:: len(column) - 1 or 1])
 
 
 def _note_failure(top: TableReader, failure: MoverError, span: Span) -> None:
