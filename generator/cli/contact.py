@@ -22,6 +22,7 @@ from generator.input_files.scene import MAX_FRICTION, parse_scene_file
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.scene import FLOOR, Scene, floor_prop
+from generator.simulation.plan import MAX_HEIGHT
 from springs.contact import DEFAULT_SURFACE
 
 if TYPE_CHECKING:
@@ -84,9 +85,6 @@ MAX_STARTS = 10_000
 
 MIN_OVERLAP = 1e-3
 """Interpenetration of limbs from which it is worth a row [m]."""
-
-MAX_HEIGHT = 1e6
-"""Largest initial height [m]; positions there are rounded to 1e-10 m."""
 
 SENSITIVE_ANGLE = 0.1
 """Difference of joint angles at which two falls count as different [rad]."""

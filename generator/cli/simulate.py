@@ -75,7 +75,7 @@ from generator.input_files.loads import parse_loads_file
 from generator.motion_files import MOTION_FORMATS, motion_from_recording
 from generator.recording import Integrator, Recording, energy_kinds
 from generator.simulation.import_exudyn import import_exudyn
-from generator.simulation.plan import Plan
+from generator.simulation.plan import MAX_FRAMES, Plan
 from generator.springs_file.read import limp_joints
 from springs import SpringSet
 
@@ -83,9 +83,6 @@ if TYPE_CHECKING:
     from generator.geometry.contact_spheres import SegmentSpheres
     from generator.simulation.run import Progress
     from generator.simulation.starts import StartStudy
-
-MAX_FRAMES = 1_000_000
-"""Largest number of frames of a recording, for the memory."""
 
 
 def simulate(

@@ -17,6 +17,12 @@ Vector = tuple[float, float, float]
 
 STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
 
+MAX_FRAMES = 1_000_000
+"""Largest number of frames of a run that a command makes, for the memory."""
+
+MAX_HEIGHT = 1e6
+"""Largest initial height that a command takes [m]; positions there are rounded to 1e-10 m."""
+
 _TIME_TOLERANCE = 1e-9
 """Time by which a run may extend beyond a drive [s]."""
 

@@ -18,24 +18,18 @@ from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files.action import LENGTH_UNIT, display_unit
 from generator.scene import FLOOR, Scene, floor_prop
-from generator.simulation.plan import Plan
+from generator.simulation.plan import MAX_FRAMES, MAX_HEIGHT, Plan
 from generator.springs_file.toml_table import TableReader
 from generator.study.study_tables import RUN_FLAGS, adopt, parse_flag, parse_table, relative_path
 from generator.text_io import is_file
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
 
-MAX_FRAMES = 1_000_000
-"""Largest number of frames of a run, for the memory."""
-
 MAX_TIME = 1e6
 """Largest time of a run, and of its computation [s]."""
 
 MAX_GRAVITY = 1e9
 """Largest component of gravity [m/s2]."""
-
-MAX_HEIGHT = 1e6
-"""Largest initial height [m]; positions there are rounded to 1e-10 m."""
 
 
 class _Range(NamedTuple):
