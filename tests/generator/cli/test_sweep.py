@@ -117,7 +117,7 @@ def test_the_measures_are_those_of_the_table(swept: Swept) -> None:
             "largest": max(values),
             "runs": len(swept.done),
         }
-    assert set(data["sensitivity"]["swing"]["parameters"]) == {"pull", "stiffness"}
+    assert set(data["sensitivity"]["swing"]["indices"]) == {"pull", "stiffness"}
 
 
 def test_the_files_of_a_sweep(swept: Swept) -> None:
