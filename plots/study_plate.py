@@ -375,7 +375,10 @@ def read_runs(folder: Path) -> StudyRuns:
     path = folder / TABLE_NAME
     try:
         study = tomllib.loads(_text(folder / STUDY_NAME))
-        rows = list(csv.DictReader(StringIO(_text(path), newline="")))
+        table = csv.DictReader(StringIO(_text(path), newline=""))
+        if not {*study["parameters"], *study["measures"], "outcome"} <= {*(table.fieldnames or ())}:
+            raise KeyError
+        rows = list(table)
         return StudyRuns(
             name=folder.resolve().name,
             parameters={name: _column(rows, name) for name in study["parameters"]},

@@ -2,8 +2,8 @@
 
 import json
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from generator import Plan, read_figure
+from benchmarks.sensitivity import KnownFunction
 from generator.diagnostics import InputError, ModelError
 from generator.study.designs import design_points
 from generator.study.sensitivity import (
@@ -26,91 +26,13 @@ from generator.study.sensitivity import (
     write_indices,
 )
 from generator.study.study import (
-    Design,
     DesignKind,
-    Measure,
-    Parameter,
     RunResult,
     Sensitivity,
     Study,
-    Take,
-    Uniform,
 )
 from springs.backends import Array
-
-FIGURE = read_figure("pendulum")
-DONE = "done"
-
-
-@dataclass(frozen=True)
-class KnownFunction:
-    """A function whose indices have a closed form.
-
-    Attributes:
-        function: of points, shape (n, parameters).
-        bounds: of its parameters.
-        first: first-order indices.
-        total: total indices.
-    """
-
-    function: Callable[[Array], Array]
-    bounds: tuple[float, float]
-    first: Sequence[float]
-    total: Sequence[float]
-
-
-def ishigami() -> KnownFunction:
-    """Ishigami & Homma 1990 with a = 7, b = 0.1."""
-    a, b = 7.0, 0.1
-    one = 0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2
-    two = a**2 / 8.0
-    both = b**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
-    variance = one + two + both
-
-    def function(x: Array) -> Array:
-        return np.sin(x[:, 0]) * (1.0 + b * x[:, 2] ** 4) + a * np.sin(x[:, 1]) ** 2
-
-    first = [one / variance, two / variance, 0.0]
-    total = [(one + both) / variance, two / variance, both / variance]
-    return KnownFunction(function, (-np.pi, np.pi), first, total)
-
-
-def sobol_g(a: Sequence[float] = (0.0, 1.0, 4.5, 9.0)) -> KnownFunction:
-    """Sobol's g function."""
-    weights = np.array(a)
-    alone = 1.0 / (3.0 * (1.0 + weights) ** 2)
-    variance = np.prod(1.0 + alone) - 1.0
-
-    def function(x: Array) -> Array:
-        return np.prod((np.abs(4.0 * x - 2.0) + weights) / (1.0 + weights), axis=1)
-
-    total = alone * np.prod(1.0 + alone) / (1.0 + alone) / variance
-    return KnownFunction(function, (0.0, 1.0), list(alone / variance), list(total))
-
-
-ISHIGAMI, G = ishigami(), sobol_g()
-
-
-def study(
-    known: KnownFunction, kind: DesignKind, runs: int, seed: int = 1, resamples: int = 200
-) -> Study:
-    names = [f"p{k}" for k in range(len(known.first))]
-    return Study(
-        "pendulum",
-        FIGURE,
-        Plan(stop=0.1),
-        {
-            name: Parameter(name, (f"springs.{name}.scale",), Uniform(*known.bounds))
-            for name in names
-        },
-        Design(kind, runs, seed),
-        {"swing": Measure("swing", "shoulder.2 [deg]", Take.LARGEST)},
-        sensitivity=Sensitivity(0.95, resamples),
-    )
-
-
-def results(outputs: Array) -> list[RunResult]:
-    return [RunResult(DONE, "", {"swing": float(each)}) for each in outputs]
+from tests.known_functions import ISHIGAMI, SOBOL_G, done, known_study, results
 
 
 def estimate(known: KnownFunction, made: Study) -> StudyIndices:
@@ -123,9 +45,9 @@ def values(indices: StudyIndices, kind: IndexKind) -> Array:
     return np.array([[one.value, one.low, one.high] for one in found]).T
 
 
-@pytest.mark.parametrize("known", [ISHIGAMI, G], ids=["ishigami", "g"])
+@pytest.mark.parametrize("known", [ISHIGAMI, SOBOL_G], ids=["ishigami", "g"])
 def test_many_samples_give_the_known_indices(known: KnownFunction) -> None:
-    made = estimate(known, study(known, DesignKind.SOBOL, 2**14, resamples=50))
+    made = estimate(known, known_study(known, DesignKind.SOBOL, 2**14, resamples=50))
     for kind, expected in ((IndexKind.FIRST, known.first), (IndexKind.TOTAL, known.total)):
         value, low, high = values(made, kind)
         assert value == pytest.approx(np.array(expected), abs=5e-3)
@@ -134,9 +56,9 @@ def test_many_samples_give_the_known_indices(known: KnownFunction) -> None:
         assert (high - low).max() < 0.1
 
 
-@pytest.mark.parametrize("known", [ISHIGAMI, G], ids=["ishigami", "g"])
+@pytest.mark.parametrize("known", [ISHIGAMI, SOBOL_G], ids=["ishigami", "g"])
 def test_scipy_has_the_same_indices(known: KnownFunction) -> None:
-    made = study(known, DesignKind.SOBOL, 128)
+    made = known_study(known, DesignKind.SOBOL, 128)
     outputs = known.function(design_points(made)).reshape(128, -1).T
     theirs = stats.sobol_indices(
         func={"f_A": outputs[:1], "f_B": outputs[1:2], "f_AB": outputs[2:, None]}, n=128
@@ -152,7 +74,7 @@ def test_intervals_of_random_points_are_as_wide_as_the_indices_scatter() -> None
     truth = np.concatenate([ISHIGAMI.first, ISHIGAMI.total])
     found: list[Array] = []
     for seed in range(seeds):
-        points = np.random.default_rng(seed).uniform(*ISHIGAMI.bounds, (2, samples, count))
+        points = np.random.default_rng(seed).random((2, samples, count))
         radial = np.repeat(points[0][:, None], 2 + count, axis=1)
         radial[:, 1] = points[1]
         for k in range(count):
@@ -173,19 +95,19 @@ def test_intervals_of_random_points_are_as_wide_as_the_indices_scatter() -> None
 
 def test_intervals_of_sobol_points_contain_the_known_indices_at_least_as_often() -> None:
     seeds = 40
-    truth = np.concatenate([G.first, G.total])
+    truth = np.concatenate([SOBOL_G.first, SOBOL_G.total])
     misses = np.zeros(len(truth), dtype=int)
     for seed in range(seeds):
-        made = estimate(G, study(G, DesignKind.SOBOL, 256, seed))
+        made = estimate(SOBOL_G, known_study(SOBOL_G, DesignKind.SOBOL, 256, seed))
         _, low, high = np.hstack([values(made, IndexKind.FIRST), values(made, IndexKind.TOTAL)])
         misses += (truth < low) | (truth > high)
     assert (misses <= stats.binom.ppf(1.0 - 1e-4 / len(truth), seeds, 0.05)).all(), misses
 
 
 def test_confidence_widens_intervals() -> None:
-    made = study(G, DesignKind.SOBOL, 64)
+    made = known_study(SOBOL_G, DesignKind.SOBOL, 64)
     narrow = replace(made, sensitivity=Sensitivity(0.5, 200))
-    wide, thin = (values(estimate(G, each), IndexKind.TOTAL) for each in (made, narrow))
+    wide, thin = (values(estimate(SOBOL_G, each), IndexKind.TOTAL) for each in (made, narrow))
     assert (wide[0] == thin[0]).all()
     assert (wide[1] < thin[1]).all()
     assert (wide[2] > thin[2]).all()
@@ -199,11 +121,14 @@ def linear(x: Array) -> Array:
     return x @ np.array(SLOPES) + 100.0
 
 
-LINEAR = KnownFunction(linear, (-0.5 * WIDTH, 0.5 * WIDTH), [0.0] * 4, [0.0] * 4)
+LINEAR = KnownFunction("linear", linear, np.zeros(4), np.zeros(4))
+PRODUCT = KnownFunction("product", lambda x: x.prod(axis=1), np.zeros(2), np.zeros(2))
 
 
 def test_effects_of_a_linear_function_are_its_slopes_times_the_ranges() -> None:
-    made = estimate(LINEAR, study(LINEAR, DesignKind.MORRIS, 10))
+    made = estimate(
+        LINEAR, known_study(LINEAR, DesignKind.MORRIS, 10, bounds=(-0.5 * WIDTH, 0.5 * WIDTH))
+    )
     effects = WIDTH * np.array(SLOPES)
     for end in values(made, IndexKind.MU):
         assert end == pytest.approx(effects, abs=1e-11)
@@ -214,8 +139,7 @@ def test_effects_of_a_linear_function_are_its_slopes_times_the_ranges() -> None:
 
 def test_effects_of_a_product_have_the_moments_of_the_levels() -> None:
     """The effect of x in x y is y: mean 1/2, standard deviation of four levels."""
-    product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (0.0, 1.0), [0.0] * 2, [0.0] * 2)
-    made = estimate(product, study(product, DesignKind.MORRIS, 2000))
+    made = estimate(PRODUCT, known_study(PRODUCT, DesignKind.MORRIS, 2000))
     levels = np.array([1.0, 3.0, 5.0, 7.0]) / 8.0
     for kind, expected in (
         (IndexKind.MU, levels.mean()),
@@ -229,28 +153,25 @@ def test_effects_of_a_product_have_the_moments_of_the_levels() -> None:
 
 
 def test_few_effects_have_the_moments_of_a_sample() -> None:
-    product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (0.0, 1.0), [0.0] * 2, [0.0] * 2)
-    made = study(product, DesignKind.MORRIS, 9)
+    made = known_study(PRODUCT, DesignKind.MORRIS, 9)
     effects = [
         [path[1, 1 - k] if path[0, 1 - k] == path[1, 1 - k] else path[2, 1 - k] for k in range(2)]
         for path in design_points(made).reshape(9, 3, 2)
     ]
-    found = estimate(product, made)
+    found = estimate(PRODUCT, made)
     assert values(found, IndexKind.MU)[0] == pytest.approx(np.mean(effects, axis=0))
     assert values(found, IndexKind.SIGMA)[0] == pytest.approx(np.std(effects, axis=0, ddof=1))
 
 
 def test_interval_of_a_mean_of_many_is_that_of_the_normal_distribution() -> None:
-    product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (0.0, 1.0), [0.0] * 2, [0.0] * 2)
-    found = estimate(product, study(product, DesignKind.MORRIS, 1000, resamples=4000))
+    found = estimate(PRODUCT, known_study(PRODUCT, DesignKind.MORRIS, 1000, resamples=4000))
     _, low, high = values(found, IndexKind.MU)
     expected = 2.0 * stats.norm.ppf(0.975) * values(found, IndexKind.SIGMA)[0] / np.sqrt(1000)
     assert high - low == pytest.approx(expected, rel=0.08)
 
 
 def test_effects_of_both_signs_count_in_mu_star() -> None:
-    product = KnownFunction(lambda x: x[:, 0] * x[:, 1], (-1.0, 1.0), [0.0] * 2, [0.0] * 2)
-    made = estimate(product, study(product, DesignKind.MORRIS, 500))
+    made = estimate(PRODUCT, known_study(PRODUCT, DesignKind.MORRIS, 500, bounds=(-1.0, 1.0)))
     # The slope is the range 2 times -3/4, -1/4, 1/4 or 3/4.
     assert values(made, IndexKind.MU_STAR)[0] == pytest.approx([1.0, 1.0], rel=0.05)
     assert np.abs(values(made, IndexKind.MU)[0]).max() < 0.15
@@ -259,12 +180,12 @@ def test_effects_of_both_signs_count_in_mu_star() -> None:
 @pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS])
 def test_failed_runs_leave_out_their_samples(kind: DesignKind) -> None:
     known = ISHIGAMI
-    made = study(known, kind, 64)
+    made = known_study(known, kind, 64)
     complete = results(known.function(design_points(made)))
     size = len(complete) // 64
     failed = list(complete)
     failed[3] = RunResult("solver failed", "the solver failed after 0.1 s", {"swing": 3.0})
-    failed[5 * size] = RunResult(DONE, "", {"swing": None})
+    failed[5 * size] = RunResult("done", "", {"swing": None})
     failed[5 * size + 1] = RunResult("died", "its process ended twice", {})
     found = estimate_indices(made, failed).measures["swing"]
     assert found.samples == 62
@@ -272,13 +193,13 @@ def test_failed_runs_leave_out_their_samples(kind: DesignKind) -> None:
     # The values of the failed runs have no influence, those of the others have.
     without = estimate_indices(made, complete).measures["swing"]
     assert found.parameters != without.parameters
-    failed[4 if size > 4 else 2] = RunResult(DONE, "", {"swing": 1e6})
+    failed[4 if size > 4 else 2] = done(swing=1e6)
     assert estimate_indices(made, failed).measures["swing"] == found
 
 
 @pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS])
 def test_constant_measure_has_no_indices(kind: DesignKind) -> None:
-    made = study(ISHIGAMI, kind, 16)
+    made = known_study(ISHIGAMI, kind, 16)
     count = len(design_points(made))
     noise = np.random.default_rng(3).normal(size=count)
     for outputs in (np.full(count, 0.3), np.zeros(count), 0.3 + 1e-15 * noise):
@@ -290,7 +211,7 @@ def test_constant_measure_has_no_indices(kind: DesignKind) -> None:
 
 
 def test_too_few_samples_have_no_indices() -> None:
-    made = study(ISHIGAMI, DesignKind.SOBOL, MIN_SAMPLES)
+    made = known_study(ISHIGAMI, DesignKind.SOBOL, MIN_SAMPLES)
     outputs = results(ISHIGAMI.function(design_points(made)))
     assert estimate_indices(made, outputs).measures["swing"].parameters
     outputs[0] = RunResult("died", "", {})
@@ -301,7 +222,7 @@ def test_too_few_samples_have_no_indices() -> None:
 
 def test_measure_that_is_mostly_constant_has_an_interval() -> None:
     """Some bootstrap samples have equal outputs only, and say nothing."""
-    made = study(ISHIGAMI, DesignKind.SOBOL, 16)
+    made = known_study(ISHIGAMI, DesignKind.SOBOL, 16)
     outputs = np.zeros(len(design_points(made)))
     outputs[0] = 1.0
     with warnings.catch_warnings():
@@ -311,27 +232,27 @@ def test_measure_that_is_mostly_constant_has_an_interval() -> None:
 
 
 def test_same_runs_have_the_same_indices() -> None:
-    made = study(G, DesignKind.SOBOL, 32)
-    assert estimate(G, made) == estimate(G, made)
+    made = known_study(SOBOL_G, DesignKind.SOBOL, 32)
+    assert estimate(SOBOL_G, made) == estimate(SOBOL_G, made)
 
 
 @pytest.mark.parametrize(
     "kind", [DesignKind.GRID, DesignKind.LATIN_HYPERCUBE, DesignKind.LIST, DesignKind.SOBOL]
 )
 def test_other_designs_have_no_indices(kind: DesignKind) -> None:
-    made = replace(study(G, kind, 8), sensitivity=None)
+    made = replace(known_study(SOBOL_G, kind, 8), sensitivity=None)
     with pytest.raises(ModelError, match="has no sensitivity indices"):
         estimate_indices(made, ())
 
 
 def test_indices_need_all_runs() -> None:
     with pytest.raises(ModelError, match="indices need all 96 runs, but 1 are there"):
-        estimate_indices(study(G, DesignKind.SOBOL, 16), results(np.zeros(1)))
+        estimate_indices(known_study(SOBOL_G, DesignKind.SOBOL, 16), results(np.zeros(1)))
 
 
 @pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS])
 def test_file_has_the_indices(kind: DesignKind, tmp_path: Path) -> None:
-    made = estimate(ISHIGAMI, study(ISHIGAMI, kind, 16))
+    made = estimate(ISHIGAMI, known_study(ISHIGAMI, kind, 16))
     path = tmp_path / INDICES_NAME
     write_indices(made, path)
     assert read_indices(path) == made
@@ -343,7 +264,7 @@ def test_file_has_the_indices(kind: DesignKind, tmp_path: Path) -> None:
 
 
 def test_number_that_is_not_finite_is_null(tmp_path: Path) -> None:
-    made = estimate(ISHIGAMI, study(ISHIGAMI, DesignKind.SOBOL, 16))
+    made = estimate(ISHIGAMI, known_study(ISHIGAMI, DesignKind.SOBOL, 16))
     parameters = {
         name: {kind: replace(one, low=float("nan")) for kind, one in each.items()}
         for name, each in made.measures["swing"].parameters.items()
