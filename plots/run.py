@@ -11,15 +11,20 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from threading import Thread
 from types import ModuleType
 
+from generator.child_processes import (
+    blocked_interrupt,
+    cores,
+    serve_parent_only,
+    single_threaded_libraries,
+)
 from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_count, format_table
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.outputs import check_writable, unwritable_file_error, write_files
@@ -297,13 +302,6 @@ _CHECK_INTERVAL = 0.1
 """Time between calls of the caller's check [s]."""
 
 
-def cores() -> int:
-    """Number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def make_plates(
     targets: Mapping[str, str],
     jobs: int,
@@ -363,7 +361,7 @@ class _Worker:
             initargs=(str(printed),),
         )
         others = set(multiprocessing.active_children())
-        with _worker_environment():
+        with single_threaded_libraries(), blocked_interrupt():
             self._pool.submit(os.getpid)
         (self._process,) = set[BaseProcess](multiprocessing.active_children()) - others
 
@@ -389,44 +387,12 @@ class _Worker:
         self._pool.shutdown(cancel_futures=True)
 
 
-@contextmanager
-def _worker_environment() -> Generator[None]:
-    """Start processes with single-threaded libraries and without Ctrl-C.
-
-    There is a process for each core already, and one thread sums in a fixed order. Only the parent
-    handles Ctrl-C: a process inherits the signals that are blocked when it starts.
-    """
-    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in threads}
-    os.environ.update(dict.fromkeys(threads, "1"))
-    posix = hasattr(signal, "pthread_sigmask")
-    unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if posix else set[int]()
-    try:
-        yield
-    finally:
-        if posix:
-            signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
 def _initialize_worker(printed: str) -> None:
     """Redirect output of libraries, also that of compiled code, away from the command's streams."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    serve_parent_only()
     stream = os.open(printed, os.O_WRONLY | os.O_CREAT)
     os.dup2(stream, 1)
     os.dup2(stream, 2)
-    Thread(target=_exit_with_parent, daemon=True).start()
-
-
-def _exit_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(0)
 
 
 def make_plate(name: str, target: str, medium: Medium = REPORT) -> DrawnPlate | FailedPlate:

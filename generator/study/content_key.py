@@ -5,7 +5,6 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from hashlib import sha256
 from importlib.metadata import version
-from math import isfinite
 from typing import Any, cast
 
 import numpy as np
@@ -87,7 +86,7 @@ def _add(value: object, update: Callable[[bytes], object]) -> None:
     elif isinstance(value, bool | np.bool_):
         update(b"b1;" if value else b"b0;")
     elif isinstance(value, int | float | np.integer | np.floating):
-        _add_text("f", _format_number(value), update)
+        _add_text("f", _format_number(cast("int | float", value)), update)
     elif isinstance(value, str):
         _add_text("s", value, update)
     elif is_dataclass(value) and not isinstance(value, type):
@@ -119,14 +118,13 @@ def _add_text(kind: str, text: str, update: Callable[[bytes], object]) -> None:
     update(f"{kind}{len(data)};".encode() + data)
 
 
-def _format_number(value: "int | float | np.integer[Any] | np.floating[Any]") -> str:
+def _format_number(value: int | float) -> str:
     """Exact form of a number: equal ones are alike, whatever their types."""
-    if isinstance(value, int | np.integer):
-        number = int(value)
-        try:
-            rounded = float(number)
-        except OverflowError:
-            return str(number)
-        return rounded.hex() if int(rounded) == number else str(number)
-    number = float(value)
-    return (number + 0.0).hex() if isfinite(number) else str(number)
+    if not isinstance(value, int | np.integer):
+        return (float(value) + 0.0).hex()  # one form of zero
+    number = int(value)
+    try:
+        rounded = float(number)
+    except OverflowError:
+        return str(number)
+    return rounded.hex() if int(rounded) == number else str(number)

@@ -78,9 +78,12 @@ class Sweep:
 
 
 def motion_path(folder: Path, index: int, runs: int) -> Path:
-    """Return the file for the motion of a run of a sweep's folder."""
+    """Return the file for the motion of a run of a sweep's folder.
+
+    The path is absolute, since a process on another machine may run in another folder.
+    """
     digits = max(_MIN_RUN_DIGITS, len(str(runs - 1)))
-    return folder / MOTIONS_NAME / f"{index:0{digits}}.npz"
+    return folder.absolute() / MOTIONS_NAME / f"{index:0{digits}}.npz"
 
 
 def run_sweep(

@@ -14,13 +14,18 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from threading import Thread
 from typing import TypeAlias
 
+from generator.child_processes import (
+    blocked_interrupt,
+    cores,
+    serve_parent_only,
+    single_threaded_libraries,
+)
 from generator.diagnostics import MoverError
 from generator.study.study import RunResult, Study
 
@@ -34,6 +39,9 @@ _DIED_MESSAGE = "The process of this run ended twice before the run did."
 
 _TASKS_PER_WORKER = 2
 """Runs that a process is sent ahead, so that it need not wait while their results are stored."""
+
+_LONGEST_WAIT = 0.2
+"""Longest time of waiting for a message [s]: Windows handles Ctrl-C only in between."""
 
 _MAX_FAILED_STARTS = 3
 """Processes in succession that may die before they are ready for a run."""
@@ -125,13 +133,6 @@ def run_locally(
         pool.end()
 
 
-def cores() -> int:
-    """Number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 class _Pool:
     """Workers, and the tasks that wait for them."""
 
@@ -159,7 +160,7 @@ class _Pool:
                 worker.retry = self._suspects.popleft()
                 worker.tasks.append(worker.retry)
             self._workers[worker.connection] = worker
-        for connection in wait(list(self._workers)):
+        for connection in wait(list(self._workers), _LONGEST_WAIT):
             assert isinstance(connection, Connection)
             worker, has_died = self._workers[connection], False
             message: object = None
@@ -255,7 +256,7 @@ class _Worker:
         self.process = context.Process(
             target=_serve, args=(other, run, threads), name="run", daemon=True
         )
-        with _worker_environment():
+        with single_threaded_libraries(), blocked_interrupt():
             self.process.start()
         other.close()
         self.tasks: deque[Task] = deque()
@@ -280,45 +281,9 @@ def _format_exit(code: int | None) -> str:
     return f"exit code {code}"
 
 
-_THREAD_VARIABLES = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
-)
-
-
-@contextmanager
-def _worker_environment() -> Generator[None]:
-    """Start processes with single-threaded libraries and without Ctrl-C.
-
-    There is a process for each core already, and one thread sums in a fixed order. A process
-    inherits the signals that are blocked when it starts.
-    """
-    before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
-    unblocked: set[int] | None = None
-    if hasattr(signal, "pthread_sigmask"):
-        from multiprocessing import resource_tracker
-
-        resource_tracker.ensure_running()  # starting it would lift the block
-        unblocked = set(signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}))
-    try:
-        yield
-    finally:
-        if unblocked is not None:
-            signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
 def _serve(connection: Connection, run: RunFunction, threads: int) -> None:
     """Receive a study, and carry out tasks until the connection is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_exit_with_parent, daemon=True).start()
+    serve_parent_only()
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         connection.send(None)
         study: Study = pickle.loads(connection.recv_bytes())
@@ -338,10 +303,3 @@ def _silence_output() -> None:
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
-
-
-def _exit_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(0)

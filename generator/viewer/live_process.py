@@ -5,15 +5,11 @@ process ends when the page does.
 """
 
 import multiprocessing
-import os
-import signal
 import sys
 from collections import deque
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -22,6 +18,7 @@ from time import monotonic
 
 import numpy as np
 
+from generator.child_processes import blocked_interrupt, serve_parent_only
 from generator.diagnostics import MoverError
 from generator.figure import Figure, Segment
 from generator.input_files.live import (
@@ -440,11 +437,7 @@ def serve(connection: Connection, figure: Figure, folder: Path) -> None:
 
     Ctrl-C in the terminal is for the page, which then closes the connection.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    if (page := multiprocessing.parent_process()) is not None:  # may end while this one compiles
-        Thread(target=lambda: (page.join(), os._exit(1)), daemon=True).start()
+    serve_parent_only()
     try:
         engine = Engine(figure, folder)
         while True:
@@ -458,20 +451,6 @@ def serve(connection: Connection, figure: Figure, folder: Path) -> None:
                 connection.send(answer)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         sys.exit()
-
-
-@contextmanager
-def _held_interrupt() -> Generator[None]:
-    """Hold Ctrl-C back in this thread, and in a process that is started meanwhile."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # would lift the block
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Outbox:
@@ -570,7 +549,7 @@ class LiveProcess:
         process = context.Process(
             target=serve, args=(other, self._figure, self._folder), name="live", daemon=True
         )
-        with _held_interrupt():
+        with blocked_interrupt():
             process.start()
         other.close()
         self._process, self._outbox = process, _Outbox()
