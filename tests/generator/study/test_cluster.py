@@ -25,14 +25,14 @@ from generator.study.cluster import (
     parse_address,
     run_on_cluster,
 )
+from generator.study.run_case import run_case
 from generator.study.study import RunResult
-from generator.study.worker_pool import DIED, PROGRAM_ERROR, Task, run_locally
+from generator.study.worker_pool import DIED, PROGRAM_ERROR, Task
 from tests.processes import ENVIRONMENT
 from tests.study_runs import (
     FAULTY,
     FULL_DISK,
     POISON,
-    SLOW,
     is_running,
     list_study,
     processes_of,
@@ -91,9 +91,26 @@ def test_reads_addresses(text: str, meant: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "node1", "node1:", ":8786", "node1:0", "node1:99999", "node1:x", "ucx://node1:8786"]
-    + ["tcp://node1:8786/path", "tcp://me@node1:8786", "tcp://[::1:8786", "no de:8786", "8786"]
-    + ["inproc://1/2/3", "scheduler.json", "tcp://node1:8786?x=1", "no\nde:8786"],
+    [
+        *(
+            "",
+            "node1",
+            "node1:",
+            ":8786",
+            "node1:0",
+            "node1:99999",
+            "node1:x",
+            "8786",
+            "no de:8786",
+        ),
+        *(
+            "tcp://node1:8786/path",
+            "tcp://me@node1:8786",
+            "tcp://[::1:8786",
+            "tcp://node1:8786?x=1",
+        ),
+        *("ucx://node1:8786", "inproc://1/2/3", "scheduler.json", "no\nde:8786"),
+    ],
 )
 def test_refuses_other_texts(text: str) -> None:
     with pytest.raises(UsageError, match="HOST:PORT"):
@@ -111,7 +128,7 @@ def test_any_text_is_an_address_or_refused(text: str) -> None:
 
 @pytest.mark.parametrize("host", ["node1", "10.0.0.1", "0.0.0.0", "[2001:db8::1]", "localhost.ab"])
 def test_refuses_a_plain_address_of_another_machine(host: str) -> None:
-    with pytest.raises(UsageError, match="not encrypted.*tls://.*--insecure"):
+    with pytest.raises(UsageError, match=r"not encrypted.*tls://.*--insecure"):
         check_scheduler(f"tcp://{host}:8786")
     assert check_scheduler(f"tcp://{host}:8786", insecure=True)
     assert check_scheduler(f"tls://{host}:8786")
@@ -135,7 +152,7 @@ def test_says_how_to_install_dask(monkeypatch: pytest.MonkeyPatch) -> None:
 
 # A cluster of two processes, one of which is killed in mid-run
 
-VALUES = [0.5 + 0.02 * k for k in range(40)]
+VALUES = [0.5 + 0.04 * k for k in range(24)]
 
 
 @dataclass(frozen=True)
@@ -199,8 +216,7 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
 
 
 def test_gives_the_rows_of_this_machine_although_a_worker_was_killed(killed: Killed) -> None:
-    here = {run.index: run.result for run in run_locally(list_study(*VALUES), tasks(VALUES), 2)}
-    assert killed.rows == [here[index] for index in range(len(VALUES))]
+    assert killed.rows == [run_case(list_study(*VALUES), (value,)) for value in VALUES]
     assert len({str(row.measures) for row in killed.rows}) == len(VALUES)
     assert {row.outcome for row in killed.rows} == {"done"}
 
