@@ -11,7 +11,8 @@ from generator.figure import Figure
 from generator.identification.measured_angles import MeasuredAngles
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.study.parameters import Case, ParameterPath, apply_values, nominal_value
+from generator.study.parameter_paths import Case, ParameterPath, Quantity
+from generator.study.parameters import apply_values, nominal_value
 
 MIN_FRAME, MAX_FRAME = 0.002, 0.02
 """Interval between the frames that are interpolated to the times of the samples [s]."""
@@ -60,10 +61,19 @@ class Unknown:
         return middle * exp(away * log(self.factor))
 
 
-_FACTORS = ("scale", "damping_scale", "mass_scale", "inertia_scale", "mass")
-_RESISTANCES = ("viscous_Nms_rad", "viscous_Ns_m", "coulomb_Nm", "coulomb_N")
-_OFFSET_SIZE, _ANGLE_SIZE, _START_SIZE = 10.0, 10.0, 2.0
-"""Typical changes of an offset, an angle and a measured start angle [deg]."""
+_SCALES = (
+    Quantity.SCALE,
+    Quantity.COUPLED_SCALE,
+    Quantity.DAMPING_SCALE,
+    Quantity.MASS,
+    Quantity.MASS_SCALE,
+    Quantity.INERTIA_SCALE,
+)
+_RESISTANCES = (Quantity.VISCOUS, Quantity.COULOMB)
+_SHIFTS = (Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY)
+
+_SHIFT, _MEASURED_SHIFT = 10.0, 2.0
+"""Typical changes of offsets and start angles, and of start angles that are measured [deg]."""
 
 
 def make_unknown(path: ParameterPath, case: Case, start_angle: float | None = None) -> Unknown:
@@ -75,16 +85,14 @@ def make_unknown(path: ParameterPath, case: Case, start_angle: float | None = No
         start_angle: measured value of a start angle [deg]; None for other quantities.
     """
     if start_angle is not None:
-        return Unknown(path, start_angle, -inf, _START_SIZE, None, is_start=True)
-    nominal, last = nominal_value(path, case), str(path).rpartition(".")[2]
-    if last in _FACTORS:
+        return Unknown(path, start_angle, -inf, _MEASURED_SHIFT, None, is_start=True)
+    nominal = nominal_value(path, case)
+    if path.quantity in _SCALES:
         return Unknown(path, nominal, 1e-3 * nominal, 0.1 * nominal, 3.0)
-    if last in _RESISTANCES:
+    if path.quantity in _RESISTANCES:
         return Unknown(path, nominal, 0.0, max(0.1 * nominal, 0.05), 5.0)
-    if last == "offset_deg":
-        return Unknown(path, nominal, -inf, _OFFSET_SIZE, None)
-    if str(path).startswith(("pose.", "velocity.")):
-        return Unknown(path, nominal, -inf, _ANGLE_SIZE, None)
+    if path.quantity in _SHIFTS:
+        return Unknown(path, nominal, -inf, _SHIFT, None)
     return Unknown(path, nominal, 0.0 if nominal > 0.0 else -inf, 0.1 * abs(nominal) or 0.1, None)
 
 
