@@ -23,6 +23,10 @@ FAILED_RUN_ERROR = 2.0 * np.pi
 RESPONSE = 1e-3
 """Root mean square of the change of the angles over a step of a difference quotient [rad]."""
 
+MIN_WALL_LIMIT, WALL_LIMIT_FACTOR = 10.0, 20.0
+"""Limit of the computing time of a run: this [s], or this times the longest run so far. At values
+far from any body's a run may need a million steps."""
+
 _MASS_STEP = 2e-3
 """Relative step of the masses in a difference quotient."""
 
@@ -138,7 +142,7 @@ class Comparison:
         self.case, self.data, self.unknowns = Case(case.figure, plan), data, tuple(unknowns)
         self.runs = self.failed_runs = 0
         self.failure = ""
-        self._watch = watch
+        self._watch, self._longest_run = watch, 0.0
 
     def case_at(self, values: Array, mass_factor: float = 1.0) -> Case:
         """Return the case with values of the unknowns, and masses and inertias times a factor."""
@@ -181,7 +185,12 @@ class Comparison:
         differences = np.full(self.data.angles.shape, FAILED_RUN_ERROR)
         try:
             case = self.case_at(values, mass_factor)
-            plan = replace(case.plan, tolerance=accuracy.tolerance, step=accuracy.step)
+            plan = replace(
+                case.plan,
+                tolerance=accuracy.tolerance,
+                step=accuracy.step,
+                wall_limit=min(case.plan.wall_limit, self._wall_limit),
+            )
             recording = simulate(case.figure, plan)
         except MoverError as failure:
             return differences.ravel(), str(failure)
@@ -197,8 +206,15 @@ class Comparison:
                 measured = self.data.angles[reached, k]
                 differences[reached, k] = curve(times[reached]) - measured
         differences[~np.isfinite(differences)] = FAILED_RUN_ERROR
+        if recording.outcome.succeeded:
+            self._longest_run = max(self._longest_run, recording.wall_time)
         has_failed = recording.outcome.ending is not Ending.DONE or not bool(reached.all())
         return differences.ravel(), recording.outcome.message if has_failed else None
+
+    @property
+    def _wall_limit(self) -> float:
+        """Limit of the computing time of the next run [s]."""
+        return max(MIN_WALL_LIMIT, WALL_LIMIT_FACTOR * self._longest_run)
 
     def jacobian(
         self,
