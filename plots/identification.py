@@ -23,7 +23,6 @@ from generator.cli.options import (
     Gravity,
     JoiningLaw,
     JointValues,
-    LinksFile,
     LockedJoints,
     PoseFile,
     SpringsChoice,
@@ -40,7 +39,7 @@ from generator.identification.fitted_springs import decimals, fitted_springs_tex
 from generator.identification.measured_angles import read_measured_angles
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
-from generator.study.parameters import Case, parse_path
+from generator.study.parameter_paths import Case, parse_path
 from plots.plate import PICTURE_FORMATS
 
 
@@ -78,7 +77,6 @@ def identify(
         list[str] | None,
         typer.Option("--velocity", metavar="JOINT=a,b,c", help="Initial rates [deg/s or cm/s]."),
     ] = None,
-    links: LinksFile = None,
     locks: LockedJoints = None,
     starts: Annotated[int, typer.Option(min=1, help="Number of starts of the fit.")] = 3,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the starts.")] = 0,
@@ -122,8 +120,8 @@ def identify(
     measured = measured.between(*_window(start, stop))
     start_values, more = start_displacements_from_options(figure, pose, displacements or ())
     diagnostics += more
-    require_simulatable(figure, spring_set, None if links or locks else start_values, diagnostics)
-    constraints, more = constraints_from_options(figure, links, locks or ())
+    require_simulatable(figure, spring_set, None if locks else start_values, diagnostics)
+    constraints, more = constraints_from_options(figure, None, locks or ())
     diagnostics += more
     constraints.check_consistency(figure, displacements or (), 0.0, velocities or ())
     plan = Plan(
@@ -131,7 +129,6 @@ def identify(
         joining=law,
         displacements=start_values,
         velocities=velocities_from_options(velocities or (), figure),
-        links=constraints.links,
         locked=constraints.locked,
     )
     if gravity is not None:
@@ -139,7 +136,7 @@ def identify(
     case = Case(figure, plan)
     paths = [parse_path(text, case) for text in fit]
     files = [path for path in (output, plot) if path is not None]
-    check_writable(files, (figure.path, springs, pose, links, data))
+    check_writable(files, (figure.path, springs, pose, data))
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     load_compiled_integrator(show_progress=show_progress)

@@ -52,8 +52,8 @@ def draw_identification(fit: Fit) -> Figure:
     """Draw measured and simulated angles, residuals with their autocorrelation, and profiles."""
     profiles = [one for one in fit.estimates if one.profile is not None]
     count = len(profiles) + 1
-    columns = min(count, MAX_PANELS_PER_ROW)
-    rows = ceil(count / columns)
+    rows = ceil(count / MAX_PANELS_PER_ROW)
+    columns = ceil(count / rows)
     heights = [4.4, 2.1 * rows]
     with plot_style():
         figure = Figure(figsize=(7.4, sum(heights)), layout="constrained")
@@ -125,12 +125,9 @@ def _draw_profile(axes: Axes, estimate: Estimate, *, is_first: bool) -> None:
 
     The increase of the sum of squares is relative to the variance of the noise.
     """
-    from scipy.interpolate import PchipInterpolator
-
     profile = estimate.profile
     assert profile is not None
     values = np.linspace(float(profile.values[0]), float(profile.values[-1]), _PROFILE_POINTS)
-    curve = PchipInterpolator(profile.values, profile.distances)
     quantile = (estimate.interval[1] - estimate.value) / estimate.sd
     low, high = (
         float(edge) if end is None else end
@@ -140,7 +137,7 @@ def _draw_profile(axes: Axes, estimate: Estimate, *, is_first: bool) -> None:
     )
     parabola = ((values - estimate.value) / estimate.sd) ** 2
     axes.axvspan(low, high, color=PALE, alpha=0.7, lw=0.0)
-    axes.plot(values, np.asarray(curve(values)) ** 2, color=BLUE, lw=2.4, label="profile")
+    axes.plot(values, profile.increase(values), color=BLUE, lw=2.4, label="profile")
     axes.plot(values, parabola, "--", color=VERMILION, lw=1.0, label="from the sd")
     axes.axhline(quantile**2, color=BLACK, lw=0.8, ls=":")
     axes.set_ylim(0.0, _PROFILE_HEIGHT)

@@ -11,7 +11,8 @@ from generator.figure import Figure
 from generator.identification.measured_angles import MeasuredAngles
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.study.parameters import Case, ParameterPath, apply_values, nominal_value
+from generator.study.parameter_paths import Case, ParameterPath, Quantity
+from generator.study.parameters import apply_values, nominal_value
 
 MIN_FRAME, MAX_FRAME = 0.002, 0.02
 """Interval between the frames that are interpolated to the times of the samples [s]."""
@@ -21,6 +22,10 @@ FAILED_RUN_ERROR = 2.0 * np.pi
 
 RESPONSE = 1e-3
 """Root mean square of the change of the angles over a step of a difference quotient [rad]."""
+
+MIN_WALL_LIMIT, WALL_LIMIT_FACTOR = 10.0, 20.0
+"""Limit of the computing time of a run: this [s], or this times the longest run so far. At values
+far from any body's a run may need a million steps."""
 
 _MASS_STEP = 2e-3
 """Relative step of the masses in a difference quotient."""
@@ -60,10 +65,19 @@ class Unknown:
         return middle * exp(away * log(self.factor))
 
 
-_FACTORS = ("scale", "damping_scale", "mass_scale", "inertia_scale", "mass")
-_RESISTANCES = ("viscous_Nms_rad", "viscous_Ns_m", "coulomb_Nm", "coulomb_N")
-_OFFSET_SIZE, _ANGLE_SIZE, _START_SIZE = 10.0, 10.0, 2.0
-"""Typical changes of an offset, an angle and a measured start angle [deg]."""
+_SCALES = (
+    Quantity.SCALE,
+    Quantity.COUPLED_SCALE,
+    Quantity.DAMPING_SCALE,
+    Quantity.MASS,
+    Quantity.MASS_SCALE,
+    Quantity.INERTIA_SCALE,
+)
+_RESISTANCES = (Quantity.VISCOUS, Quantity.COULOMB)
+_SHIFTS = (Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY)
+
+_SHIFT, _MEASURED_SHIFT = 10.0, 2.0
+"""Typical changes of offsets and start angles, and of start angles that are measured [deg]."""
 
 
 def make_unknown(path: ParameterPath, case: Case, start_angle: float | None = None) -> Unknown:
@@ -75,16 +89,14 @@ def make_unknown(path: ParameterPath, case: Case, start_angle: float | None = No
         start_angle: measured value of a start angle [deg]; None for other quantities.
     """
     if start_angle is not None:
-        return Unknown(path, start_angle, -inf, _START_SIZE, None, is_start=True)
-    nominal, last = nominal_value(path, case), str(path).rpartition(".")[2]
-    if last in _FACTORS:
+        return Unknown(path, start_angle, -inf, _MEASURED_SHIFT, None, is_start=True)
+    nominal = nominal_value(path, case)
+    if path.quantity in _SCALES:
         return Unknown(path, nominal, 1e-3 * nominal, 0.1 * nominal, 3.0)
-    if last in _RESISTANCES:
+    if path.quantity in _RESISTANCES:
         return Unknown(path, nominal, 0.0, max(0.1 * nominal, 0.05), 5.0)
-    if last == "offset_deg":
-        return Unknown(path, nominal, -inf, _OFFSET_SIZE, None)
-    if str(path).startswith(("pose.", "velocity.")):
-        return Unknown(path, nominal, -inf, _ANGLE_SIZE, None)
+    if path.quantity in _SHIFTS:
+        return Unknown(path, nominal, -inf, _SHIFT, None)
     return Unknown(path, nominal, 0.0 if nominal > 0.0 else -inf, 0.1 * abs(nominal) or 0.1, None)
 
 
@@ -130,7 +142,7 @@ class Comparison:
         self.case, self.data, self.unknowns = Case(case.figure, plan), data, tuple(unknowns)
         self.runs = self.failed_runs = 0
         self.failure = ""
-        self._watch = watch
+        self._watch, self._longest_run = watch, 0.0
 
     def case_at(self, values: Array, mass_factor: float = 1.0) -> Case:
         """Return the case with values of the unknowns, and masses and inertias times a factor."""
@@ -173,7 +185,12 @@ class Comparison:
         differences = np.full(self.data.angles.shape, FAILED_RUN_ERROR)
         try:
             case = self.case_at(values, mass_factor)
-            plan = replace(case.plan, tolerance=accuracy.tolerance, step=accuracy.step)
+            plan = replace(
+                case.plan,
+                tolerance=accuracy.tolerance,
+                step=accuracy.step,
+                wall_limit=min(case.plan.wall_limit, self._wall_limit),
+            )
             recording = simulate(case.figure, plan)
         except MoverError as failure:
             return differences.ravel(), str(failure)
@@ -189,8 +206,15 @@ class Comparison:
                 measured = self.data.angles[reached, k]
                 differences[reached, k] = curve(times[reached]) - measured
         differences[~np.isfinite(differences)] = FAILED_RUN_ERROR
+        if recording.outcome.succeeded:
+            self._longest_run = max(self._longest_run, recording.wall_time)
         has_failed = recording.outcome.ending is not Ending.DONE or not bool(reached.all())
         return differences.ravel(), recording.outcome.message if has_failed else None
+
+    @property
+    def _wall_limit(self) -> float:
+        """Limit of the computing time of the next run [s]."""
+        return max(MIN_WALL_LIMIT, WALL_LIMIT_FACTOR * self._longest_run)
 
     def jacobian(
         self,

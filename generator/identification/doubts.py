@@ -95,8 +95,8 @@ def _bound_doubts(fit: Fit) -> Iterator[str]:
     for one in fit.estimates:
         if one.at_bound:
             yield (
-                f"{one.path} is at its smallest value, {one.value:.3g}: its interval is that of "
-                "the profile, and those of the others presume that it may be smaller"
+                f"{one.path} is at its smallest value: use the intervals by profile, since the "
+                "standard deviations presume that it may be smaller"
             )
 
 

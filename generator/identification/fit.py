@@ -31,7 +31,7 @@ from generator.identification.uncertainty import (
     linear_uncertainty,
 )
 from generator.rotations import Array
-from generator.study.parameters import Case, ParameterPath, parse_path
+from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
 
 MAX_BIAS = 0.1
 """Largest bias of an estimate by the error of the runs [sd]."""
@@ -54,6 +54,11 @@ _MAX_EVALUATIONS = 60
 _SAME_MINIMUM = 1e-3
 """Relative difference of the sums of squares below which two starts have found the same."""
 
+_MASSES = (Quantity.MASS, Quantity.MASS_SCALE, Quantity.INERTIA_SCALE)
+
+_AT_BOUND = 1e-6
+"""Distance from a bound, relative to the typical change, below which a value is put there."""
+
 _NO_RESPONSE = 1e-7
 """Change of the angles over the typical change of a quantity that counts as none [rad]."""
 
@@ -70,7 +75,6 @@ class FitOptions:
             all estimates is below `MAX_BIAS`.
         step: fixed step of the runs [s]; None for error control.
         profiles: whether profiles are computed.
-        fit_start: whether the start angles of measured joints are estimated where they are not set.
     """
 
     sd: float | None = None
@@ -79,7 +83,6 @@ class FitOptions:
     tolerance: float | None = None
     step: float | None = None
     profiles: bool = True
-    fit_start: bool = True
 
     def __post_init__(self) -> None:
         """Check the values. Raises UsageError."""
@@ -215,9 +218,7 @@ def fit_springs(
     """
     options = options or FitOptions()
     data = data.without((*case.plan.locked, *case.plan.drives))
-    unknowns = [make_unknown(path, case) for path in paths]
-    if options.fit_start:
-        unknowns += start_angles(case, data, paths)
+    unknowns = [make_unknown(path, case) for path in paths] + start_angles(case, data, paths)
     if not paths:
         raise UsageError("nothing to fit: name a quantity with --fit")
     if len({str(path) for path in paths}) < len(paths):
@@ -331,6 +332,8 @@ def _descend(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[
 def _polish(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[Array, Array]:
     """Fit with central differences near the minimum; return the values, and the Jacobian there."""
     _, values = _least_squares(comparison, accuracy, start, _MAX_EVALUATIONS, 1e-10, central=True)
+    lower = np.array([one.lower for one in comparison.unknowns])
+    values = np.where(values - lower < _AT_BOUND * _sizes(comparison), lower, values)
     jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps())
     jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps(jacobian))
     return values, jacobian
@@ -426,7 +429,7 @@ def _describe_null_direction(
             changes.append(f"{10.0 * relative[k] * np.sign(values[k]):+.2g} %")
         else:
             changes.append(f"{0.1 * relative[k] * scales[k]:+.2g} {unknown.path.unit}".rstrip())
-        if ".mass" in str(unknown.path):
+        if unknown.path.quantity in _MASSES:
             masses.append(str(unknown.path))
     hint = (
         f"measure the mass and leave out {masses[0]}"
@@ -477,11 +480,8 @@ def _estimates(
     freedom = residuals.size - len(values)
     level = 0.5 * (1.0 + CONFIDENCE)
     quantile = float(t.ppf(level, freedom) if options.sd is None else norm.ppf(level))
-    has_masses = any(
-        ".mass" in str(one.path) or "inertia" in str(one.path) for one in comparison.unknowns
-    )
     mass_slopes = None
-    if not has_masses:
+    if not any(one.path.quantity in _MASSES for one in comparison.unknowns):
         mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
     lower = np.array([one.lower for one in comparison.unknowns])
     estimates: list[Estimate] = []

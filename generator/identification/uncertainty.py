@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -60,7 +61,8 @@ def linear_uncertainty(jacobian: Array) -> LinearUncertainty:
 def gauss_newton_move(jacobian: Array, residuals: Array) -> Array:
     """Change of the unknowns, shape (p,), at which linear residuals are least."""
     lengths = np.linalg.norm(jacobian, axis=0)
-    return -np.linalg.lstsq(jacobian / lengths, residuals, rcond=None)[0] / lengths
+    moves = cast("Array", np.linalg.lstsq(jacobian / lengths, residuals, rcond=None)[0])
+    return -moves / lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +81,27 @@ class Profile:
 
     def interval(self, quantile: float) -> tuple[float | None, float | None]:
         """Ends of the values whose distance is at most `quantile`; None for an open end."""
+        fine = np.linspace(float(self.values[0]), float(self.values[-1]), _FINE_POINTS)
+        inside = fine[self.increase(fine) <= quantile**2]
+        low = float(inside[0]) if inside[0] > fine[0] else None
+        high = float(inside[-1]) if inside[-1] < fine[-1] else None
+        return low, high
+
+    def increase(self, values: Array) -> Array:
+        """Increase of the sum of squares over the variance at other values, shape of `values`.
+
+        Between the points of the profile the signed root is interpolated, which is a line for a
+        linear model; beside an estimate at the end of its range, the increase itself.
+        """
         from scipy.interpolate import PchipInterpolator
 
-        growing = np.concatenate([[True], np.diff(np.maximum.accumulate(self.distances)) > 0.0])
-        distances, values = self.distances[growing], self.values[growing]
-        curve = PchipInterpolator(distances, values)
-        low = float(curve(-quantile)) if distances[0] <= -quantile else None
-        high = float(curve(quantile)) if distances[-1] >= quantile else None
-        return low, high
+        if 0.0 in self.distances[[0, -1]]:
+            return np.asarray(PchipInterpolator(self.values, self.distances**2)(values))
+        return np.asarray(PchipInterpolator(self.values, self.distances)(values)) ** 2
+
+
+_FINE_POINTS = 20_001
+"""Number of values among which the ends of an interval are found."""
 
 
 def compute_profile(

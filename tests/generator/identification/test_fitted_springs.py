@@ -1,0 +1,63 @@
+"""Springs file of a fit, read back."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import UsageError
+from generator.figure_file import read_figure
+from generator.identification.fit import Fit, FitOptions, fit_springs
+from generator.identification.fitted_springs import describe_fit, fitted_springs_text
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
+from generator.study.parameter_paths import Case, parse_path
+from tests.swings import TRUTH, VISCOUS, swing, write_leg
+
+ALONE = FitOptions(starts=1, profiles=False)
+
+
+def fit_leg(folder: Path, *texts: str) -> Fit:
+    figure = read_figure(write_leg(folder))
+    case = Case(figure, Plan(springs=read_springs(None, figure)))
+    return fit_springs(case, swing(), [parse_path(text, case) for text in texts], ALONE)
+
+
+def test_a_file_gives_the_fitted_motion(tmp_path: Path):
+    fit = fit_leg(tmp_path, *TRUTH)
+    file = tmp_path / "leg.fitted.springs.toml"
+    file.write_text(fitted_springs_text(fit, file), encoding="utf-8")
+    springs = read_springs("fitted", fit.nominal.figure)
+    runs = [
+        simulate(fit.case.figure, replace(fit.case.plan, springs=one, tolerance=1e-8))
+        for one in (springs, fit.case.springs)
+    ]
+    first, second = (run.displacements["left_knee"] for run in runs)
+    np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-7)
+    spring = springs.joints["left_knee"].axes[0]
+    assert spring.damping.viscous == fit.values[VISCOUS]
+    assert spring.reference == "invented"
+    assert describe_fit(fit) in spring.why
+    assert "151 angles of swing.csv, 0 to 3 s, given the masses of the figure" in spring.why
+
+
+def test_damping_alone_keeps_the_elastic_law(tmp_path: Path):
+    fit = fit_leg(tmp_path, VISCOUS)
+    text = fitted_springs_text(fit, tmp_path / "leg.fitted.springs.toml")
+    assert "viscous_Nms_rad" in text
+    assert "points_deg_Nm" not in text
+    assert text.startswith("# Made by mover identify.\n# left_knee.viscous_Nms_rad 0.3")
+
+
+def test_the_springs_before_the_fit_are_not_overwritten(tmp_path: Path):
+    fit = fit_leg(tmp_path, VISCOUS)
+    with pytest.raises(UsageError, match="choose another name"):
+        fitted_springs_text(fit, tmp_path / "leg.springs.toml")
+
+
+def test_a_fit_without_springs_writes_none(tmp_path: Path):
+    fit = fit_leg(tmp_path, "segments.shank.inertia_scale")
+    with pytest.raises(UsageError, match="the fit has changed none"):
+        fitted_springs_text(fit, tmp_path / "leg.fitted.springs.toml")
