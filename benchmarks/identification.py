@@ -237,9 +237,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _progress(rows: Iterator[dict[str, object]], count: int) -> Iterator[dict[str, object]]:
     for done, row in enumerate(rows, start=1):
-        print(f"\r{done} of {count}", end="", file=sys.stderr, flush=True)
+        errors = ", ".join(f"{_error(row, name):+.2f}" for name in (*RANGES, "start_deg"))
+        print(f"{done} of {count}: errors {errors} sd", flush=True)
         yield row
-    print(file=sys.stderr)
 
 
 def _report_coverage(rows: Sequence[dict[str, object]]) -> None:

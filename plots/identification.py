@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from enum import StrEnum
 from math import degrees, inf, isfinite
 from pathlib import Path
 from typing import Annotated
@@ -40,7 +41,14 @@ from generator.identification.measured_angles import read_measured_angles
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 from generator.study.parameter_paths import Case, parse_path
+from plots.pendulum_test import pendulum_tests
 from plots.plate import PICTURE_FORMATS
+
+
+class Protocol(StrEnum):
+    """Test of joints whose numbers are reported."""
+
+    PENDULUM = "pendulum"
 
 
 def identify(
@@ -56,6 +64,13 @@ def identify(
     fit: Annotated[
         list[str] | None,
         typer.Option("--fit", metavar="PATH", help="Quantity to fit: springs.knee.scale."),
+    ] = None,
+    protocol: Annotated[
+        Protocol | None,
+        typer.Option(
+            help="Report the numbers of a test: `pendulum`, the swing of a released limb. Without "
+            "--fit nothing is fitted."
+        ),
     ] = None,
     sd: Annotated[
         str | None,
@@ -103,7 +118,7 @@ def identify(
     states it. The options --fit, --set, --velocity and --lock may be repeated.
     """
     _check_options(output, plot, tolerance, step)
-    if not fit:
+    if not fit and (protocol is None or output is not None or plot is not None):
         raise UsageError("nothing to fit: name a quantity, such as --fit springs.knee.scale")
     options = FitOptions(
         sd=None if sd is None else angle_from_option("--sd", sd),
@@ -118,6 +133,15 @@ def identify(
     measured, more = read_measured_angles(data, figure)
     diagnostics += more
     measured = measured.between(*_window(start, stop))
+    tests = pendulum_tests(measured) if protocol is Protocol.PENDULUM else ()
+    texts = [paragraph for test in tests for paragraph in test.paragraphs()]
+    numbers = {"pendulum": [test.as_json() for test in tests]} if tests else {}
+    if not fit:
+        return CommandResult(
+            text="\n\n".join(texts),
+            data={"figure": name, "data": measured.name, **numbers},
+            diagnostics=diagnostics,
+        )
     start_values, more = start_displacements_from_options(figure, pose, displacements or ())
     diagnostics += more
     require_simulatable(figure, spring_set, None if locks else start_values, diagnostics)
@@ -158,8 +182,8 @@ def identify(
         contents[plot] = render_figure(draw_identification(fitted), plot.suffix.lower()[1:])
     write_files(contents)
     return CommandResult(
-        text="\n\n".join(_format_paragraphs(fitted, files)),
-        data=_json_data(name, fitted, files),
+        text="\n\n".join([*texts, *_format_paragraphs(fitted, files)]),
+        data={**_json_data(name, fitted, files), **numbers},
         diagnostics=diagnostics,
         details=_format_starts(fitted),
     )
