@@ -102,9 +102,7 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     ),
 }
 
-FILES = sorted(
-    path for path in FAULTS.glob("*/*") if path.is_file() and path.suffix != ".expected"
-)
+FILES = sorted(path for path in FAULTS.glob("*/*") if path.is_file() and path.suffix != ".expected")
 
 
 def test_every_kind_has_files_and_every_answer_its_file():
