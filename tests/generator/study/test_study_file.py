@@ -208,6 +208,9 @@ def test_files_are_searched_in_the_folder_of_the_study(
     study = read_study(folder / "s.study.toml")
     assert study.figure.path == folder / "own.fig"
     assert study.name == "own"
+    (folder / "pendulum").write_text((FIGURES / "fourbar.fig").read_text("utf-8"), "utf-8")
+    parsed = parse_study_text(EXAMPLE.replace("shoulder.2 [deg]", "kinetic [J]"), folder)
+    assert parsed.require_value().figure == read_figure("fourbar")  # before the shipped pendulum
     (elsewhere / "other.fig").write_text("", "utf-8")
     parsed = parse_study_text(EXAMPLE.replace("pendulum", "other.fig"), folder)
     assert "no file `other.fig`" in parsed.diagnostics[0].message
@@ -272,6 +275,14 @@ def test_a_warning_does_not_refuse_a_study():
     assert parsed.value is not None
     parsed = parse_study_text(EXAMPLE.replace("64", "60") + "[sensitivity]\n", FIGURES)
     assert [one.severity for one in parsed.diagnostics] == [Severity.ERROR]
+
+
+@pytest.mark.parametrize("runs", [1, 2, 3, 4, 6, 7, 1023, 1024, 1025])
+def test_powers_of_two_have_no_warning(runs: int):
+    parsed = parse_study_text(EXAMPLE.replace("64", str(runs)), FIGURES)
+    assert parsed.value is not None
+    is_power = runs in [1 << k for k in range(11)]
+    assert (parsed.diagnostics == ()) is is_power
 
 
 PIECES = (
