@@ -407,7 +407,7 @@ def _failures(rows: Sequence[RunResult]) -> Iterator[str]:
     first: dict[str, tuple[int, str]] = {}
     for number, row in enumerate(rows):
         if row.outcome != DONE:
-            first.setdefault(row.outcome, (number, row.message))
+            first.setdefault(row.outcome, (number, " ".join(row.message.split())))
     if first:
         yield "\n".join(
             f"{outcome}, first in run {number}: {message}"
