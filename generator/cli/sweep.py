@@ -182,10 +182,9 @@ def _choose_engine(
     count = jobs or cores()
     if scheduler is None:
         return partial(run_locally, jobs=count), count
-    from generator.study.cluster import LOCAL, parse_address, run_on_cluster
+    from generator.study.cluster import LOCAL, check_scheduler, run_on_cluster
 
-    if scheduler != LOCAL:
-        parse_address(scheduler, insecure=insecure)
+    check_scheduler(scheduler, insecure=insecure)
     engine = partial(run_on_cluster, address=scheduler, jobs=count, insecure=insecure)
     return engine, count if scheduler == LOCAL else None
 
@@ -407,7 +406,7 @@ def _failures(rows: Sequence[RunResult]) -> Iterator[str]:
     first: dict[str, tuple[int, str]] = {}
     for number, row in enumerate(rows):
         if row.outcome != DONE:
-            first.setdefault(row.outcome, (number, row.message))
+            first.setdefault(row.outcome, (number, " ".join(row.message.split())))
     if first:
         yield "\n".join(
             f"{outcome}, first in run {number}: {message}"

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import signal
 import threading
 import time
@@ -13,6 +14,10 @@ from statistics import median
 import pytest
 from typer.testing import Result
 
+from generator.cli.progress import sweep_progress_bar
+from generator.study.study import RunResult
+from generator.study.sweep import SweepProgress
+from generator.study.worker_pool import FinishedRun
 from tests.command import answer, mover, run
 
 STUDY = """\
@@ -161,3 +166,20 @@ def test_dry_run_of_a_first_run_that_fails(tmp_path: Path) -> None:
     assert result.exit_code == 3
     assert (data["outcome"], data["run_s"]) == ("wrong input", None)
     assert "error: the first run failed, wrong input: `springs.shoulder.scale`" in result.stderr
+
+
+def test_the_bar_shows_runs_rate_and_failures(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "100")
+    outcomes = ("done", "wrong input", "done")
+    with sweep_progress_bar(8) as update:
+        update(SweepProgress(2, 8))
+        for number, outcome in enumerate(outcomes, 3):
+            run = FinishedRun(number - 1, RunResult(outcome, "", {}), 0.1)
+            update(SweepProgress(number, 8, run))
+    shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capsys.readouterr().err)
+    assert "5 of 8 runs" in shown
+    assert "runs/s" in shown
+    assert "1 failed" in shown

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import ModelError, MoverError
+from generator.figure import AxisKind, Joint, JointAxis, Vector
 from generator.figure_file.read import read_figure
 from generator.joint_chain import build_chain
 from generator.person.survey import Sex
@@ -146,6 +147,28 @@ def test_both_sides_get_mirrored_torques(reverse: bool, shift: float, scale: flo
             elastic(left), sign * elastic(right, sign * ANGLES), rtol=1e-9, atol=1e-9
         )
     assert axis_of(changed, "left_knee") is axis_of(one, "left_knee")
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+def test_slides_of_both_sides_are_mirrored(direction: Vector) -> None:
+    """As the displacements of the pose are, whose signs have tests of their own."""
+    knees = [MALE.figure.joints[name] for name in ("left_knee", "right_knee")]
+    slide = (JointAxis(AxisKind.TRANSLATION, direction),)
+    figure = MALE.figure.with_parts(
+        *(Joint(knee.name, knee.parent, knee.child, slide) for knee in knees)
+    )
+    spring = AxisSpring(direction, (Linear(100.0),), Damping(5.0))
+    joints = {knee.name: JointSprings(knee.name, (), (spring,)) for knee in knees}
+    one = Case(figure, replace(MALE.plan, springs=SpringSet(joints)))
+    changed = vary(
+        one, springs__knee__offset_cm=2.0, springs__knee__viscous_Ns_m=7.0, pose__knee=2.0
+    )
+    for knee in knees:
+        (moved,) = changed.springs.joints[knee.name].translations
+        (start,) = changed.plan.displacements[knee.name]
+        assert moved.elastic[0].torque(start) == pytest.approx(0.0, abs=1e-12)
+        assert moved.damping.viscous == 7.0
+        assert abs(start) == 0.02
 
 
 def test_one_side_alone() -> None:
@@ -334,6 +357,15 @@ def test_case_of_a_person() -> None:
     assert built.springs == vary(Case(figure, Plan(springs=springs)), springs__scale=2.0).springs
     with pytest.raises(MoverError, match="stature"):
         build_case(one, (5.0, 0.85, 1.0))
+
+
+def test_person_with_a_floor_has_contact_spheres() -> None:
+    person = PersonArguments(Sex.MALE, 1.75, 75.0, "none")
+    one = study(person, size="person.stature")
+    floor = replace(one.plan, scene=Scene.floor(), free_root=True)
+    for plan, has_spheres in ((floor, True), (one.plan, False)):
+        head = build_case(replace(one, plan=plan), (1.7,)).figure.segments["head"]
+        assert bool(head.contact_spheres) is has_spheres
 
 
 def test_case_of_a_person_of_whom_only_springs_vary() -> None:
