@@ -207,7 +207,8 @@ def _draw_ranking(
     width = 36 if current_medium().is_narrow else 90
     heading = fill(_measure_title(title, measure.column, measure.take), width)
     axes.set_title(heading, loc="left", fontweight="bold", parse_math=False)
-    axes.set_yticks(range(len(shown)), shown, parse_math=False)
+    labels = [fill(name, 14 if current_medium().is_narrow else 28) for name in shown]
+    axes.set_yticks(range(len(shown)), labels, parse_math=False)
     axes.set_ylim(max(len(shown), 1) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0.0)
     axes.grid(visible=False, axis="y")
@@ -346,7 +347,10 @@ MAX_SHOWN = 4
 _SCATTER_HEIGHT = 1.75
 """Height of a row of panels [inch]."""
 
-_MIN_RUNS_PER_BIN = 10
+_CHARACTERS_PER_INCH = 12.0
+"""Characters of a title on an inch of a panel."""
+
+_MIN_RUNS_PER_BIN = 20
 _MAX_BINS = 8
 _QUANTILES = (0.1, 0.5, 0.9)
 
@@ -421,18 +425,20 @@ def measure_plates(runs: StudyRuns, stem: str) -> Iterator[Plate]:
 def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate:
     """Return the plate of some measures over the parameters on which they depend most."""
     shown = _most_correlated(runs, measures)
+    # A title that is wider than its panel would take the room of the others.
+    characters = int(_CHARACTERS_PER_INCH * (current_medium().width - 0.6) / len(shown))
     failed = int((~runs.is_done).sum())
     with plot_style():
         figure, panels = create_panels(
             1.1 + _SCATTER_HEIGHT * len(measures), len(measures), len(shown)
         )
         for row, measure in zip(panels, measures, strict=True):
-            title = fill(runs.titles[measure], 28)
-            row[0].set_ylabel(title, fontsize=7.5, parse_math=False)
+            title = fill(runs.titles[measure], characters)
+            row[0].set_title(title, loc="left", fontsize=8.0, fontweight="bold", parse_math=False)
             for axes, parameter in zip(row, shown, strict=True):
                 _draw_runs(axes, runs, parameter, measure)
         for axes, parameter in zip(panels[-1], shown, strict=True):
-            axes.set_xlabel(parameter, fontsize=8.0, parse_math=False)
+            axes.set_xlabel(fill(parameter, characters), fontsize=8.0, parse_math=False)
         _add_runs_legend(figure, is_any_failed=failed > 0)
         sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
         add_footer(figure, sign, ())
@@ -484,15 +490,10 @@ def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> Non
     good = runs.is_done & np.isfinite(y)
     axes.plot(x[good], y[good], ".", color=GREY, ms=3.0, mew=0.0, alpha=0.6, rasterized=True)
     failed = x[~runs.is_done]
-    axes.plot(
-        failed,
-        np.full(len(failed), 0.02),
-        "x",
-        color=VERMILION,
-        ms=4.0,
-        transform=axes.get_xaxis_transform(),
-        clip_on=False,
-    )
+    if len(failed):  # the layout fails with empty lines that are not clipped
+        height = np.full(len(failed), 0.02)
+        transform = axes.get_xaxis_transform()
+        axes.plot(failed, height, "x", color=VERMILION, ms=4.0, transform=transform, clip_on=False)
     centres, quantiles = _running_quantiles(x[good], y[good])
     if len(centres):
         axes.fill_between(centres, quantiles[0], quantiles[2], color=BLUE, alpha=0.2, lw=0.0)

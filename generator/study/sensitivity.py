@@ -15,7 +15,7 @@ References:
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite, nan
@@ -67,6 +67,12 @@ class Estimate:
     low: float
     high: float
 
+
+_KINDS = {
+    DesignKind.SOBOL: (IndexKind.FIRST, IndexKind.TOTAL),
+    DesignKind.MORRIS: (IndexKind.MU_STAR, IndexKind.MU, IndexKind.SIGMA),
+}
+"""Indices of each design."""
 
 Indices = Mapping[str, Mapping[IndexKind, Estimate]]
 """Indices of a measure, by parameter."""
@@ -158,37 +164,40 @@ def read_indices(path: Path) -> StudyIndices:
 def _parse_indices(source: Source, diagnostics: Diagnostics) -> StudyIndices | None:
     try:
         data = json.loads(source.text)
+        kind, paths = DesignKind(data["design"]), data["parameters"]
         return StudyIndices(
             name=str(data["figure"]),
-            kind=DesignKind(data["design"]),
+            kind=kind,
             samples=int(data["samples"]),
             confidence=float(data["confidence"]),
             resamples=int(data["resamples"]),
-            paths={name: tuple(paths) for name, paths in data["parameters"].items()},
-            measures={name: _measure(each) for name, each in data["measures"].items()},
+            paths={name: tuple(map(str, each)) for name, each in paths.items()},
+            measures={
+                name: _measure(each, paths, _KINDS[kind]) for name, each in data["measures"].items()
+            },
         )
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
         diagnostics.error("this is not a file of sensitivity indices", None, "run the sweep again")
         return None
 
 
-def _measure(data: Any) -> MeasureIndices:
+def _measure(data: Any, paths: Container[str], expected: Collection[IndexKind]) -> MeasureIndices:
     """Return the indices of one measure of JSON data; raises as wrong data do."""
-    parameters = {
-        str(parameter): {
-            IndexKind(kind): Estimate(
+    parameters: dict[str, dict[IndexKind, Estimate]] = {}
+    for parameter, kinds in data["indices"].items():
+        if parameter not in paths or set(kinds) != set(expected):
+            raise ValueError
+        parameters[parameter] = {
+            kind: Estimate(
                 *(
-                    nan if each[key] is None else float(each[key])
+                    nan if kinds[kind][key] is None else float(kinds[kind][key])
                     for key in ("value", "low", "high")
                 )
             )
-            for kind, each in kinds.items()
+            for kind in expected
         }
-        for parameter, kinds in data["indices"].items()
-    }
-    return MeasureIndices(
-        str(data["column"]), str(data["take"]), int(data["samples"]), parameters, data["message"]
-    )
+    column, take, message = (str(data[key]) for key in ("column", "take", "message"))
+    return MeasureIndices(column, take, int(data["samples"]), parameters, message)
 
 
 def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices:
@@ -293,7 +302,7 @@ def sobol_indices(
         return np.stack([first, 0.5 * square / variance], axis=-2)
 
     value, low, high = _estimate(terms, indices, settings, seed)
-    return _by_parameter((IndexKind.FIRST, IndexKind.TOTAL), value, low, high, dimension)
+    return _by_parameter(_KINDS[DesignKind.SOBOL], value, low, high, dimension)
 
 
 def morris_effects(
@@ -329,8 +338,7 @@ def morris_effects(
         return np.stack([size, centre + mean, np.sqrt(variance)], axis=-2)
 
     value, low, high = _estimate(terms, moments, settings, seed)
-    kinds = (IndexKind.MU_STAR, IndexKind.MU, IndexKind.SIGMA)
-    return _by_parameter(kinds, value, low, high, dimension)
+    return _by_parameter(_KINDS[DesignKind.MORRIS], value, low, high, dimension)
 
 
 def _estimate(

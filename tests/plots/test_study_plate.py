@@ -21,7 +21,7 @@ from generator.study.sensitivity import (
 )
 from generator.study.study import DesignKind, Measure, Parameter, RunResult, Study, Take, Uniform
 from generator.study.sweep import STUDY_NAME, TABLE_NAME
-from plots.canvas import plot_style
+from plots.canvas import add_title, plot_style
 from plots.medium import Medium, drawing_for, prepare_for_paper
 from plots.study_plate import (
     MAX_MEASURES,
@@ -167,6 +167,24 @@ def test_many_parameters_end_in_a_line_of_text() -> None:
     assert all(len(column) == MAX_RANKED + 3 for column in plate.tables["1_m0"].values())
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("width", [85, 174])
+def test_layout_has_room_for_long_names(width: int) -> None:
+    made = many(3, 2)
+    names_of = {f"q{k}": f"{k}_" + "scale_of_a_joint" * 4 for k in range(3)}
+    measures = {
+        f"{name}_{'measure' * 5}": replace(
+            one, parameters={names_of[each]: found for each, found in one.parameters.items()}
+        )
+        for name, one in made.measures.items()
+    }
+    made = replace(made, measures=measures, paths=dict.fromkeys(names_of.values(), ("a",)))
+    with drawing_for(Medium.paper(width)), plot_style():
+        (plate,) = sensitivity_plates(made, "fall")
+        prepare_for_paper(plate.figure)
+        plate.figure.draw_without_rendering()
+
+
 def test_many_measures_have_several_plates() -> None:
     plates = list(sensitivity_plates(many(2, MAX_MEASURES + 1), "fall"))
     assert [plate.name for plate in plates] == ["fall_sensitivity_1", "fall_sensitivity_2"]
@@ -246,11 +264,22 @@ def test_most_influential_parameters_are_shown() -> None:
     assert set(plate.tables["runs"]) == {*parameters, "m"}
 
 
-@pytest.mark.parametrize("count", [0, 1, 3])
-def test_few_runs_are_drawn(count: int) -> None:
-    values = np.arange(count, dtype=float)
-    (plate,) = measure_plates(runs_of({"a": values}, {"m": np.full(count, np.nan)}), "fall")
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("count", [1, 3, 100])
+@pytest.mark.parametrize("value", [np.nan, 2.0])
+def test_layout_has_room_for_titles_of_few_runs_and_of_many(count: int, value: float) -> None:
+    parameters = {f"p{k}": np.arange(count, dtype=float) for k in range(MAX_SHOWN)}
+    title = "a_measure: time of the largest right_acromioclavicular_joint.2 [deg]"
+    measures = {"m": np.full(count, value), "n": np.full(count, value)}
+    runs = replace(runs_of(parameters, measures), titles=dict.fromkeys(measures, title))
+    (plate,) = measure_plates(runs, "fall")
     assert f"{count} runs" in plate.title
+    with plot_style():
+        add_title(plate.figure, plate.title)
+        plate.figure.draw_without_rendering()
+    size = plate.figure.axes[0].get_position()
+    assert size.width > 0.15
+    assert size.height > 0.15
 
 
 def test_command_draws_a_folder(folder: Path, tmp_path: Path) -> None:

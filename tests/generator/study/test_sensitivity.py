@@ -310,6 +310,25 @@ def test_damaged_file_is_an_input_error(
         read_indices(path)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"total"', '"sigma"'),
+        ('"p0": {', '"p9": {'),
+        ('"sobol"', '"morris"'),
+        ('"sobol"', '"grid"'),
+    ],
+)
+def test_file_of_other_indices_is_an_input_error(old: str, new: str, tmp_path: Path) -> None:
+    path = tmp_path / INDICES_NAME
+    write_indices(estimate(ISHIGAMI, known_study(ISHIGAMI, DesignKind.SOBOL, 16)), path)
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match="not a file of sensitivity indices"):
+        read_indices(path)
+
+
 def test_missing_file_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_indices(tmp_path / INDICES_NAME)
