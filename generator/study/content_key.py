@@ -36,7 +36,8 @@ def content_key(study: Study, points: Array, versions: Versions) -> str:
     """Return the SHA-256 of all that the rows of a study depend on, in hexadecimal.
 
     It covers the points as well as the design, since a library may draw others from the same seed.
-    The names of files have no effect, but the psurfs do, which give contact spheres.
+    The names of files have no effect, but the psurfs do, which give contact spheres. Sensitivity
+    indices have none beyond the points, since they are computed from the rows.
 
     Args:
         study: with the springs in its plan.
@@ -51,7 +52,8 @@ def content_key(study: Study, points: Array, versions: Versions) -> str:
     if springs is None:
         raise ValueError("the plan of a study needs its springs")
     plan = replace(study.plan, springs=replace(springs, origin=""), spring_choice=None)
-    return digest((replace(study, plan=plan), points, _psurf_digests(study.figure), versions))
+    counted = replace(study, name="", plan=plan, sensitivity=None)
+    return digest((counted, points, _psurf_digests(study.figure), versions))
 
 
 def digest(value: object) -> str:

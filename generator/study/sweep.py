@@ -128,7 +128,7 @@ def run_sweep(
         with open_journal(journal_path, content.size) as journal:
             if content.header is None:
                 journal.begin(header)
-                _write(folder / STUDY_NAME, partial(write_atomic, content=study.text))
+            _write(folder / STUDY_NAME, partial(write_atomic, content=study.text))
             if keep_motions:
                 _create_folder(folder / MOTIONS_NAME)
                 remove_stale_parts(folder / MOTIONS_NAME)

@@ -14,7 +14,7 @@ from generator.drive import Drive
 from generator.figure_file.read import read_figure
 from generator.person.survey import Sex
 from generator.study.content_key import Versions, content_key, digest, installed_versions
-from generator.study.study import Measure, PersonArguments, Study, Take
+from generator.study.study import Measure, PersonArguments, Sensitivity, Study, Take
 from tests.paths import FIGURES
 from tests.processes import ENVIRONMENT
 from tests.study_runs import pendulum_study
@@ -63,6 +63,11 @@ def test_every_part_of_a_study_and_both_versions_have_an_effect() -> None:
     keys += [key(pendulum_study(), Versions("1.2.4", "4.5.6"))]
     keys += [key(pendulum_study(), Versions("1.2.3", "4.5.7"))]
     assert len(set(keys)) == len(CHANGED) + 3
+
+
+def test_what_is_computed_from_the_rows_has_no_effect() -> None:
+    study = replace(pendulum_study(), name="other", sensitivity=Sensitivity(), text="# other")
+    assert key(study) == key(pendulum_study())
 
 
 def test_names_of_files_have_no_effect_but_their_content_has(tmp_path: Path) -> None:

@@ -128,6 +128,14 @@ def test_runs_whose_motions_are_missing_are_repeated(tmp_path: Path) -> None:
     assert motion_path(tmp_path, 3, 10**6 + 1).name == "0000003.npz"
 
 
+def test_the_text_of_the_study_is_renewed(tmp_path: Path) -> None:
+    sweep(tmp_path)
+    engine = Serial()
+    sweep(tmp_path, engine, replace(STUDY, text="# a remark\n"))
+    assert engine.done == []
+    assert (tmp_path / STUDY_NAME).read_text() == "# a remark\n"
+
+
 def test_another_study_in_the_folder_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
