@@ -19,12 +19,14 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from ipaddress import ip_address
+from pathlib import Path
 from threading import Condition
 from typing import Any, Protocol, cast
 
 from generator.diagnostics import MoverError, NotInstalledError, UsageError, shorten
 from generator.study.study import Study
 from generator.study.worker_pool import FinishedRun, RunFunction, Task, died_run, perform_task
+from generator.text_io import os_error_reason
 
 LOCAL = "local"
 """Address of a cluster that is started on this machine for one study."""
@@ -316,7 +318,9 @@ class _Runs:
             )
 
     def _lost(self) -> ClusterError:
-        return ClusterError(f"the connection to {self._scheduler} is lost")
+        return ClusterError(
+            f"the connection to {self._scheduler} is lost; the same command continues"
+        )
 
     def _explain(self, failure: BaseException) -> BaseException:
         """Return the error of the command for the failure of a task."""
@@ -400,12 +404,9 @@ def _connection(address: SchedulerAddress) -> Generator[_Client]:
     from distributed import Client
     from distributed.security import Security
 
-    security = Security()
-    if address.protocol == "tls" and not (security.tls_ca_file and security.tls_client_cert):
-        raise ClusterError(
-            "tls:// needs certificates, which Dask's configuration names: "
-            "distributed.comm.tls.ca-file, .client.cert and .client.key"
-        )
+    security: Any = Security()
+    if address.protocol == "tls":
+        _check_certificates(security)
     try:
         _shake_hands(address, security)
         with warnings.catch_warnings():
@@ -416,7 +417,7 @@ def _connection(address: SchedulerAddress) -> Generator[_Client]:
     except TimeoutError:
         raise ClusterError(f"a scheduler does not answer at {address}") from None
     except (OSError, ImportError) as failure:
-        raise ClusterError(f"{address} cannot be used: {_first_line(failure)}") from None
+        raise ClusterError(f"{address} cannot be used: {_reason(failure)}") from None
     try:
         yield client
     finally:
@@ -443,9 +444,27 @@ def _shake_hands(address: SchedulerAddress, security: Any) -> None:
         thread.submit(asyncio.run, connect_once()).result()
 
 
-def _first_line(failure: BaseException) -> str:
-    text = str(failure).strip().splitlines()
-    return text[0] if text else type(failure).__name__
+def _check_certificates(security: Any) -> None:
+    """Raise ClusterError if a certificate of the client is missing."""
+    files = (security.tls_ca_file, security.tls_client_cert, security.tls_client_key)
+    if not all(files[:2]):
+        raise ClusterError(
+            "tls:// needs certificates, which Dask's configuration names: "
+            "distributed.comm.tls.ca-file, .client.cert and .client.key"
+        )
+    for file in filter(None, files):
+        is_path = "\n" not in file  # else the certificate itself
+        if is_path and not Path(file).is_file():
+            raise ClusterError(f"Dask's configuration names `{file}`, which is missing")
+
+
+def _reason(failure: BaseException) -> str:
+    """Reason of a failed connection, which Dask wraps in a description of its sockets."""
+    while failure.__cause__ is not None:
+        failure = failure.__cause__
+    if isinstance(failure, OSError) and failure.strerror:
+        return os_error_reason(failure)
+    return next(iter(str(failure).splitlines()), type(failure).__name__)
 
 
 @contextmanager

@@ -39,6 +39,7 @@ from tests.study_runs import (
     quick_run,
 )
 
+dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
 psutil = pytest.importorskip("psutil")
 
@@ -381,6 +382,15 @@ def test_a_server_that_is_not_a_scheduler(monkeypatch: pytest.MonkeyPatch) -> No
         rows([1.0], f"127.0.0.1:{port}")
 
 
-def test_tls_needs_certificates(address: str) -> None:
+def test_tls_needs_certificates(address: str, tmp_path: Path) -> None:
+    encrypted = address.replace("tcp", "tls")
     with pytest.raises(ClusterError, match=r"distributed\.comm\.tls\.ca-file"):
-        rows([1.0], address.replace("tcp", "tls"))
+        rows([1.0], encrypted)
+    file = str(tmp_path / "missing.pem")
+    with (
+        dask.config.set(
+            {"distributed.comm.tls.ca-file": file, "distributed.comm.tls.client.cert": file}
+        ),
+        pytest.raises(ClusterError, match=r"missing\.pem`, which is missing"),
+    ):
+        rows([1.0], encrypted)
