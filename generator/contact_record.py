@@ -106,9 +106,8 @@ class ContactRecord:
             and without an impact in both.
         overlap: deepest interpenetration of segments that no joint connects; None without any.
         head_injury: head injury criterion of each head; see `HEAD_INJURY_CAVEAT`.
-        step_times: start, and ends of the steps, shape (m,) [s]; None in a file, which has the
-            frames only.
-        step_forces: total force then, shape (m, 3) [N]; None likewise.
+        extreme_forces: of the total force along each axis, over all steps, the time [s] and size
+            [N] of the largest and of the smallest, shape (3, 4); None in files of older versions.
     """
 
     forces: Mapping[str, Array]
@@ -127,8 +126,7 @@ class ContactRecord:
     impact_shift: float | None = None
     overlap: Overlap | None = None
     head_injury: Mapping[str, float] = field(default_factory=dict[str, float])
-    step_times: Array | None = None
-    step_forces: Array | None = None
+    extreme_forces: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse other names; give the mappings errors that state the nearest name."""
@@ -233,6 +231,12 @@ def peak_of(times: Array, values: Array) -> tuple[float, float]:
         return time, value
     slope = rise + bend * before
     return time - 0.5 * slope / bend, value - 0.25 * slope * slope / bend
+
+
+def extremes_of(times: Array, values: Array) -> tuple[float, float, float, float]:
+    """Return time [s] and size of the largest and of the smallest of n values; see `peak_of`."""
+    time, size = peak_of(times, -values)
+    return *peak_of(times, values), time, -size
 
 
 def mean_at_end(times: Array, values: Array, duration: float = REST_DURATION) -> float:

@@ -131,6 +131,17 @@ _MAPPINGS = (
 )
 
 
+_PARTS = {
+    "velocities": RecordingPart.VELOCITIES,
+    "rotation_vectors": RecordingPart.ROTATION_VECTORS,
+    "reactions": RecordingPart.REACTIONS,
+    "passive_torques": RecordingPart.PASSIVE_TORQUES,
+    "energy": RecordingPart.ENERGY,
+    "drive_torques": RecordingPart.REACTIONS,
+}
+"""Part of a recording to which a mapping belongs."""
+
+
 def _format_range(kind: AxisKind, values: Array) -> tuple[str, ...]:
     """Format the first, smallest, largest and last value in deg or cm, and the unit."""
     scale, unit = (np.degrees(1.0), "deg") if kind is AxisKind.ROTATION else (100.0, "cm")
@@ -174,6 +185,7 @@ class Recording:
             those of the Exudyn model in several frames, relative to the largest; None for Exudyn's
             integrator.
         contact: contact with the props of the scene; None for a run without props.
+        recorded: parts that the run recorded; mappings of others are empty.
     """
 
     times: Array
@@ -199,12 +211,16 @@ class Recording:
     integrator_reason: str = ""
     agreement_with_exudyn: float | None = None
     contact: ContactRecord | None = None
+    recorded: frozenset[RecordingPart] = WHOLE_RECORDING
 
     def __post_init__(self) -> None:
         """Give the mappings errors that state the nearest name."""
         subjects = {"poses": "segment", "energy": "energy"}
         for name in _MAPPINGS:
             subject = f"the recording has no {subjects.get(name, 'joint')}"
+            part = _PARTS.get(name)
+            if part is not None and part not in self.recorded:
+                subject = f"the run was not asked to record {part.value}: it has no"
             object.__setattr__(self, name, NamedMapping(getattr(self, name), subject))
 
     def __repr__(self) -> str:

@@ -43,6 +43,7 @@ def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> Contac
         dissipated=123.4,
         sensitivity=rng.uniform(0.0, 0.1, count),
         height_sensitivity=rng.uniform(0.0, 0.1, count),
+        extreme_forces=rng.normal(0.0, 500.0, (3, 4)),
         impact_shift=7e-4,
         head_injury={segments[0]: 321.0 / 7.0},
         overlap=Overlap(0.069, segments[0], segments[-1], 0.2),

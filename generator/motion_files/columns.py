@@ -158,9 +158,11 @@ def _ground_force(k: int, contact: ContactRecord) -> Array:
 
 def _ground_force_extreme(k: int, motion: FigureMotion, sign: int) -> tuple[float, float]:
     contact = contact_of(motion)
-    if contact.step_times is None or contact.step_forces is None:
+    if contact.extreme_forces is None:
         return _extreme(motion.times, contact.ground_reaction[:, k], sign)
-    return _extreme(contact.step_times, contact.step_forces[:, k], sign)
+    largest, smallest = contact.extreme_forces[k].reshape(2, 2).tolist()
+    time, force = largest if sign > 0 else smallest
+    return time, force
 
 
 def _force_size_extreme(name: str, motion: FigureMotion, sign: int) -> tuple[float, float]:

@@ -19,13 +19,14 @@ import numpy as np
 from numpy.lib import format as npy
 
 from generator.contact_record import ContactRecord, Overlap, SegmentContact
-from generator.diagnostics import Diagnostic, InputError, error
+from generator.diagnostics import Diagnostic, InputError, ModelError, error
 from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
 from generator.recording import (
     CONTACT_ENERGY_KINDS,
     ENERGY_KINDS,
+    WHOLE_RECORDING,
     Accuracy,
     Ending,
     Integrator,
@@ -46,6 +47,7 @@ ENERGY_FIELD = "energy"
 CONTACT_FORCE_FIELD = "contact_forces"
 CONTACT_DEPTH_FIELD = "contact_depths"
 GROUND_REACTION_FIELD = "ground_reaction"
+EXTREME_FORCE_FIELD = "extreme_forces"
 SENSITIVITY_FIELDS = ("sensitivity", "height_sensitivity")
 
 MAY_BE_INFINITE = (FRAME_ERROR_FIELD, *SENSITIVITY_FIELDS)
@@ -57,11 +59,13 @@ def write(motion: FigureMotion, path: Path) -> Losses:
 
     Raises:
         OSError: the file cannot be written.
-        ModelError: the motion is of another figure.
+        ModelError: the motion is of another figure, or its run left out parts of the recording.
     """
     arrays: dict[str, Array] = {"times": motion.times}
     arrays |= _prefix_names(POSE_FIELD, motion.poses)
     run = motion.recording
+    if run is not None and run.recorded != WHOLE_RECORDING:
+        raise ModelError("an .npz file needs a whole recording: simulate without `record`")
     if run is None:
         arrays |= _prefix_names("displacements", motion.displacements)
     else:
@@ -96,6 +100,8 @@ def _contact_arrays(contact: ContactRecord | None) -> dict[str, Array]:
     arrays = _prefix_names(CONTACT_FORCE_FIELD, contact.forces)
     arrays |= _prefix_names(CONTACT_DEPTH_FIELD, contact.depths)
     arrays[GROUND_REACTION_FIELD] = contact.ground_reaction
+    if contact.extreme_forces is not None:
+        arrays[EXTREME_FORCE_FIELD] = contact.extreme_forces
     return arrays | {name: getattr(contact, name) for name in _sensitivities(contact)}
 
 
@@ -342,6 +348,8 @@ def _structure_errors(
 ) -> Iterable[str]:
     """Yield errors of missing arrays and wrong shapes."""
     shapes = _shapes(chains, contact, _energy_kinds(arrays), count)
+    if contact is not None and EXTREME_FORCE_FIELD in arrays:
+        shapes[EXTREME_FORCE_FIELD] = (3, 4)
     segments = _names(arrays, POSE_FIELD)
     shapes |= {f"{POSE_FIELD}/{name}": (count, 4, 4) for name in segments}
     for name in _names(arrays, DRIVE_TORQUE_FIELD):
@@ -470,6 +478,7 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
         dissipated=float(about["dissipated"]),
         sensitivity=sensitivity,
         height_sensitivity=height_sensitivity,
+        extreme_forces=arrays.get(EXTREME_FORCE_FIELD),
         overlap=overlap,
         head_injury={name: float(value) for name, value in about["head_injury"].items()},
     )

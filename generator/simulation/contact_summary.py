@@ -9,6 +9,7 @@ from generator.contact_record import (
     REST_DURATION,
     ContactRecord,
     SegmentContact,
+    extremes_of,
     first_impact,
     head_injury_criterion,
     head_segments,
@@ -68,8 +69,7 @@ def build_contact_record(
         impact_shift=_impact_shift(names, owners, segments, contact),
         overlap=deepest_overlap(model.contacts.spheres, poses, model.figure, trace.times),
         head_injury=_head_injury(model, contact),
-        step_times=times,
-        step_forces=ground_forces,
+        extreme_forces=np.array([extremes_of(times, along) for along in ground_forces.T]),
     )
 
 

@@ -339,6 +339,7 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         contact=build_contact_record(model, trace, motion.poses)
         if RecordingPart.CONTACT in record
         else None,
+        recorded=record,
     )
 
 
