@@ -369,9 +369,14 @@ def _polish(
     """Fit with central differences near the minimum, by Gauss and Newton's method.
 
     Returns the values, and residuals and Jacobian there; the Jacobian may be that of values less
-    than `_SMALL_MOVE` away. Raises FailedRunError.
+    than `_SMALL_MOVE` away.
+
+    Raises:
+        FailedRunError: runs beside the values fail.
+        ModelError: a quantity has no effect.
     """
     jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps())
+    _require_response(comparison, jacobian)
     residuals = comparison.residuals(values, accuracy)
     everything = range(len(values))
     for _ in range(_MAX_POLISHES):
@@ -399,18 +404,21 @@ def _noise_sd(residuals: Array, unknowns: int, stated: float | None) -> float:
     return float(np.sqrt(np.sum(residuals**2) / (residuals.size - unknowns)))
 
 
-def _require_determined(
-    comparison: Comparison, values: Array, jacobian: Array
-) -> LinearUncertainty:
-    """Return the uncertainty of the values. Raises ModelError if the data do not determine them."""
-    unknowns, sizes = comparison.unknowns, _sizes(comparison)
-    response = np.sqrt(np.mean(jacobian**2, axis=0)) * sizes
-    for unknown, change in zip(unknowns, response, strict=True):
+def _require_response(comparison: Comparison, jacobian: Array) -> None:
+    """Raise ModelError for a quantity that does not change the angles."""
+    response = np.sqrt(np.mean(jacobian**2, axis=0)) * _sizes(comparison)
+    for unknown, change in zip(comparison.unknowns, response, strict=True):
         if not change > _NO_RESPONSE:
             raise ModelError(
                 f"{unknown.path} does not change the measured angles of {comparison.data.name}: "
                 "leave it out"
             )
+
+
+def _require_determined(
+    comparison: Comparison, values: Array, jacobian: Array
+) -> LinearUncertainty:
+    """Return the uncertainty of the values. Raises ModelError if the data do not determine them."""
     uncertainty = linear_uncertainty(jacobian)
     if uncertainty.condition > MAX_CONDITION:
         raise ModelError(_describe_null_direction(comparison, values, uncertainty))

@@ -140,8 +140,8 @@ figure pole {
     connect ground.top to pole.foot;
     type = R(1,0,0)*R(0,1,0)*R(0,0,1);
     displacement = (10deg,0deg,5deg);
-    stiff = (6 N m/rad,6 N m/rad,6 N m/rad);
-    damp = (0.3 N m s/rad,0.3 N m s/rad,0.3 N m s/rad);
+    stiff = (4 N m/rad,4 N m/rad,4 N m/rad);
+    damp = (0.01 N m s/rad,0.01 N m s/rad,0.01 N m s/rad);
   }
   root = ground.top;
 }
@@ -151,9 +151,9 @@ figure pole {
 def test_failed_runs_are_survived():
     figure = parse_figure(INVERTED).require_value()
     springs = springs_from_text("", figure, Path("pole.springs.toml"))
-    case = Case(figure, Plan(springs=springs, stop=2.5))
+    case = Case(figure, Plan(springs=springs, stop=2.0))
     scale = parse_path("springs.foot.scale", case)
-    stiff = apply_values(case, [(scale, 3.0)])
+    stiff = apply_values(case, [(scale, 4.0)])
     recording = simulate(stiff.figure, replace(stiff.plan, tolerance=1e-6))
     noise = 0.01 * np.random.default_rng(0).standard_normal((len(recording.times), 3))
     columns = tuple(("foot", k) for k in range(3))
@@ -162,7 +162,7 @@ def test_failed_runs_are_survived():
     assert not simulate(figure, case.plan).outcome.succeeded  # it falls over
     fit = fit_springs(case, data, [scale], replace(ALONE, starts=2))
     assert fit.failed_runs > 0
-    assert fit.estimates[0].value == pytest.approx(3.0, abs=4.0 * fit.estimates[0].sd)
+    assert fit.estimates[0].value == pytest.approx(4.0, abs=4.0 * fit.estimates[0].sd)
     assert [one.path for one in fit.estimates[1:]] == [f"pose.foot.{k}" for k in (1, 2, 3)]
 
 
