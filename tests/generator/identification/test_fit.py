@@ -151,7 +151,7 @@ figure pole {
 def test_failed_runs_are_survived():
     figure = parse_figure(INVERTED).require_value()
     springs = springs_from_text("", figure, Path("pole.springs.toml"))
-    case = Case(figure, Plan(springs=springs, stop=2.0))
+    case = Case(figure, Plan(springs=springs, stop=1.2))
     scale = parse_path("springs.foot.scale", case)
     stiff = apply_values(case, [(scale, 4.0)])
     recording = simulate(stiff.figure, replace(stiff.plan, tolerance=1e-6))
