@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure_file.read import parse_figure
+from generator.identification.fit import Fit, FitOptions, fit_springs
 from generator.identification.measured_angles import MeasuredAngles
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -104,6 +105,25 @@ def swing(
     times, angles = exact_swing(tuple(values.items()), stop, frame)
     drawn = np.random.default_rng(seed).standard_normal(angles.shape)
     return MeasuredAngles("swing.csv", times, (("left_knee", 0),), angles + noise * drawn)
+
+
+ALONE = FitOptions(starts=1, profiles=False)
+
+
+@cache
+def fitted(texts: tuple[str, ...] = tuple(TRUTH), options: FitOptions = ALONE) -> Fit:
+    """The fit of quantities to the swing of the truth."""
+    return fit_springs(leg_case(), swing(), paths(*texts), options)
+
+
+def standard_fit() -> Fit:
+    """The fit from two starts, with profiles."""
+    return fitted(options=FitOptions(starts=2))
+
+
+def coarse_fit() -> Fit:
+    """The fit with a step that is too long."""
+    return fitted(options=replace(ALONE, step=0.02))
 
 
 def swing_text(data: MeasuredAngles) -> str:

@@ -144,6 +144,11 @@ class Comparison:
         self.failure = ""
         self._watch, self._longest_run = watch, 0.0
 
+    @property
+    def lower_bounds(self) -> Array:
+        """Smallest values of the unknowns, shape (p,)."""
+        return np.array([one.lower for one in self.unknowns])
+
     def case_at(self, values: Array, mass_factor: float = 1.0) -> Case:
         """Return the case with values of the unknowns, and masses and inertias times a factor."""
         assignments = [

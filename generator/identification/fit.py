@@ -29,6 +29,7 @@ from generator.identification.uncertainty import (
     compute_profile,
     gauss_newton_move,
     linear_uncertainty,
+    move_within_bounds,
 )
 from generator.rotations import Array
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
@@ -51,13 +52,16 @@ _SCREENED = 8
 _MAX_EVALUATIONS = 60
 """Largest number of evaluations of a fit from one start."""
 
+_SEARCH_GAIN = 1e-4
+"""Relative gain of the sum of squares at which the fit from a start ends."""
+
+_MAX_POLISHES, _SMALL_MOVE = 8, 0.1
+"""Largest number of Gauss-Newton steps at the best values, and the size of the last one [sd]."""
+
 _SAME_MINIMUM = 1e-3
 """Relative difference of the sums of squares below which two starts have found the same."""
 
 _MASSES = (Quantity.MASS, Quantity.MASS_SCALE, Quantity.INERTIA_SCALE)
-
-_AT_BOUND = 1e-6
-"""Distance from a bound, relative to the typical change, below which a value is put there."""
 
 _NO_RESPONSE = 1e-7
 """Change of the angles over the typical change of a quantity that counts as none [rad]."""
@@ -232,8 +236,7 @@ def fit_springs(
     accuracy = Accuracy(options.tolerance or FIRST_TOLERANCE, options.step)
     values, starts = _search(comparison, accuracy, options)
     while True:
-        values, jacobian = _polish(comparison, accuracy, values)
-        residuals = comparison.residuals(values, accuracy)
+        values, residuals, jacobian = _polish(comparison, accuracy, values)
         uncertainty = _require_determined(comparison, values, jacobian)
         noise_sd = _noise_sd(residuals, len(unknowns), options.sd)
         sd = noise_sd * uncertainty.sd
@@ -326,29 +329,6 @@ def _descend(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[
 
     Raises FailedRunError.
     """
-    return _least_squares(comparison, accuracy, start, _MAX_EVALUATIONS, 1e-6, central=False)
-
-
-def _polish(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[Array, Array]:
-    """Fit with central differences near the minimum; return the values, and the Jacobian there."""
-    _, values = _least_squares(comparison, accuracy, start, _MAX_EVALUATIONS, 1e-10, central=True)
-    lower = np.array([one.lower for one in comparison.unknowns])
-    values = np.where(values - lower < _AT_BOUND * _sizes(comparison), lower, values)
-    jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps())
-    jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps(jacobian))
-    return values, jacobian
-
-
-def _least_squares(
-    comparison: Comparison,
-    accuracy: Accuracy,
-    start: Array,
-    evaluations: int,
-    accepted_gain: float,
-    *,
-    central: bool,
-) -> tuple[float, Array]:
-    """Minimise the sum of squares; return it, and the values. Raises FailedRunError."""
     from scipy.optimize import least_squares
 
     steps = comparison.difference_steps()
@@ -361,12 +341,13 @@ def _least_squares(
 
     def jacobian(values: Array) -> Array:
         nonlocal steps
-        here = None if central else latest.get(values.tobytes())
+        here = latest.get(values.tobytes())
+        here = comparison.residuals(values, accuracy) if here is None else here
         found = comparison.jacobian(values, accuracy, steps, here)
         steps = comparison.difference_steps(found)
         return found
 
-    lower = np.array([one.lower for one in comparison.unknowns])
+    lower = comparison.lower_bounds
     inside = np.where(start > lower, start, lower + 0.1 * _sizes(comparison))
     solution = least_squares(
         residuals,
@@ -374,12 +355,42 @@ def _least_squares(
         jac=jacobian,
         bounds=(lower, np.full(len(lower), np.inf)),
         x_scale="jac",
-        ftol=accepted_gain,
+        ftol=_SEARCH_GAIN,
         xtol=1e-9,
         gtol=None,
-        max_nfev=evaluations,
+        max_nfev=_MAX_EVALUATIONS,
     )
     return 2.0 * float(solution.cost), np.asarray(solution.x, dtype=float)
+
+
+def _polish(
+    comparison: Comparison, accuracy: Accuracy, values: Array
+) -> tuple[Array, Array, Array]:
+    """Fit with central differences near the minimum, by Gauss and Newton's method.
+
+    Returns the values, and residuals and Jacobian there; the Jacobian may be that of values less
+    than `_SMALL_MOVE` away.
+
+    Raises:
+        FailedRunError: runs beside the values fail.
+        ModelError: a quantity has no effect.
+    """
+    jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps())
+    _require_response(comparison, jacobian)
+    residuals = comparison.residuals(values, accuracy)
+    everything = range(len(values))
+    for _ in range(_MAX_POLISHES):
+        jacobian = comparison.jacobian(values, accuracy, comparison.difference_steps(jacobian))
+        trial = move_within_bounds(values, everything, comparison.lower_bounds, jacobian, residuals)
+        found = comparison.residuals(trial, accuracy)
+        if not np.sum(found**2) < np.sum(residuals**2):
+            break
+        sd = _noise_sd(found, len(values), None) * linear_uncertainty(jacobian).sd
+        is_small = bool(np.all(np.abs(trial - values) <= _SMALL_MOVE * sd))
+        values, residuals = trial, found
+        if is_small:
+            break
+    return values, residuals, jacobian
 
 
 def _sizes(comparison: Comparison) -> Array:
@@ -393,18 +404,21 @@ def _noise_sd(residuals: Array, unknowns: int, stated: float | None) -> float:
     return float(np.sqrt(np.sum(residuals**2) / (residuals.size - unknowns)))
 
 
-def _require_determined(
-    comparison: Comparison, values: Array, jacobian: Array
-) -> LinearUncertainty:
-    """Return the uncertainty of the values. Raises ModelError if the data do not determine them."""
-    unknowns, sizes = comparison.unknowns, _sizes(comparison)
-    response = np.sqrt(np.mean(jacobian**2, axis=0)) * sizes
-    for unknown, change in zip(unknowns, response, strict=True):
+def _require_response(comparison: Comparison, jacobian: Array) -> None:
+    """Raise ModelError for a quantity that does not change the angles."""
+    response = np.sqrt(np.mean(jacobian**2, axis=0)) * _sizes(comparison)
+    for unknown, change in zip(comparison.unknowns, response, strict=True):
         if not change > _NO_RESPONSE:
             raise ModelError(
                 f"{unknown.path} does not change the measured angles of {comparison.data.name}: "
                 "leave it out"
             )
+
+
+def _require_determined(
+    comparison: Comparison, values: Array, jacobian: Array
+) -> LinearUncertainty:
+    """Return the uncertainty of the values. Raises ModelError if the data do not determine them."""
     uncertainty = linear_uncertainty(jacobian)
     if uncertainty.condition > MAX_CONDITION:
         raise ModelError(_describe_null_direction(comparison, values, uncertainty))
@@ -483,7 +497,6 @@ def _estimates(
     mass_slopes = None
     if not any(one.path.quantity in _MASSES for one in comparison.unknowns):
         mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
-    lower = np.array([one.lower for one in comparison.unknowns])
     estimates: list[Estimate] = []
     for k, unknown in enumerate(comparison.unknowns):
         profile = None
@@ -494,7 +507,7 @@ def _estimates(
                 sd,
                 noise_sd**2,
                 quantile,
-                lower,
+                comparison.lower_bounds,
                 jacobian,
                 lambda moved: comparison.residuals(moved, accuracy),
             )

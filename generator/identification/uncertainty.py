@@ -170,7 +170,7 @@ def _fit_others(
     found = residuals(values)
     least = float(np.sum(found**2))
     for _ in range(_MAX_CORRECTIONS if others else 0):
-        trial = _move_within_bounds(values, others, lower, jacobian, found)
+        trial = move_within_bounds(values, others, lower, jacobian, found)
         found = residuals(trial)
         squares = float(np.sum(found**2))
         if not squares < least:
@@ -183,7 +183,7 @@ def _fit_others(
     return least
 
 
-def _move_within_bounds(
+def move_within_bounds(
     values: Array, others: Sequence[int], lower: Array, jacobian: Array, residuals: Array
 ) -> Array:
     """Move unknowns to where linear residuals are least; a bound that is passed stops them."""

@@ -2,43 +2,73 @@
 
 from dataclasses import replace
 
+import pytest
+
 from generator.identification.doubts import fit_doubts
-from generator.identification.fit import FitOptions, fit_springs
-from tests.swings import COULOMB, NOISE, SCALE, TRUTH, VISCOUS, leg_case, paths, swing
+from generator.identification.fit import Fit, fit_springs
+from generator.identification.residual_tests import check_residuals
+from tests.swings import (
+    ALONE,
+    COULOMB,
+    NOISE,
+    SCALE,
+    TRUTH,
+    VISCOUS,
+    coarse_fit,
+    leg_case,
+    paths,
+    standard_fit,
+    swing,
+)
 
-ALONE = FitOptions(starts=1, profiles=False)
 
-
-def doubts(data, texts, **changes) -> tuple[str, ...]:
-    return fit_doubts(fit_springs(leg_case(), data, paths(*texts), replace(ALONE, **changes)))
+def with_stated_noise(fit: Fit, sd: float) -> Fit:
+    """The fit with another stated noise, whose residuals are the same."""
+    tests = check_residuals(fit.residuals, len(fit.estimates), sd)
+    return replace(fit, options=replace(fit.options, sd=sd), tests=tests)
 
 
 def test_a_good_fit_has_none():
-    assert doubts(swing(), TRUTH, sd=NOISE) == ()
+    assert fit_doubts(standard_fit()) == ()
+    assert fit_doubts(with_stated_noise(standard_fit(), NOISE)) == ()
+
+
+def test_a_noise_that_is_too_small_or_too_large_is_named():
+    (small,) = fit_doubts(with_stated_noise(standard_fit(), 0.5 * NOISE))
+    (large,) = fit_doubts(with_stated_noise(standard_fit(), 2.0 * NOISE))
+    assert "the residuals are 1." in small or "the residuals are 2." in small
+    assert "the model does not explain the data" in small
+    assert "which is too large" in large
 
 
 def test_a_law_that_is_missing_shows_in_the_residuals():
-    found = doubts(swing({**TRUTH, COULOMB: 0.3}), [SCALE, VISCOUS])
+    data = swing({**TRUTH, COULOMB: 0.3})
+    found = fit_doubts(fit_springs(leg_case(), data, paths(SCALE, VISCOUS), ALONE))
     assert "successive residuals are alike" in found[0]
     assert "the intervals are too narrow, by a factor of" in found[0]
 
 
-def test_a_noise_that_is_too_small_or_too_large_is_named():
-    assert "the model does not explain the data" in doubts(swing(), TRUTH, sd=0.5 * NOISE)[0]
-    assert "which is too large" in doubts(swing(), TRUTH, sd=2.0 * NOISE)[0]
-
-
 def test_a_coarse_step_is_named_with_its_bias():
-    found = doubts(swing(), TRUTH, step=0.02)
-    assert "of its standard deviations by the step of 0.02 s" in found[0]
+    found = fit_doubts(coarse_fit())
+    assert "of its standard deviations by the step of 0.02 s, which is too long" in found[0]
 
 
 def test_damping_and_friction_from_one_swing_are_named():
-    found = doubts(swing({**TRUTH, COULOMB: 0.1}, stop=1.0), [SCALE, VISCOUS, COULOMB])
+    data = swing({**TRUTH, COULOMB: 0.1}, stop=1.0)
+    found = fit_doubts(fit_springs(leg_case(), data, paths(VISCOUS, COULOMB), ALONE))
     assert "one swing hardly separates damping from friction" in "".join(found)
 
 
 def test_an_estimate_at_its_bound_is_named():
-    found = doubts(swing({**TRUTH, VISCOUS: 0.0}, seed=3), [VISCOUS])
-    at_bound = [one for one in found if "is at its smallest value" in one]
-    assert len(at_bound) <= 1
+    fit = standard_fit()
+    at_bound = tuple(replace(one, at_bound=one.path == VISCOUS) for one in fit.estimates)
+    (found,) = fit_doubts(replace(fit, estimates=at_bound))
+    assert found.startswith(f"{VISCOUS} is at its smallest value")
+
+
+@pytest.mark.parametrize("rms", [None, 0.1])
+def test_a_start_that_ends_elsewhere_is_named(rms: float | None):
+    fit = standard_fit()
+    starts = (fit.starts[0], replace(fit.starts[1], rms=rms, is_best=False))
+    (found,) = fit_doubts(replace(fit, starts=starts))
+    assert found.startswith("1 of 2 starts found the least sum of squares")

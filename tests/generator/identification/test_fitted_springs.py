@@ -8,15 +8,13 @@ import pytest
 
 from generator.diagnostics import UsageError
 from generator.figure_file import read_figure
-from generator.identification.fit import Fit, FitOptions, fit_springs
+from generator.identification.fit import Fit, fit_springs
 from generator.identification.fitted_springs import describe_fit, fitted_springs_text
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
 from generator.study.parameter_paths import Case, parse_path
-from tests.swings import TRUTH, VISCOUS, swing, write_leg
-
-ALONE = FitOptions(starts=1, profiles=False)
+from tests.swings import ALONE, TRUTH, VISCOUS, swing, write_leg
 
 
 def fit_leg(folder: Path, *texts: str) -> Fit:

@@ -25,7 +25,7 @@ def test_independent_residuals_are_rarely_called_alike():
 @pytest.mark.parametrize("rho", [0.4, 0.8])
 def test_alike_residuals_are_called_so(rho: float):
     tests = [check_residuals(decaying_series(rho, seed), 3, None) for seed in range(50)]
-    assert all(one.are_autocorrelated for one in tests)
+    assert sum(one.are_autocorrelated for one in tests) >= 45
     assert np.mean([one.lag_one for one in tests]) == pytest.approx(rho, abs=0.05)
     widening = np.median([one.widening for one in tests])
     assert widening == pytest.approx(np.sqrt((1.0 + rho) / (1.0 - rho)), rel=0.1)

@@ -1,0 +1,29 @@
+"""Picture of an identification."""
+
+import numpy as np
+import pytest
+
+from generator.identification.fit import FitOptions, fit_springs
+from plots.identification_drawing import draw_identification
+from tests.swings import SCALE, TRUTH, leg_case, paths, swing
+
+
+@pytest.mark.parametrize("texts", [(SCALE,), tuple(TRUTH)])
+def test_angles_residuals_and_profiles_are_drawn(texts: tuple[str, ...]):
+    fit = fit_springs(leg_case(), swing(stop=1.5), paths(*texts), FitOptions(starts=1))
+    panels = [axes for axes in draw_identification(fit).get_axes() if axes.get_visible()]
+    assert len(panels) == 2 + len(texts) + 1
+    measured, fitted = panels[0].get_lines()
+    np.testing.assert_allclose(measured.get_ydata(), np.degrees(fit.data.angles[:, 0]))
+    np.testing.assert_allclose(fitted.get_ydata(), np.degrees(fit.simulated[:, 0]))
+    residuals = panels[1].get_lines()[1]
+    np.testing.assert_allclose(residuals.get_ydata(), np.degrees(fit.residuals[:, 0]))
+    profile, parabola = panels[2].get_lines()[:2]
+    assert np.min(profile.get_ydata()) == pytest.approx(0.0, abs=0.01)
+    np.testing.assert_allclose(profile.get_ydata(), parabola.get_ydata(), rtol=0.1, atol=0.2)
+
+
+def test_without_profiles_the_autocorrelation_stays():
+    options = FitOptions(starts=1, profiles=False)
+    fit = fit_springs(leg_case(), swing(stop=1.0), paths(SCALE), options)
+    assert len(draw_identification(fit).get_axes()) == 3
