@@ -49,9 +49,6 @@ RANGES = {"scale": (0.6, 1.8), "offset_deg": (-8.0, 8.0), "viscous_Nms_rad": (0.
 START_RANGE = (0.0, 10.0)
 """Ends of that of the angle of the release [deg]."""
 
-LEAST, MOST = 90, 99
-"""Number of true values inside the 95 % intervals of 100 data sets."""
-
 WRONG_SETS = 5
 """Number of data sets of each wrong model."""
 
@@ -215,7 +212,7 @@ def _with_right_mass(estimate: Estimate, model: Model) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Count true values inside intervals, fit wrong models, and write both tables."""
+    """Count true values inside intervals, and fit wrong models."""
     parser = argparse.ArgumentParser(prog=COMMAND)
     parser.add_argument("--sets", type=int, default=100, help="Number of data sets.")
     parser.add_argument("--jobs", type=int, default=2, help="Number of processes.")
@@ -230,9 +227,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     tables.show({key: value for key, value in row.items() if key != "doubts"} for row in wrong)
     for model in WRONG:
         print(f"{model.name}: {next(row['doubts'] for row in wrong if row['model'] == model.name)}")
-    if options.sets >= 100:
-        tables.write("identification", COMMAND, rows)
-        tables.write("identification_wrong", COMMAND, wrong)
 
 
 def _progress(rows: Iterator[dict[str, object]], count: int) -> Iterator[dict[str, object]]:

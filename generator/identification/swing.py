@@ -38,7 +38,7 @@ _UNEVEN = 0.1
 _EARLY_MOTION = 0.3
 """Largest share of its rate after the smoothing time that a joint seems to have at first."""
 
-_RESAMPLES = 200
+_RESAMPLES = 100
 """Number of repetitions with new noise from which uncertainties are estimated."""
 
 
@@ -179,7 +179,7 @@ class MeasuredSwing:
     ) -> dict[str, float]:
         """Standard deviations of numbers of the swing, by name, that follow from the noise.
 
-        White noise is added to the smoothed angles and the swing smoothed again, 200 times. A
+        White noise is added to the smoothed angles and the swing smoothed again, 100 times. A
         number that more than a tenth of these swings lack has the uncertainty nan.
         """
         rng = np.random.default_rng(seed)

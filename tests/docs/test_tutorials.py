@@ -130,6 +130,25 @@ def test_why_my_elbow_does_not_bend(reader: Reader) -> None:
     assert b"<html" in Path("mended.html").read_bytes()
 
 
+@pytest.mark.parametrize("reader", ["tutorials/pendulum-test"], indirect=True)
+def test_the_springs_of_a_knee_from_its_swing(reader: Reader) -> None:
+    answers = [" ".join(line.split()) for line in "".join(reader.answers).splitlines()]
+    tables = re.findall(r"^    (?=quantity|knee|relax|swings|period|springs|None|fitted)(.*)$",
+                        reader.page, re.MULTILINE)  # fmt: skip
+    assert len(tables) == 9
+    for line in tables:
+        assert " ".join(line.split()) in answers, line
+    estimates = re.findall(r"^springs\.knee\.\w+ .* (-?[\d.]+) \.\. (-?[\d.]+)  +-?[\d.]+ \.\.",
+                           reader.answers[2], re.MULTILINE)  # fmt: skip
+    for (low, high), true in zip(estimates, (1.3, -4.0, 0.35), strict=True):
+        assert float(low) < true < float(high)
+    rms = reader.names["rms"]
+    assert rms["fitted.springs.toml"] == pytest.approx(0.5, abs=0.04)
+    assert rms[None] > 5.0
+    for name in ("fitted.springs.toml", "fit.png", "swing.csv"):
+        assert Path(name).stat().st_size > 0
+
+
 @pytest.fixture
 def other_programs() -> None:
     pytest.importorskip("opensim").Logger.removeFileSink()

@@ -12,6 +12,7 @@ from generator.diagnostics import InputError
 from generator.identification.measured_angles import MeasuredAngles, read_measured_angles
 from plots.pendulum_test import PendulumNumber, PendulumTest, pendulum_tests
 from plots.person_facts import person_facts
+from tests.command import answer, mover, run
 from tests.paths import FIGURES
 
 FACTS = person_facts().facts
@@ -150,3 +151,29 @@ def test_rates_outside_the_band_are_explained_by_the_drop() -> None:
     assert test.drop == pytest.approx(drop, abs=0.01)
     assert number(test, "first peak").verdict == "above"
     assert any("here 60 deg" in text for text in test.paragraphs())
+
+
+SWING = FIGURES / "leg_swing.csv"
+
+
+def test_the_protocol_of_the_command_fits_nothing() -> None:
+    text = run("identify", "leg", SWING, "--protocol", "pendulum").output
+    (test,) = pendulum_tests(shipped())
+    assert all(paragraph in text for paragraph in test.paragraphs())
+    data = answer("identify", "leg", SWING, "--protocol", "pendulum")
+    assert data == {"figure": "leg", "data": "leg_swing.csv", "pendulum": [test.as_json()]}
+
+
+@pytest.mark.parametrize(
+    "words", [(), ("--protocol", "pendulum", "-o", "a.springs.toml"), ("--plot", "a.svg")]
+)
+def test_a_file_needs_a_fit(words: tuple[str, ...]) -> None:
+    result = mover("identify", "leg", SWING, *words)
+    assert result.exit_code == 2
+    assert "nothing to fit" in result.output
+
+
+def test_a_window_without_a_swing() -> None:
+    result = mover("identify", "leg", SWING, "--protocol", "pendulum", "--stop", "1")
+    assert result.exit_code == 1
+    assert "knee is not a swing: fewer than 3 turning points: record it for longer" in result.output

@@ -151,7 +151,7 @@ def test_smoothed_angles_are_those_of_savitzky_and_golay() -> None:
 
 
 def test_uncertainties_are_the_scatter_over_records() -> None:
-    """The chi-squared ratio of 60 records and 200 resamples lies between 0.6 and 1.6."""
+    """The chi-squared ratio of 60 records and 100 resamples lies between 0.6 and 1.6."""
     times, angles = angle_samples(*KNEE)
     rng = np.random.default_rng(5)
     records = [smooth_swing(times, angles + rng.normal(0.0, NOISE, len(angles))) for _ in range(60)]
