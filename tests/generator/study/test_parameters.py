@@ -5,7 +5,7 @@ from math import isnan, radians
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.diagnostics import ModelError, MoverError
@@ -99,6 +99,7 @@ def test_scale_of_one_and_offset_of_zero_leave_the_torques(one: Case) -> None:
         assert spring.law.torques([0.3, 0.7]) == other.law.torques([0.3, 0.7])
 
 
+@settings(max_examples=25)
 @given(first=FACTORS, second=FACTORS)
 def test_scales_multiply(first: float, second: float) -> None:
     for one, joint in ((MALE, "left_knee"), (two_curves(), "shoulder")):
@@ -115,6 +116,7 @@ def test_scales_multiply(first: float, second: float) -> None:
         assert changed.resistance(0.2, 0.5) == pytest.approx(second * axis.resistance(0.2, 0.5))
 
 
+@settings(max_examples=25)
 @given(scale=FACTORS, degrees_of_shift=SHIFTS)
 def test_offset_moves_curves_and_leaves_stops(scale: float, degrees_of_shift: float) -> None:
     for one, joint in ((MALE, "left_knee"), (two_curves(), "shoulder")):
@@ -129,6 +131,7 @@ def test_offset_moves_curves_and_leaves_stops(scale: float, degrees_of_shift: fl
 
 
 @pytest.mark.parametrize("reverse", [False, True])
+@settings(max_examples=25)
 @given(shift=SHIFTS, scale=FACTORS)
 def test_both_sides_get_mirrored_torques(reverse: bool, shift: float, scale: float) -> None:
     """Also of a right hip whose axes are counted the other way."""
@@ -225,6 +228,7 @@ def test_damping_replaces_or_adds() -> None:
     assert axis_of(pinned, "crank_pin").resistance(0.0, 2.0) == pytest.approx(-0.2)
 
 
+@settings(max_examples=25)
 @given(mass=st.floats(0.1, 50.0), inertia=FACTORS)
 def test_mass_keeps_the_radius_of_gyration(mass: float, inertia: float) -> None:
     heavy = vary(MALE, segments__lower_leg__mass=mass)
@@ -243,6 +247,7 @@ def test_mass_keeps_the_radius_of_gyration(mass: float, inertia: float) -> None:
     assert wide.figure.total_mass == MALE.figure.total_mass
 
 
+@settings(max_examples=25)
 @given(factor=FACTORS)
 def test_total_mass(factor: float) -> None:
     changed = vary(MALE, segments__mass_scale=factor)
