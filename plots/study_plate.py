@@ -488,7 +488,9 @@ def _rank_correlation(x: Array, y: Array) -> float:
 def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> None:
     x, y = runs.parameters[parameter], runs.measures[measure]
     good = runs.is_done & np.isfinite(y)
-    axes.plot(x[good], y[good], ".", color=GREY, ms=3.0, mew=0.0, alpha=0.6, rasterized=True)
+    # Many points are pale, so that median and band stay visible.
+    alpha = min(0.6, max(0.06, 400.0 / max(len(x), 1)))
+    axes.plot(x[good], y[good], ".", color=GREY, ms=3.0, mew=0.0, alpha=alpha, rasterized=True)
     failed = x[~runs.is_done]
     if len(failed):  # the layout fails with empty lines that are not clipped
         height = np.full(len(failed), 0.02)
@@ -497,7 +499,7 @@ def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> Non
     centres, quantiles = _running_quantiles(x[good], y[good])
     if len(centres):
         axes.fill_between(centres, quantiles[0], quantiles[2], color=BLUE, alpha=0.2, lw=0.0)
-        axes.plot(centres, quantiles[1], color=BLUE, lw=1.6)
+        axes.plot(centres, quantiles[1], color=BLUE, lw=1.6, marker="o", ms=3.0)
 
 
 def _running_quantiles(x: Array, y: Array) -> tuple[Array, Array]:
@@ -522,7 +524,7 @@ def _running_quantiles(x: Array, y: Array) -> tuple[Array, Array]:
 def _add_runs_legend(figure: Figure, *, is_any_failed: bool) -> None:
     handles = [
         Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
-        Line2D([], [], color=BLUE, lw=1.6, label="median"),
+        Line2D([], [], color=BLUE, lw=1.6, marker="o", ms=3.0, label="median"),
         Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
     ]
     if is_any_failed:

@@ -234,7 +234,7 @@ def test_median_follows_a_parameter() -> None:
     x, y = np.asarray(median.get_xdata()), np.asarray(median.get_ydata())
     assert x == pytest.approx((np.arange(8) + 0.5) / 8, abs=2e-3)
     assert y == pytest.approx(2.0 * x, abs=0.06)
-    of_levels = next(line for line in panels[3].lines if line.get_marker() == "None")
+    of_levels = next(line for line in panels[3].lines if line.get_marker() == "o")
     assert np.asarray(of_levels.get_xdata()).tolist() == [1.0, 3.0]
     assert np.asarray(of_levels.get_ydata()).tolist() == [1.0, 3.0]
 
