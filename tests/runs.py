@@ -1,14 +1,17 @@
-"""Shared parts of tests of runs: springs, energy error, momentum, one degree of freedom."""
+"""Shared parts of tests of runs: springs, energy, momentum, one degree of freedom, equal bits."""
 
 from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from generator.contact_record import ContactRecord, Overlap, SegmentContact
 from generator.figure import Figure
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import forward_kinematics, segment_jacobians
-from generator.recording import Recording
+from generator.recording import Accuracy, Outcome, Recording
 from generator.rotations import Array
 from springs import JointSprings, SpringSet
 
@@ -63,3 +66,20 @@ def integrate_angle(acceleration, start, rate, times):
     )
     assert found.success
     return found.y
+
+
+def same_bits(one: Any, other: Any) -> bool:
+    """Equality of every bit of arrays and of the order of keys; NaN equals itself."""
+    match one:
+        case np.ndarray():
+            return one.shape == other.shape and one.tobytes() == other.tobytes()
+        case dict():
+            return list(one) == list(other) and all(same_bits(one[k], other[k]) for k in one)
+        case tuple():
+            pairs = zip(one, other, strict=False)
+            return type(one) is type(other) and all(same_bits(*pair) for pair in pairs)
+        case Accuracy() | Outcome() | ContactRecord() | SegmentContact() | Overlap():
+            names = [field.name for field in fields(one)]
+            return all(same_bits(getattr(one, n), getattr(other, n)) for n in names)
+        case _:
+            return type(one) is type(other) and (one == other or (one != one and other != other))

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import generator.input_files
 from generator import Plan, read_figure, simulate
-from generator.contact_record import ContactRecord, Overlap, SegmentContact
+from generator.contact_record import Overlap, SegmentContact
 from generator.conversion import read_motion
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis, SiteRef
@@ -84,6 +84,7 @@ from tests.generator.model_files.model_cases import (
 from tests.live_logs import live_logs
 from tests.motion_readers import Bvh, Glb, Page, Table, X3d, read_table
 from tests.motions import MOTIONS, any_motion, clip, slides
+from tests.runs import same_bits
 from tests.scenes import scenes
 
 
@@ -114,23 +115,6 @@ class Format:
             path = Path(folder) / f"content{self.name if self.name.startswith('.') else ''}"
             self.write(content, path)
             self.compare(content, self.read(path, content))
-
-
-def same_bits(one: Any, other: Any) -> bool:
-    """Equality of every bit of arrays and of the order of keys; NaN equals itself."""
-    match one:
-        case np.ndarray():
-            return one.shape == other.shape and one.tobytes() == other.tobytes()
-        case dict():
-            return list(one) == list(other) and all(same_bits(one[k], other[k]) for k in one)
-        case tuple():
-            pairs = zip(one, other, strict=False)
-            return type(one) is type(other) and all(same_bits(*pair) for pair in pairs)
-        case Accuracy() | Outcome() | ContactRecord() | SegmentContact() | Overlap():
-            names = [field.name for field in fields(one)]
-            return all(same_bits(getattr(one, n), getattr(other, n)) for n in names)
-        case _:
-            return type(one) is type(other) and (one == other or (one != one and other != other))
 
 
 def assert_equal(one: Any, other: Any) -> None:

@@ -1,18 +1,22 @@
 """A figure and a plan become a recording."""
 
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from generator import Plan, read_figure, simulate
-from generator.diagnostics import MoverError
-from generator.recording import Ending, Integrator
+from generator import Plan, read_figure, simulate, write_recording
+from generator.diagnostics import ModelError, MoverError
+from generator.named_mapping import UnknownNameError
+from generator.recording import Ending, Integrator, RecordingPart
 from generator.simulation.exudyn_api import exu
 from generator.simulation.run import Progress
 from springs import Joining, SpringSet
 from tests.chains import BALL, chain, one_body, row
+from tests.contact_figures import FLOOR, block
+from tests.runs import same_bits
 
 FIGURES = Path(str(files("figures")))
 NONE = SpringSet()
@@ -66,6 +70,59 @@ def test_it_names_its_springs_and_law(fall) -> None:
 def test_a_run_is_the_same_twice() -> None:
     runs = [simulate(row(2, stiff=3.0), Plan(stop=0.2)) for _ in range(2)]
     assert np.array_equal(runs[0].displacements["joint1"], runs[1].displacements["joint1"])
+
+
+MOTION = ("times", "poses", "displacements", "centre_of_mass", "constraint_drift", "strayed")
+PARTS = {
+    RecordingPart.VELOCITIES: ["velocities"],
+    RecordingPart.ROTATION_VECTORS: ["rotation_vectors"],
+    RecordingPart.REACTIONS: ["reactions", "drive_torques"],
+    RecordingPart.PASSIVE_TORQUES: ["passive_torques"],
+    RecordingPart.ENERGY: ["energy"],
+    RecordingPart.CONTACT: ["contact"],
+}
+
+
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_lean_recording_has_the_same_bits(part: RecordingPart, threads: int) -> None:
+    figure, plan = block(0.06), Plan(stop=0.16, scene=FLOOR, springs=NONE)
+    whole = simulate(figure, plan)
+    lean = simulate(figure, plan, record={part}, threads=threads)
+    assert lean.recorded == {part}
+    for name in MOTION:
+        assert same_bits(getattr(lean, name), getattr(whole, name)), name
+    assert lean.accuracy.estimate == whole.accuracy.estimate
+    assert lean.agreement_with_exudyn == whole.agreement_with_exudyn
+    assert whole.contact is not None
+    assert whole.contact.sensitivity is not None
+    undisturbed = {"sensitivity": None, "height_sensitivity": None, "impact_shift": None}
+    for other, names in PARTS.items():
+        for name in names:
+            found = getattr(lean, name)
+            if other is not part:
+                assert not found, name
+            elif name == "contact":
+                assert same_bits(found, replace(whole.contact, **undisturbed))
+            else:
+                assert same_bits(found, getattr(whole, name)), name
+
+
+def test_a_lean_recording_says_what_it_left_out() -> None:
+    lean = simulate(row(1), Plan(stop=0.1), record=())
+    with pytest.raises(UnknownNameError, match="was not asked to record reactions"):
+        lean.reactions["joint0"]
+    with pytest.raises(ModelError, match="needs a whole recording"):
+        write_recording(lean, row(1), Path("lean.npz"))
+
+
+def test_exudyn_records_lean_runs_too() -> None:
+    plan = Plan(stop=0.1, step=1e-3)
+    lean = simulate(row(2, stiff=3.0), plan, record={RecordingPart.REACTIONS})
+    whole = simulate(row(2, stiff=3.0), plan)
+    assert same_bits(lean.reactions, whole.reactions)
+    assert same_bits(lean.displacements, whole.displacements)
+    assert not lean.energy
 
 
 def test_a_fixed_step_knows_no_error() -> None:

@@ -1,0 +1,193 @@
+"""Measures of motions: titles before a run, numbers after it, faults of unknown columns."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from generator import Plan, read_figure, simulate
+from generator.diagnostics import ModelError
+from generator.figure import Figure
+from generator.motion_files.motion import FigureMotion, motion_from_recording
+from generator.motion_files.tables import format_csv
+from generator.recording import RecordingPart
+from generator.study.measures import (
+    check_measures,
+    measure_motion,
+    measure_rest,
+    motion_columns,
+    parts_of_measures,
+)
+from generator.study.study import Design, DesignKind, Measure, Study, Take
+from springs import SpringSet
+from tests.chains import row
+from tests.contact_figures import FLOOR, ball
+from tests.motions import clip
+
+BOUNCE = Plan(stop=0.4, scene=FLOOR, springs=SpringSet())
+
+
+@pytest.fixture(scope="module")
+def bounce() -> tuple[Figure, FigureMotion]:
+    """A ball that falls from 5 cm and bounces."""
+    figure = ball(0.05)
+    return figure, motion_from_recording(simulate(figure, BOUNCE), figure)
+
+
+def table_of(motion: FigureMotion) -> dict[str, list[str]]:
+    lines = [line for line in format_csv(motion).splitlines() if not line.startswith("#")]
+    titles, *rows = [line.split(",") for line in lines]
+    return dict(zip(titles, map(list, zip(*rows, strict=True)), strict=True))
+
+
+def number(motion: FigureMotion, column: str, take: Take, plan: Plan | None = None) -> float | None:
+    measures = [Measure("m", column, take)]
+    return measure_motion(motion, plan or Plan(), measures)["m"]
+
+
+def study(figure: Figure, plan: Plan, *measures: Measure) -> Study:
+    by_name = {measure.name: measure for measure in measures}
+    return Study("figure", figure, plan, {}, Design(DesignKind.LIST), by_name)
+
+
+@pytest.mark.parametrize("name", ["slides", "flying"])
+def test_columns_of_a_start_begin_with_those_of_the_table(name: str) -> None:
+    motion = clip(name)
+    plan = Plan(free_root=name == "flying", springs=SpringSet())
+    titles = motion_columns(motion.figure, plan)
+    table = list(table_of(motion))
+    assert list(titles[: len(table)]) == table
+    assert len(set(titles)) == len(titles)
+
+
+def test_columns_with_contact_are_those_of_the_table(bounce: tuple[Figure, FigureMotion]) -> None:
+    figure, motion = bounce
+    table = list(table_of(motion))
+    assert list(motion_columns(figure, BOUNCE)[: len(table)]) == table
+
+
+def test_every_column_of_a_start_has_a_number(bounce: tuple[Figure, FigureMotion]) -> None:
+    figure, motion = bounce
+    for title in motion_columns(figure, BOUNCE):
+        assert np.isfinite(number(motion, title, Take.SMALLEST, BOUNCE) or 0.0), title
+
+
+def test_the_last_number_is_that_of_the_table() -> None:
+    motion = clip("slides")
+    for title, cells in table_of(motion).items():
+        assert number(motion, title, Take.LAST) == float(cells[-1])
+
+
+def test_numbers_that_the_table_does_not_have() -> None:
+    motion = clip("slides")
+    run = motion.recording
+    assert run is not None
+    sideways = Plan(gravity=(-5.0, 0.0, 0.0))
+    assert number(motion, "centre_of_mass_height [cm]", Take.LAST) == pytest.approx(
+        100.0 * run.centre_of_mass[-1, 1]
+    )
+    assert number(motion, "centre_of_mass_height [cm]", Take.LAST, sideways) == pytest.approx(
+        100.0 * run.centre_of_mass[-1, 0]
+    )
+    force, moment = np.split(run.reactions["swing"][-1], 2)
+    assert number(motion, "swing.reaction_force [N]", Take.LAST) == np.linalg.norm(force)
+    assert number(motion, "swing.reaction_moment [N m]", Take.LAST) == np.linalg.norm(moment)
+    torque = np.linalg.norm(run.passive_torques["rail"][-1])
+    assert number(motion, "rail.passive_torque [N m]", Take.LAST) == torque
+
+
+def test_extremes_and_their_times() -> None:
+    motion = clip("slides")
+    degrees = np.degrees(motion.displacements["swing"][:, 0])
+    largest = number(motion, "swing.1 [deg]", Take.LARGEST)
+    assert largest is not None
+    assert degrees.max() <= largest <= degrees.max() + np.ptp(degrees) / 10.0
+    smallest = number(motion, "swing.1 [deg]", Take.SMALLEST)
+    assert smallest is not None
+    assert degrees.min() - np.ptp(degrees) / 10.0 <= smallest <= degrees.min()
+    for take, frame in (
+        (Take.TIME_OF_LARGEST, int(np.argmax(degrees))),
+        (Take.TIME_OF_SMALLEST, int(np.argmin(degrees))),
+    ):
+        assert number(motion, "swing.1 [deg]", take) == pytest.approx(
+            motion.times[frame], abs=motion.times[1] - motion.times[0]
+        )
+
+
+def test_peaks_of_contact_are_over_all_steps(bounce: tuple[Figure, FigureMotion]) -> None:
+    """The ball is on the floor for some 10 ms, less than a frame."""
+    figure, motion = bounce
+    fine = motion_from_recording(simulate(figure, replace(BOUNCE, frame=5e-4)), figure)
+    cells = table_of(fine)["ground_force_vy [N]"]
+    exact = max(map(float, cells))
+    in_frames = max(map(float, table_of(motion)["ground_force_vy [N]"]))
+    for title in ("ground_force_vy [N]", "link.contact_force [N]"):
+        assert number(motion, title, Take.LARGEST) == pytest.approx(exact, rel=1e-2)
+        time = number(motion, title, Take.TIME_OF_LARGEST)
+        assert time == pytest.approx(fine.times[cells.index(repr(exact))], abs=1e-3)
+    assert in_frames < 0.9 * exact
+
+
+def test_an_undefined_number_is_none(bounce: tuple[Figure, FigureMotion]) -> None:
+    _, motion = bounce
+    in_the_air = table_of(motion)["ground_force_px [cm]"][-1] == ""
+    assert in_the_air
+    assert number(motion, "ground_force_px [cm]", Take.LAST) is None
+    assert number(motion, "ground_force_px [cm]", Take.LARGEST) is not None
+
+
+def test_displacements_at_rest_are_in_the_unit_of_the_column() -> None:
+    chains = clip("slides").chains
+    rest = {name: np.linspace(0.1, 0.3, len(chain)) for name, chain in chains.items()}
+    measures = [Measure("a", "rail.1 [deg]", Take.REST), Measure("b", "rail.2 [cm]", Take.REST)]
+    found = measure_rest(chains, rest, measures)
+    assert found == {"a": pytest.approx(np.degrees(0.1)), "b": 30.0}
+    with pytest.raises(ModelError, match="no column"):
+        measure_rest(chains, rest, [Measure("c", "kinetic [J]", Take.REST)])
+
+
+WRONG: Mapping[str, tuple[str, Take, str, str]] = {
+    "misspelled": ("joint0.1 [dge]", Take.LAST, "column", "did you mean `joint0.1 [deg]`?"),
+    "without contact": ("ground_force_vy [N]", Take.LAST, "column", "known here"),
+    "energy at rest": ("kinetic [J]", Take.REST, "take", "a displacement of a joint has one"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_measures_are_faults(case: str) -> None:
+    column, take, key, hint = WRONG[case]
+    wrong = Measure("wrong", column, take)
+    right = Measure("right", "joint0.1 [deg]", Take.REST)
+    (fault,) = check_measures(study(row(1), Plan(springs=SpringSet()), right, wrong))
+    assert (fault.measure, fault.key) == ("wrong", key)
+    assert column in fault.message
+    assert hint in fault.hint
+
+
+def test_the_injury_criterion_is_one_number() -> None:
+    figure = read_figure("male50")
+    plan = Plan(scene=FLOOR, free_root=True, height=0.1, springs=SpringSet())
+    measures = [
+        Measure(take.name, "head.injury_criterion [1]", take)
+        for take in (Take.LAST, Take.LARGEST, Take.TIME_OF_LARGEST)
+    ]
+    faults = list(check_measures(study(figure, plan, *measures)))
+    assert [fault.measure for fault in faults] == ["TIME_OF_LARGEST"]
+
+
+PARTS: Sequence[tuple[str, set[RecordingPart]]] = [
+    ("joint0.1 [deg]", set()),
+    ("time [s]", set()),
+    ("centre_of_mass_height [cm]", set()),
+    ("friction [J]", {RecordingPart.ENERGY}),
+    ("bar0.contact_force [N]", {RecordingPart.CONTACT}),
+    ("joint0.passive_torque [N m]", {RecordingPart.PASSIVE_TORQUES}),
+    ("joint0.reaction_force [N]", {RecordingPart.REACTIONS}),
+    ("no such column", set()),
+]
+
+
+@pytest.mark.parametrize(("column", "parts"), PARTS)
+def test_measures_need_only_their_parts(column: str, parts: set[RecordingPart]) -> None:
+    assert parts_of_measures(row(1), [Measure("m", column, Take.LAST)]) == parts
