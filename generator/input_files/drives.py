@@ -123,7 +123,7 @@ def _parse_header(
     if time is None:
         diagnostics.error("there is no column `time [s]`", line, DRIVES_EXAMPLE)
     elif not columns and not joint_names and not diagnostics.has_errors:
-        diagnostics.error("no column drives a joint", line, DRIVES_EXAMPLE)
+        diagnostics.error("no column is the angle of a joint", line, DRIVES_EXAMPLE)
     ordered = sorted(columns.values(), key=lambda one: (one.joint, one.coordinate))
     return None if time is None else _Header(len(cells), time, ordered)
 
@@ -202,7 +202,7 @@ def _parse_coordinate_index(
 def _build_drives(lines: list[Span], header: _Header, diagnostics: Diagnostics) -> dict[str, Drive]:
     """Build the drives from the rows; none, with the errors reported, if any is wrong."""
     if len(lines) < 3:
-        diagnostics.error("a drive needs two rows or more", lines[-1])
+        diagnostics.error("a table of angles needs two rows or more", lines[-1])
         return {}
     times: list[float] = []
     rows: list[list[float]] = []
