@@ -111,10 +111,10 @@ def sweep(
     if table is not None:
         _check_table(table, output, find_study(name))
     engine, workers = _choose_engine(jobs, scheduler, insecure=insecure)
-    parsed = parse_study(name)
-    study = parsed.require_value()
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
+    parsed = parse_study(name)
+    study = parsed.require_value()
     load_compiled_integrator(show_progress=show_progress)
     if dry_run or output is None:
         return _describe(name, study, workers)
