@@ -1,7 +1,7 @@
 """Runs of a study on a cluster of dask.distributed, a library that is imported on use only.
 
-Whoever reaches a scheduler of Dask can run programs on its workers and on its clients. A plain
-connection is therefore made to this machine only, unless the user insists; TLS protects others.
+Whoever reaches a scheduler of Dask can run programs on its workers. Connections to other machines
+are therefore encrypted, unless `--insecure` allows others.
 """
 
 import asyncio
