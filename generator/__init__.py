@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from generator.person.measures import estimate_measures
     from generator.person.person import Person, build_person
     from generator.person.survey import Sex
-    from generator.recording import Ending, Integrator, Outcome, Recording
+    from generator.recording import Ending, Integrator, Outcome, Recording, RecordingPart
     from generator.scene import Box, Plane, Prop, Scene
     from generator.simulation.model import ExudynModel, build_model
     from generator.simulation.plan import Plan
@@ -83,6 +83,7 @@ _MODULES = {
     "Progress": "generator.simulation.run",
     "Prop": "generator.scene",
     "Recording": "generator.recording",
+    "RecordingPart": "generator.recording",
     "Rotation": "generator.figure",
     "Scene": "generator.scene",
     "Segment": "generator.figure",
@@ -152,6 +153,7 @@ __all__ = [
     "Progress",
     "Prop",
     "Recording",
+    "RecordingPart",
     "Rotation",
     "Scene",
     "Segment",
