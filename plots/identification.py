@@ -126,6 +126,7 @@ def identify(
         seed=seed,
         tolerance=tolerance,
         step=step,
+        known_starts=tuple(text.partition("=")[0].strip() for text in displacements or ()),
     )
     figure, diagnostics = load_figure(name)
     spring_set, more = springs_from_option(figure, springs, law)

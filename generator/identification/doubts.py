@@ -36,8 +36,8 @@ def _residual_doubts(fit: Fit) -> Iterator[str]:
         yield (
             f"successive residuals are alike (autocorrelation {tests.lag_one:.2f}, probability "
             f"{tests.whiteness:.0e} for independent noise): the model does not explain the data, "
-            f"or the noise is not independent; the intervals are too narrow, by a factor of "
-            f"{tests.widening:.1f} or more"
+            "the release is not at the first sample (--start), or the noise is not independent; "
+            f"the intervals are too narrow, by a factor of {tests.widening:.1f} or more"
         )
     if tests.misfit is None or fit.options.sd is None:
         return

@@ -6,7 +6,7 @@ quantities asked for: the first sample has noise like all others, and a motion t
 would turn its error into errors of the springs.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, inf
 
@@ -79,6 +79,8 @@ class FitOptions:
             all estimates is below `MAX_BIAS`.
         step: fixed step of the runs [s]; None for error control.
         profiles: whether profiles are computed.
+        known_starts: joints whose start angles in the plan are exact; None for those that the
+            plan sets. Those of other measured joints are estimated.
     """
 
     sd: float | None = None
@@ -87,6 +89,7 @@ class FitOptions:
     tolerance: float | None = None
     step: float | None = None
     profiles: bool = True
+    known_starts: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         """Check the values. Raises UsageError."""
@@ -222,7 +225,9 @@ def fit_springs(
     """
     options = options or FitOptions()
     data = data.without((*case.plan.locked, *case.plan.drives))
-    unknowns = [make_unknown(path, case) for path in paths] + start_angles(case, data, paths)
+    known = case.plan.displacements if options.known_starts is None else options.known_starts
+    unknowns = [make_unknown(path, case) for path in paths]
+    unknowns += start_angles(case, data, paths, known)
     if not paths:
         raise UsageError("nothing to fit: name a quantity with --fit")
     if len({str(path) for path in paths}) < len(paths):
@@ -268,14 +273,16 @@ def fit_springs(
     )
 
 
-def start_angles(case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath]) -> list[Unknown]:
-    """Return the start angles of measured joints that the plan and the paths leave open."""
+def start_angles(
+    case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath], known: Container[str]
+) -> list[Unknown]:
+    """Return the start angles of measured joints, without known ones and those of the paths."""
     named = {str(path) for path in paths}
     found: list[Unknown] = []
     for k, (joint, coordinate) in enumerate(data.columns):
         has_one = len(case.figure.joints[joint].chain) == 1
         text = f"pose.{joint}" if has_one else f"pose.{joint}.{coordinate + 1}"
-        if joint in case.plan.displacements or {text, f"pose.{joint}.{coordinate + 1}"} & named:
+        if joint in known or {text, f"pose.{joint}.{coordinate + 1}"} & named:
             continue
         path = parse_path(text, case)
         found.append(make_unknown(path, case, degrees(float(data.angles[0, k]))))

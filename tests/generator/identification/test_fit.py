@@ -9,7 +9,7 @@ import pytest
 from generator.diagnostics import ModelError, UsageError
 from generator.figure_file import parse_figure
 from generator.identification.comparison import _scale_masses
-from generator.identification.fit import MAX_BIAS, FitOptions, fit_springs
+from generator.identification.fit import MAX_BIAS, FitOptions, fit_springs, start_angles
 from generator.identification.measured_angles import MeasuredAngles
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -94,6 +94,15 @@ def test_noise_of_the_first_sample_does_not_bias_the_fit():
 
     assert np.abs(errors(moved)).max() < 3.0
     assert np.abs(errors(trusted)).max() > 5.0
+
+
+def test_a_start_angle_of_a_posture_is_estimated():
+    case, data = leg_case(), swing()
+    case = replace(case, plan=replace(case.plan, displacements={"left_knee": (0.5,)}))
+    estimated = start_angles(case, data, paths(SCALE), known=())
+    assert [str(one.path) for one in estimated] == [START]
+    assert estimated[0].nominal == pytest.approx(np.degrees(data.angles[0, 0]))
+    assert start_angles(case, data, paths(SCALE), known=("left_knee",)) == []
 
 
 def test_a_start_angle_that_is_named_is_a_quantity():
