@@ -9,7 +9,7 @@ import numpy as np
 from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.identification.measured_angles import MeasuredAngles
-from generator.recording import Ending
+from generator.recording import Ending, RecordingPart
 from generator.rotations import Array
 from generator.study.parameter_paths import Case, ParameterPath, Quantity
 from generator.study.parameters import apply_values, nominal_value
@@ -196,7 +196,7 @@ class Comparison:
                 step=accuracy.step,
                 wall_limit=min(case.plan.wall_limit, self._wall_limit),
             )
-            recording = simulate(case.figure, plan)
+            recording = simulate(case.figure, plan, record={RecordingPart.VELOCITIES})
         except MoverError as failure:
             return differences.ravel(), str(failure)
         times = self.data.times
