@@ -22,7 +22,7 @@ def test_springs_and_a_picture_are_written(tmp_path: Path):
     figure, data = write_leg(tmp_path), data_file(tmp_path)
     springs, picture = tmp_path / "leg.mine.springs.toml", tmp_path / "fit.svg"
     result = run(
-        *("identify", figure, data, *FITS, "--sd", "0.5deg"),
+        *("identify", figure, data, *FITS, "--sd", "0.5deg", "--starts", 1),
         *("-o", springs, "--plot", picture, "-v"),
     )
     text = result.stdout

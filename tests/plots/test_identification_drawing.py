@@ -1,16 +1,18 @@
 """Picture of an identification."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from generator.identification.fit import FitOptions, fit_springs
+from generator.identification.fit import FitOptions
 from plots.identification_drawing import draw_identification
-from tests.swings import SCALE, TRUTH, leg_case, paths, swing
+from tests.swings import SCALE, TRUTH, fitted, standard_fit
 
 
 @pytest.mark.parametrize("texts", [(SCALE,), tuple(TRUTH)])
 def test_angles_residuals_and_profiles_are_drawn(texts: tuple[str, ...]):
-    fit = fit_springs(leg_case(), swing(stop=1.5), paths(*texts), FitOptions(starts=1))
+    fit = standard_fit() if texts == tuple(TRUTH) else fitted(texts, FitOptions(starts=1))
     panels = [axes for axes in draw_identification(fit).get_axes() if axes.get_visible()]
     assert len(panels) == 2 + len(texts) + 1
     measured, fitted = panels[0].get_lines()
@@ -24,6 +26,6 @@ def test_angles_residuals_and_profiles_are_drawn(texts: tuple[str, ...]):
 
 
 def test_without_profiles_the_autocorrelation_stays():
-    options = FitOptions(starts=1, profiles=False)
-    fit = fit_springs(leg_case(), swing(stop=1.0), paths(SCALE), options)
-    assert len(draw_identification(fit).get_axes()) == 3
+    fit = standard_fit()
+    bare = tuple(replace(one, profile=None) for one in fit.estimates)
+    assert len(draw_identification(replace(fit, estimates=bare)).get_axes()) == 3
