@@ -15,9 +15,9 @@ def test_angles_residuals_and_profiles_are_drawn(texts: tuple[str, ...]):
     fit = standard_fit() if texts == tuple(TRUTH) else fitted(texts, FitOptions(starts=1))
     panels = [axes for axes in draw_identification(fit).get_axes() if axes.get_visible()]
     assert len(panels) == 2 + len(texts) + 1
-    measured, fitted = panels[0].get_lines()
+    measured, drawn = panels[0].get_lines()
     np.testing.assert_allclose(measured.get_ydata(), np.degrees(fit.data.angles[:, 0]))
-    np.testing.assert_allclose(fitted.get_ydata(), np.degrees(fit.simulated[:, 0]))
+    np.testing.assert_allclose(drawn.get_ydata(), np.degrees(fit.simulated[:, 0]))
     residuals = panels[1].get_lines()[1]
     np.testing.assert_allclose(residuals.get_ydata(), np.degrees(fit.residuals[:, 0]))
     profile, parabola = panels[2].get_lines()[:2]
