@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from generator.child_processes import cores
 from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.outputs import check_writable, writing
@@ -177,7 +178,7 @@ def _choose_engine(
     jobs: int | None, scheduler: str | None, *, insecure: bool
 ) -> tuple[Engine, int | None]:
     """Return the engine of the runs and its number of processes, None where it is unknown."""
-    from generator.study.worker_pool import cores, run_locally
+    from generator.study.worker_pool import run_locally
 
     count = jobs or cores()
     if scheduler is None:

@@ -9,7 +9,6 @@ import concurrent.futures
 import logging
 import pickle
 import re
-import signal
 import time
 import warnings
 from collections import deque
@@ -23,6 +22,7 @@ from pathlib import Path
 from threading import Condition
 from typing import Any, Protocol, cast
 
+from generator.child_processes import blocked_interrupt
 from generator.diagnostics import MoverError, NotInstalledError, UsageError, shorten
 from generator.study.study import Study
 from generator.study.worker_pool import FinishedRun, RunFunction, Task, died_run, perform_task
@@ -484,7 +484,7 @@ def _local_cluster(jobs: int) -> Generator[_Client]:
         "distributed.worker.preload": [],
         "distributed.worker.profile.enabled": False,
     }
-    with config.set(settings), _inherited_signals_blocked():
+    with config.set(settings), blocked_interrupt():
         cluster: Any = LocalCluster(
             n_workers=jobs,
             threads_per_worker=1,
@@ -515,22 +515,6 @@ def _end_workers(cluster: Any) -> None:
         with suppress(psutil.Error, AttributeError):
             if nanny.pid:
                 psutil.Process(nanny.pid).kill()
-
-
-@contextmanager
-def _inherited_signals_blocked() -> Generator[None]:
-    """Start threads and processes that do not handle Ctrl-C: the caller does."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    from multiprocessing import resource_tracker
-
-    resource_tracker.ensure_running()  # starting it would lift the block
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -186,8 +186,8 @@ class RunResult:
 
     Attributes:
         outcome: ending of the run: "done", another `Ending`, "wrong input" where the case cannot be
-            built, "no equilibrium" where a measure at rest has none, or "died" where its process
-            ended twice.
+            built, "no equilibrium" where a measure at rest has none, "died" where its process ended
+            twice, or "program error".
         message: sentence about a run that is not done; "" else.
         measures: by name; None where the run has no such number.
     """
