@@ -28,6 +28,7 @@ from generator.cli.options import (
     PoseFile,
     SpringsChoice,
     angle_from_option,
+    format_rounded,
     vector_from_option,
     velocities_from_options,
 )
@@ -233,14 +234,15 @@ def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
     yield [*head, *(["per +1 % of mass"] if has_mass else [])]
     for one in fit.estimates:
         digits = decimals(one.sd)
-        ends = [f"{end:.{digits}f}" for end in one.interval]
+        ends = [format_rounded(end, digits) for end in one.interval]
         profile = [
-            "open" if end is None else f"{end:.{digits}f}" for end in one.profile_interval or ()
+            "open" if end is None else format_rounded(end, digits)
+            for end in one.profile_interval or ()
         ]
         row = [
             f"{one.path} (start)" if one.is_start else one.path,
             one.unit,
-            f"{one.value:.{digits}f}",
+            format_rounded(one.value, digits),
             f"{one.sd:.2g}",
             " .. ".join(ends),
             " .. ".join(profile) or "-",

@@ -32,7 +32,8 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
 
 def _residual_doubts(fit: Fit) -> Iterator[str]:
     tests = fit.tests
-    if tests.are_autocorrelated:
+    negligible = max(fit.accuracy.tolerance, 0.5 * (fit.options.sd or 0.0))
+    if tests.are_autocorrelated and tests.rms > negligible:
         yield (
             f"successive residuals are alike (autocorrelation {tests.lag_one:.2f}, probability "
             f"{tests.whiteness:.0e} for independent noise): the model does not explain the data, "

@@ -11,6 +11,7 @@ from tests.swings import (
     ALONE,
     COULOMB,
     NOISE,
+    OFFSET,
     SCALE,
     TRUTH,
     VISCOUS,
@@ -64,6 +65,14 @@ def test_an_estimate_at_its_bound_is_named():
     at_bound = tuple(replace(one, at_bound=one.path == VISCOUS) for one in fit.estimates)
     (found,) = fit_doubts(replace(fit, estimates=at_bound))
     assert found.startswith(f"{VISCOUS} is at its smallest value")
+
+
+def test_exact_data_are_not_called_wrong():
+    data = swing(noise=0.0)
+    fit = fit_springs(leg_case(), data, paths(SCALE, VISCOUS, OFFSET), ALONE)
+    assert fit_doubts(fit) == ()
+    (found,) = fit_doubts(with_stated_noise(fit, NOISE))
+    assert "which is too large" in found
 
 
 @pytest.mark.parametrize("rms", [None, 0.1])
