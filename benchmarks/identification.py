@@ -1,6 +1,6 @@
 """Springs found from synthetic swings: counts of true values inside intervals, and wrong models.
 
-    python -m benchmarks.identification [--sets N] [--jobs N]
+    python -m benchmarks.identification [--sets N] [--first N] [--jobs N]
 
 Each data set is a swing of the figure `leg` in MuJoCo (`benchmarks.swinging_leg`) with its own true
 values and its own white noise, 6 s at 50 samples a second. Scale, offset and viscous damping are
@@ -215,11 +215,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Count true values inside intervals, and fit wrong models."""
     parser = argparse.ArgumentParser(prog=COMMAND)
     parser.add_argument("--sets", type=int, default=100, help="Number of data sets.")
+    parser.add_argument("--first", type=int, default=0, help="Number of the first data set.")
     parser.add_argument("--jobs", type=int, default=2, help="Number of processes.")
     options = parser.parse_args([] if arguments is None else arguments)
+    numbers = range(options.first, options.first + options.sets)
     context = get_context("spawn")
     with ProcessPoolExecutor(options.jobs, mp_context=context) as pool:
-        rows = [*_progress(pool.map(coverage_row, range(options.sets)), options.sets)]
+        rows = [*_progress(pool.map(coverage_row, numbers), options.sets)]
         _report_coverage(rows)
         wrong: list[dict[str, object]] = []
         for model in WRONG:
