@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PICTURE = Path(__file__).with_suffix(".svg")
 PACKAGES = ("plots", "generator", "springs")
-EXTERNAL = ("exudyn", "matplotlib", "viser")
+EXTERNAL = ("exudyn", "matplotlib", "viser", "distributed")
 VALUES = "generator/*.py"
 
 WHAT: Mapping[str, str] = {
@@ -22,7 +22,7 @@ WHAT: Mapping[str, str] = {
     "generator/cli": "one module a command",
     "generator/viewer": "the page in the browser",
     "generator/identification": "springs from a measured motion",
-    "generator/study": "many runs, and what they depend on",
+    "generator/study": "many runs of one figure",
     "generator/conversion.py": "motions, figures and models",
     "generator/person": "a body from sex, stature, mass",
     "generator/simulation": "model, steps, error control",
@@ -36,6 +36,7 @@ WHAT: Mapping[str, str] = {
     "generator/figure_file": "the figure language",
     VALUES: "figure recording rotations units",
     "springs": "torque laws, published tables",
+    "distributed": "clusters",
     "exudyn": "the engine",
     "matplotlib": "drawing",
     "viser": "pages",
@@ -45,8 +46,8 @@ COLUMN: Mapping[str, float] = {
     "matplotlib": -2.1,
     "generator/cli": 0.0,
     "generator/viewer": 0.0,
-    "generator/identification": -1.6,
-    "generator/study": -1.6,
+    "generator/identification": -1.7,
+    "generator/study": -1.35,
     "generator/conversion.py": 1.2,
     "generator/person": -2.1,
     "generator/simulation": -0.95,
@@ -60,6 +61,7 @@ COLUMN: Mapping[str, float] = {
     "generator/figure_file": 0.6,
     VALUES: 0.6,
     "springs": -1.8,
+    "distributed": -2.7,
     "exudyn": -2.1,
     "viser": 2.1,
 }
@@ -146,7 +148,7 @@ def main() -> None:
     drawn = reduced(graph)
     rooms = sorted(graph.keys() | {target for targets in graph.values() for target in targets})
     place = {room: (COLUMN[room], float(height(graph, room))) for room in rooms}
-    users = ("generator/simulation", "plots", "generator/viewer")
+    users = ("generator/simulation", "plots", "generator/viewer", "generator/study")
     for external, user in zip(EXTERNAL, users, strict=True):
         place[external] = COLUMN[external], place[user][1] - (external == "exudyn")
     picture, axes = plt.subplots(figsize=(9.5, 9.0), dpi=72)  # as SVG is drawn
