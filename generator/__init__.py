@@ -54,6 +54,10 @@ if TYPE_CHECKING:
     from generator.simulation.statics import static_torques
     from generator.simulation.stepper import Stepper
     from generator.springs_file.read import read_springs
+    from generator.study.designs import design_points
+    from generator.study.run_case import run_case
+    from generator.study.study_file import read_study
+    from generator.study.sweep import run_sweep
 
     Assembly = ExudynModel
     drawn_displacements = initial_displacements
@@ -102,6 +106,7 @@ _MODULES = {
     "centre_of_mass_jacobian": "generator.kinematics.centre_of_mass",
     "centre_of_pressure": "generator.contact_record",
     "convert": "generator.conversion",
+    "design_points": "generator.study.designs",
     "estimate_measures": "generator.person.measures",
     "forward_kinematics": "generator.kinematics.placement",
     "head_injury_criterion": "generator.contact_record",
@@ -112,6 +117,9 @@ _MODULES = {
     "read_pose": "generator.input_files.pose",
     "read_scene": "generator.input_files.scene",
     "read_springs": "generator.springs_file.read",
+    "read_study": "generator.study.study_file",
+    "run_case": "generator.study.run_case",
+    "run_sweep": "generator.study.sweep",
     "simulate": "generator.simulation.run",
     "stability": "generator.kinematics.stability",
     "static_torques": "generator.simulation.statics",
@@ -172,6 +180,7 @@ __all__ = [
     "centre_of_mass_jacobian",
     "centre_of_pressure",
     "convert",
+    "design_points",
     "drawn_displacements",
     "estimate_measures",
     "forward_kinematics",
@@ -185,6 +194,9 @@ __all__ = [
     "read_pose",
     "read_scene",
     "read_springs",
+    "read_study",
+    "run_case",
+    "run_sweep",
     "simulate",
     "stability",
     "static_torques",

@@ -107,13 +107,17 @@ def parts_of_measures(figure: Figure, measures: Iterable[Measure]) -> frozenset[
 
 
 def _columns_of_start(figure: Figure, plan: Plan) -> dict[str, Column]:
-    """Columns of a run by title, from its start."""
+    """Return the columns of a run by title, from its start."""
     from generator.simulation.model import initial_state  # imports Exudyn
 
     start = initial_state(figure, plan)
     joints = start.placement.tree.figure.joints
     chains = {name: joint.chain for name, joint in joints.items()}
-    return _columns_by_title(chains, start.spheres, plan.up)
+    columns = _columns_by_title(chains, start.spheres, plan.up)
+    for name in joints.keys() - figure.joints.keys():  # of free segments, which transmit nothing
+        for column in _load_columns(name, chains[name]):
+            del columns[column.title]
+    return columns
 
 
 def _columns_by_title(
@@ -133,14 +137,19 @@ def _more_columns(
     """Yield the columns that the table of a motion does not have."""
     yield Column("centre_of_mass_height", LENGTH_UNIT, partial(_height, up))
     for name, chain in chains.items():
-        if chain:
-            read = partial(_passive_torque, name)
-            yield Column(f"{name}.passive_torque", "N m", read, RecordingPart.PASSIVE_TORQUES)
-        for k, (kind, unit) in enumerate((("force", "N"), ("moment", "N m"))):
-            read = partial(_reaction, name, slice(3 * k, 3 * k + 3))
-            yield Column(f"{name}.reaction_{kind}", unit, read, RecordingPart.REACTIONS)
+        yield from _load_columns(name, chain)
     for name in head_segments(contact_segments):
         yield Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
+
+
+def _load_columns(name: str, chain: Sequence[JointAxis]) -> Iterator[Column]:
+    """Yield the columns of the torque, force and moment at a joint."""
+    if chain:
+        read = partial(_passive_torque, name)
+        yield Column(f"{name}.passive_torque", "N m", read, RecordingPart.PASSIVE_TORQUES)
+    for k, (kind, unit) in enumerate((("force", "N"), ("moment", "N m"))):
+        read = partial(_reaction, name, slice(3 * k, 3 * k + 3))
+        yield Column(f"{name}.reaction_{kind}", unit, read, RecordingPart.REACTIONS)
 
 
 def _height(up: Vector, motion: FigureMotion) -> Array:

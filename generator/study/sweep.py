@@ -22,7 +22,7 @@ from generator.study.journal import (
 )
 from generator.study.run_table import write_run_table
 from generator.study.study import RunResult, Study
-from generator.study.worker_pool import FinishedRun, Task
+from generator.study.worker_pool import FinishedRun, Task, run_locally
 from generator.text_io import os_error_reason, path_exists, remove_stale_parts, write_atomic
 
 DONE = "done"
@@ -88,8 +88,8 @@ def motion_path(folder: Path, index: int, runs: int) -> Path:
 
 def run_sweep(
     study: Study,
-    folder: Path,
-    engine: Engine,
+    folder: str | Path,
+    engine: Engine = run_locally,
     *,
     keep_motions: bool = False,
     again_failed: bool = False,
@@ -98,13 +98,14 @@ def run_sweep(
     """Carry out the runs of a study that its folder does not have yet, and write their table.
 
     The folder is created. Each finished run is a line of its journal; whatever ends the sweep, the
-    next one continues. `run_locally`, the engine for processes of this machine, needs a script
-    that calls this function below `if __name__ == "__main__":`.
+    next one continues. A script calls this function below `if __name__ == "__main__":`, since the
+    processes that carry out the runs import it.
 
     Args:
         study: to run.
         folder: for the results.
-        engine: that carries out the runs, such as `partial(run_locally, jobs=4)`.
+        engine: that carries out the runs, such as `partial(run_locally, jobs=4)` [default: a
+            process of this machine for each core].
         keep_motions: whether the motions are written; runs without theirs are repeated.
         again_failed: whether runs that failed before are repeated.
         watch: called at the start and after each run.
@@ -114,9 +115,8 @@ def run_sweep(
         InputError: a file cannot be read or written.
         MoverError: the engine cannot start.
     """
-    points = design_points(study)
-    header = JournalHeader(content_key(study, points, versions := installed_versions()), versions)
-    del versions
+    folder, points, versions = Path(folder), design_points(study), installed_versions()
+    header = JournalHeader(content_key(study, points, versions), versions)
     journal_path = folder / JOURNAL_NAME
     _create_folder(folder)
     with lock_folder(folder):

@@ -105,7 +105,7 @@ def died_run(study: Study, task: Task) -> FinishedRun:
 
 
 def run_locally(
-    study: Study, tasks: Sequence[Task], jobs: int, run: RunFunction | None = None
+    study: Study, tasks: Sequence[Task], jobs: int | None = None, run: RunFunction | None = None
 ) -> Generator[FinishedRun]:
     """Carry out tasks in processes, and yield each result when it is there, in any order.
 
@@ -114,7 +114,7 @@ def run_locally(
     Args:
         study: that the runs belong to.
         tasks: runs to carry out.
-        jobs: largest number of processes, at least 1.
+        jobs: largest number of processes, at least 1 [default: one a core].
         run: function that carries out a run [default: `run_case`].
 
     Raises:
@@ -125,7 +125,7 @@ def run_locally(
         from generator.study.run_case import run_case
 
         run = run_case
-    pool = _Pool(study, tasks, jobs, run)
+    pool = _Pool(study, tasks, cores() if jobs is None else jobs, run)
     try:
         while pool.has_work:
             yield from pool.advance()

@@ -80,3 +80,4 @@ def test_the_python_of_the_page_runs(code: str, tmp_path: Path, monkeypatch: Any
     names: dict[str, Any] = {}
     exec(code, names)
     assert names["points"].shape == (64, 1)
+    assert names["first"].outcome == "done"

@@ -191,3 +191,12 @@ PARTS: Sequence[tuple[str, set[RecordingPart]]] = [
 @pytest.mark.parametrize(("column", "parts"), PARTS)
 def test_measures_need_only_their_parts(column: str, parts: set[RecordingPart]) -> None:
     assert parts_of_measures(row(1), [Measure("m", column, Take.LAST)]) == parts
+
+
+def test_each_load_of_a_free_figure_is_recorded_for_its_measure() -> None:
+    figure = row(2)
+    titles = motion_columns(figure, Plan(free_root=True, springs=SpringSet()))
+    loads = [title for title in titles if ".reaction" in title or ".passive" in title]
+    assert loads
+    for title in loads:
+        assert parts_of_measures(figure, [Measure("m", title, Take.LAST)]), title

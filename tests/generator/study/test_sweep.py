@@ -232,3 +232,9 @@ def test_a_killed_sweep_of_the_pendulum_continues_with_the_same_bytes(tmp_path: 
     run_sweep(study, tmp_path / "whole", Serial(run=run_case))
     tables = [(tmp_path / name / TABLE_NAME).read_bytes() for name in ("killed", "whole")]
     assert tables[0] == tables[1]
+
+
+def test_a_finished_folder_needs_no_engine(tmp_path: Path) -> None:
+    first = sweep(tmp_path)
+    again = run_sweep(STUDY, str(tmp_path))
+    assert (again.rows, again.kept) == (first.rows, len(VALUES))
