@@ -70,6 +70,17 @@ def quick_run(
     return RunResult("done", "", {"swing": value / 3.0, "end": value * value})
 
 
+def pendulum_run(
+    study: Study, values: Sequence[float], keep: Path | None, threads: int = 1
+) -> RunResult:
+    """Carry out a run of the study without keeping its motion; at one value, kill the process."""
+    if tuple(values) == (POISON,):
+        return quick_run(study, values, keep)
+    from generator.study.run_case import run_case
+
+    return run_case(study, values, None, threads)
+
+
 def meeting_run(
     study: Study, values: Sequence[float], keep: Path | None, threads: int = 1
 ) -> RunResult:

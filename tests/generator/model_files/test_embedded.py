@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -67,6 +68,41 @@ def read_back(path: Path) -> tuple[Imported, Figure, SpringSet]:
     return imported, figure, read_springs(None, figure)
 
 
+@dataclass(frozen=True)
+class Written:
+    """A figure and springs, and the model of them, in a folder that no test changes."""
+
+    figure: Figure
+    springs: SpringSet
+    path: Path
+
+    @cached_property
+    def back(self) -> tuple[Imported, Figure, SpringSet]:
+        """Return what was read from the model."""
+        return read_back(self.path)
+
+
+Models = Callable[[str, str], Written]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Models:
+    """The model of a case in a format, which the tests of this module share."""
+
+    @cache
+    def content(case: str) -> tuple[Figure, SpringSet]:
+        return CASES[case](tmp_path_factory.mktemp("case"))
+
+    @cache
+    def model(case: str, suffix: str) -> Written:
+        figure, springs = content(case)
+        path = tmp_path_factory.mktemp("model") / f"model{suffix}"
+        write(figure, springs, path)
+        return Written(figure, springs, path)
+
+    return model
+
+
 def without_psurfs(figure: Figure) -> Figure:
     return figure.with_parts(*(replace(one, psurf=None) for one in figure.segments.values()))
 
@@ -79,10 +115,9 @@ def corners(figure: Figure, segment: str) -> Array:
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("case", CASES)
-def test_figure_and_springs_come_back_exactly(case: str, suffix: str, tmp_path: Path):
-    figure, springs = CASES[case](tmp_path)
-    write(figure, springs, tmp_path / f"model{suffix}")
-    imported, back, laws = read_back(tmp_path / f"model{suffix}")
+def test_figure_and_springs_come_back_exactly(case: str, suffix: str, written: Models):
+    model = written(case, suffix)
+    figure, springs, (imported, back, laws) = model.figure, model.springs, model.back
     assert without_psurfs(back) == without_psurfs(figure)
     assert (laws.joints, laws.coupled, laws.joining) == (
         springs.joints,
@@ -95,10 +130,9 @@ def test_figure_and_springs_come_back_exactly(case: str, suffix: str, tmp_path: 
 
 @pytest.mark.parametrize("suffix", [".xml", ".osim", ".urdf"])
 @pytest.mark.parametrize("case", ["prototype", "pendulum", "humanoid of Gymnasium"])
-def test_shapes_and_colours_come_back(case: str, suffix: str, tmp_path: Path):
-    figure, springs = CASES[case](tmp_path)
-    write(figure, springs, tmp_path / f"model{suffix}")
-    _, back, _ = read_back(tmp_path / f"model{suffix}")
+def test_shapes_and_colours_come_back(case: str, suffix: str, written: Models):
+    model = written(case, suffix)
+    figure, (_, back, _) = model.figure, model.back
     digits = 1e-12 if suffix == ".xml" else 1e-6  # mesh files have 32-bit numbers
     drawn = [name for name, one in figure.bodies.items() if one.psurf is not None]
     assert drawn
@@ -112,10 +146,9 @@ def test_shapes_and_colours_come_back(case: str, suffix: str, tmp_path: Path):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_fall_of_the_figure_that_came_back_is_the_same(suffix: str, tmp_path: Path):
-    figure, springs = CASES["clavicles"](tmp_path)
-    write(figure, springs, tmp_path / f"model{suffix}")
-    _, back, laws = read_back(tmp_path / f"model{suffix}")
+def test_a_fall_of_the_figure_that_came_back_is_the_same(suffix: str, written: Models):
+    model = written("clavicles", suffix)
+    figure, springs, (_, back, laws) = model.figure, model.springs, model.back
     one, other = (
         simulate(drawn, Plan(stop=0.2, springs=own, tolerance=1e-4))
         for drawn, own in ((figure, springs), (back, laws))
@@ -165,12 +198,12 @@ def test_a_free_root_comes_back(suffix: str, tmp_path: Path):
 
 
 def edited(
-    suffix: str, tmp_path: Path, pattern: str, new: str
+    model: Written, folder: Path, pattern: str, new: str
 ) -> tuple[Imported, Figure, SpringSet]:
-    """The prototype's model, in which the first text of a pattern is replaced."""
-    figure, springs = CASES["prototype"](tmp_path)
-    path = tmp_path / f"model{suffix}"
-    text = write(figure, springs, path)
+    """What is read from a copy of a model, in which the first text of a pattern is replaced."""
+    copytree(model.path.parent, folder, dirs_exist_ok=True)
+    path = folder / model.path.name
+    text = path.read_text(encoding="utf-8")
     changed, count = re.subn(pattern, new, text, count=1)
     assert count == 1
     assert changed != text
@@ -182,13 +215,15 @@ def edited(
     ("suffix", "pattern"),
     [(".xml", r'mass="4\.00077"'), (".osim", r"<mass>4\.00077</mass>")],
 )
-def test_an_edited_mass_is_read_and_the_springs_stay(suffix: str, pattern: str, tmp_path: Path):
-    new = pattern.replace("\\", "").replace("4.00077", "5.5")
-    _, back, laws = edited(suffix, tmp_path, pattern, new)
+def test_an_edited_mass_is_read_and_the_springs_stay(
+    suffix: str, pattern: str, tmp_path: Path, written: Models
+):
+    new, model = pattern.replace("\\", "").replace("4.00077", "5.5"), written("prototype", suffix)
+    _, back, laws = edited(model, tmp_path, pattern, new)
     masses = [one.mass for one in back.bodies.values()]
     assert masses.count(5.5) == 1
     assert masses.count(4.00077) == 1
-    assert laws.joints == CASES["prototype"](tmp_path)[1].joints
+    assert laws.joints == model.springs.joints
 
 
 @pytest.mark.parametrize(
@@ -199,9 +234,9 @@ def test_an_edited_mass_is_read_and_the_springs_stay(suffix: str, pattern: str, 
     ],
 )
 def test_edited_springs_are_read_from_the_model(
-    suffix: str, pattern: str, new: str, tmp_path: Path
+    suffix: str, pattern: str, new: str, tmp_path: Path, written: Models
 ):
-    imported, _, laws = edited(suffix, tmp_path, pattern, new)
+    imported, _, laws = edited(written("prototype", suffix), tmp_path, pattern, new)
     lost(imported, "its springs and loads were changed")
     dampings = [axis.damping.viscous for joint in laws.joints.values() for axis in joint.axes]
     assert max(dampings) >= 123.0
@@ -216,8 +251,10 @@ def test_edited_springs_are_read_from_the_model(
         (".osim", r"<translation>[^<]*</translation>", "<translation>1 2 3</translation>"),
     ],
 )  # fmt: skip
-def test_edited_bodies_are_read_from_the_model(suffix: str, pattern: str, new: str, tmp_path: Path):
-    imported, _, _ = edited(suffix, tmp_path, pattern, new)
+def test_edited_bodies_are_read_from_the_model(
+    suffix: str, pattern: str, new: str, tmp_path: Path, written: Models
+):
+    imported, _, _ = edited(written("prototype", suffix), tmp_path, pattern, new)
     lost(imported, "its bodies and joints were changed")
 
 
@@ -229,16 +266,17 @@ def test_edited_bodies_are_read_from_the_model(suffix: str, pattern: str, new: s
         ("segment right_lower_leg {", "segment right_lower_log {"),
     ],
 )
-def test_damaged_texts_are_not_used(pattern: str, new: str, tmp_path: Path):
-    imported, back, _ = edited(".osim", tmp_path, re.escape(pattern), new)
+def test_damaged_texts_are_not_used(pattern: str, new: str, tmp_path: Path, written: Models):
+    imported, back, _ = edited(written("prototype", ".osim"), tmp_path, re.escape(pattern), new)
     lost(imported, "its texts or inertias were changed")
     assert "right_lower_leg" in back.segments
 
 
-def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
-    imported, _, laws = edited(".xml", tmp_path, r'timestep="0.001"', 'timestep=" 1e-3 "')
+def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path, written: Models):
+    model = written("prototype", ".xml")
+    imported, _, laws = edited(model, tmp_path, r'timestep="0.001"', 'timestep=" 1e-3 "')
     assert imported.losses.entries == ()
-    assert laws.joints == CASES["prototype"](tmp_path)[1].joints
+    assert laws.joints == model.springs.joints
 
 
 @pytest.mark.parametrize(
@@ -249,14 +287,16 @@ def test_numbers_in_another_form_and_spaces_are_no_change(tmp_path: Path):
         ("</worldbody>", '</worldbody><actuator><motor joint="left_knee"/></actuator>'),
     ],
 )
-def test_additions_are_one_loss(pattern: str, new: str, tmp_path: Path):
-    imported, _, laws = edited(".xml", tmp_path, pattern, new)
+def test_additions_are_one_loss(pattern: str, new: str, tmp_path: Path, written: Models):
+    model = written("prototype", ".xml")
+    imported, _, laws = edited(model, tmp_path, pattern, new)
     lost(imported, "cameras")
-    assert laws.joints == CASES["prototype"](tmp_path)[1].joints
+    assert laws.joints == model.springs.joints
 
 
-def test_another_colour_is_read(tmp_path: Path):
-    imported, back, laws = edited(".xml", tmp_path, r'rgba="[^"]*"', 'rgba="0 0.5 1 1"')
+def test_another_colour_is_read(tmp_path: Path, written: Models):
+    model = written("prototype", ".xml")
+    imported, back, laws = edited(model, tmp_path, r'rgba="[^"]*"', 'rgba="0 0.5 1 1"')
     colours = [segment_colour(back, one) for one in back.segments.values()]
     assert colours.count((0.0, 0.5, 1.0)) == 1
     assert imported.losses.entries == ()
@@ -285,11 +325,10 @@ def test_a_model_without_springs_comes_back_without(suffix: str, tmp_path: Path)
 
 
 @pytest.mark.verify
-def test_other_programs_skip_what_a_model_carries(tmp_path: Path):
+def test_other_programs_skip_what_a_model_carries(written: Models):
     mujoco, opensim = (pytest.importorskip(name) for name in ("mujoco", "opensim"))
-    figure, springs = CASES["prototype"](tmp_path)
-    for suffix in SUFFIXES:
-        write(figure, springs, tmp_path / f"model{suffix}")
-    assert mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml")).ntext >= 5
+    in_mujoco, in_opensim = (written("prototype", suffix) for suffix in SUFFIXES)
+    assert mujoco.MjModel.from_xml_path(str(in_mujoco.path)).ntext >= 5
     opensim.Logger.setLevelString("error")
-    assert opensim.Model(str(tmp_path / "model.osim")).getNumBodies() >= len(figure.bodies)
+    bodies = opensim.Model(str(in_opensim.path)).getNumBodies()
+    assert bodies >= len(in_opensim.figure.bodies)

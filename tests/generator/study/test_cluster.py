@@ -35,6 +35,7 @@ from tests.study_runs import (
     POISON,
     is_running,
     list_study,
+    pendulum_run,
     processes_of,
     quick_run,
 )
@@ -151,23 +152,27 @@ def test_says_how_to_install_dask(monkeypatch: pytest.MonkeyPatch) -> None:
         check_scheduler("local")
 
 
-# A cluster of two processes, one of which is killed in mid-run
+# A cluster of two processes, one of which is killed in mid-run, and once more in the same run
 
-VALUES = [0.5 + 0.04 * k for k in range(24)]
+VALUES = [0.5 + 0.04 * k for k in range(16)]
+DEADLY = 5
+VALUES[DEADLY] = POISON
 
 
 @dataclass(frozen=True)
 class Killed:
-    """Runs of which one worker was killed.
+    """Runs of which one killed its worker twice.
 
     Attributes:
         rows: by index.
+        attempts: number of times that the run was carried out.
         listening: addresses at which the command and its processes listened.
         survivors: processes that were there after the runs.
         printed: on the standard streams.
     """
 
     rows: list[RunResult]
+    attempts: int
     listening: set[str]
     survivors: list[int]
     printed: str
@@ -191,35 +196,45 @@ def streams_in(file: Path) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     printed = tmp_path_factory.mktemp("printed") / "streams.txt"
+    motions = tmp_path_factory.mktemp("motions")
     this = psutil.Process()
     others = set(this.children())
     results: dict[int, RunResult] = {}
-    workers: list[Any] = []
     listening: set[str] = set()
-    runs = run_on_cluster(list_study(*VALUES), tasks(VALUES), "local", jobs=2)
+    runs = run_on_cluster(
+        list_study(*VALUES), tasks(VALUES, motions), "local", jobs=2, run=pendulum_run
+    )
     with streams_in(printed), closing(runs):
         for run in runs:
             results[run.index] = run.result
-            if len(results) == 5:
+            if len(results) == 1:
                 started = set(this.children()) - others
                 workers = [one for one in started if "spawn_main" in " ".join(one.cmdline())]
+                assert len(workers) == 2
                 for each in [this, *workers]:
                     found = each.net_connections("inet")
                     listening |= {one.laddr.ip for one in found if one.status == "LISTEN"}
-                workers[0].kill()
-    assert len(workers) == 2
     return Killed(
         [results[index] for index in range(len(VALUES))],
+        len(processes_of(motions)),
         listening,
         [one.pid for one in set(this.children()) - others if "spawn_main" in str(one.cmdline())],
         printed.read_text(),
     )
 
 
-def test_gives_the_rows_of_this_machine_although_a_worker_was_killed(killed: Killed) -> None:
-    assert killed.rows == [run_case(list_study(*VALUES), (value,)) for value in VALUES]
-    assert len({str(row.measures) for row in killed.rows}) == len(VALUES)
-    assert {row.outcome for row in killed.rows} == {"done"}
+def test_gives_the_rows_of_this_machine_although_workers_were_killed(killed: Killed) -> None:
+    rows, values = list(killed.rows), list(VALUES)
+    del rows[DEADLY], values[DEADLY]
+    assert rows == [run_case(list_study(*VALUES), (value,)) for value in values]
+    assert len({str(row.measures) for row in rows}) == len(values)
+    assert {row.outcome for row in rows} == {"done"}
+
+
+def test_a_run_that_kills_its_worker_twice_is_a_row(killed: Killed) -> None:
+    row = killed.rows[DEADLY]
+    assert (row.outcome, row.measures) == (DIED, {"swing": None, "end": None})
+    assert killed.attempts == 2
 
 
 def test_listens_on_the_loopback_interface_only(killed: Killed) -> None:
@@ -232,13 +247,6 @@ def test_leaves_no_process(killed: Killed) -> None:
 
 def test_prints_nothing(killed: Killed) -> None:
     assert killed.printed == ""
-
-
-def test_a_run_that_kills_its_worker_twice_is_a_row(tmp_path: Path) -> None:
-    results = rows([1.0, POISON, 3.0, 4.0], "local", tmp_path)
-    assert [one.outcome for one in results] == ["done", DIED, "done", "done"]
-    assert results[1].measures == {"swing": None, "end": None}
-    assert len((tmp_path / "001").read_text().split()) == 2
 
 
 SLOW_SWEEP = """
@@ -288,22 +296,30 @@ def scheduler(workers: int = 1, threads: int = 1) -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def address() -> Iterator[str]:
+def shared() -> Iterator[Any]:
     with scheduler() as started:
-        yield started.scheduler_address
+        yield started
 
 
-def test_submits_few_runs_at_a_time() -> None:
+@pytest.fixture
+def address(shared: Any) -> str:
+    return shared.scheduler_address
+
+
+def test_submits_few_runs_at_a_time(shared: Any, address: str) -> None:
     values = [0.1 * k for k in range(60)]
-    with scheduler() as started:
-        known: list[int] = []
-        results: dict[int, RunResult] = {}
-        study, address = list_study(*values), started.scheduler_address
-        for run in run_on_cluster(study, tasks(values), address, run=quick_run):
-            results[run.index] = run.result
-            known.append(len(started.scheduler.tasks))
+    known: list[int] = []
+    results: dict[int, RunResult] = {}
+    for run in run_on_cluster(list_study(*values), tasks(values), address, run=quick_run):
+        results[run.index] = run.result
+        known.append(len(shared.scheduler.tasks))
     assert [results[index] for index in range(60)] == expected(values)
     assert max(known) < 20
+
+
+def test_carries_out_runs_of_the_study_by_default(address: str) -> None:
+    (run,) = run_on_cluster(list_study(1.1), tasks([1.1]), address)
+    assert run.result == run_case(list_study(1.1), (1.1,))
 
 
 def test_an_error_of_the_program_is_a_row(address: str) -> None:
