@@ -116,6 +116,8 @@ def sweep(
         import_exudyn()
     parsed = parse_study(name)
     study = parsed.require_value()
+    if table is not None:
+        check_writable([table], [study.design.file], "study")
     load_compiled_integrator(show_progress=show_progress)
     if dry_run or output is None:
         return _describe(name, study, workers)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 from typing import TypeAlias
 
 from generator.figure import Figure
@@ -105,12 +106,14 @@ class Design:
             Morris; None for a grid and a list.
         seed: of the random numbers.
         rows: of a list, the values of the parameters in their order; else empty.
+        file: of a list; None for another kind.
     """
 
     kind: DesignKind
     runs: int | None = None
     seed: int = 0
     rows: tuple[tuple[float, ...], ...] = ()
+    file: Path | None = field(default=None, compare=False)
 
 
 class Take(StrEnum):

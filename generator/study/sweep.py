@@ -121,6 +121,8 @@ def run_sweep(
     _create_folder(folder)
     with lock_folder(folder):
         content = read_journal(journal_path, study.measures)
+        if content.header != header and not (content.runs or content.damaged_lines):
+            content = JournalContent(None, {}, (), 0)  # another study that has finished no run
         _check_owner(folder, content, header)
         remove_stale_parts(folder)
         results = _usable_runs(folder, content, len(points), keep_motions, again_failed)
@@ -219,7 +221,8 @@ def _check_owner(folder: Path, content: JournalContent, header: JournalHeader) -
         raise UsageError(
             f"`{journal}` does not begin as a journal of runs: choose another folder, or delete it."
         )
-    for name in (STUDY_NAME, TABLE_NAME):
+    # A power cut may leave an empty journal beside the study.
+    for name in (TABLE_NAME,) if path_exists(journal) else (STUDY_NAME, TABLE_NAME):
         if path_exists(folder / name):
             raise UsageError(
                 f"`{folder}` has a file `{name}` and no journal of runs: choose another folder."

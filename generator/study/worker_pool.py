@@ -15,7 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TypeAlias
@@ -92,9 +92,18 @@ def perform_task(run: RunFunction, study: Study, task: Task, threads: int = 1) -
     except OSError:
         raise
     except Exception as failure:
-        message = " ".join(f"{type(failure).__name__}: {failure}".split())
+        message = f"{type(failure).__name__}: {failure}"
         result = RunResult(PROGRAM_ERROR, message, dict.fromkeys(study.measures))
+    result = replace(result, message=_one_line(result.message))
     return FinishedRun(task.index, result, time.perf_counter() - start)
+
+
+def _one_line(message: str) -> str:
+    """Return a message as a cell of a table can have it: in one line and in UTF-8.
+
+    A name of a file, for example, may have bytes that are no text.
+    """
+    return " ".join(message.split()).encode(errors="backslashreplace").decode()
 
 
 def died_run(study: Study, task: Task) -> FinishedRun:
