@@ -111,7 +111,8 @@ class Estimate:
         sd: standard deviation.
         interval: 95 % interval from the standard deviation.
         profile: of the sum of squares; None where it was not computed.
-        profile_interval: 95 % interval from the profile; None for an open end.
+        profile_interval: 95 % interval from the profile, which ends at the smallest value of the
+            quantity at the latest; None for an open end.
         mass_slope: change of the estimate per relative change of all masses; None where masses are
             fitted.
         bias: change of the estimate with more accurate runs [sd].
@@ -192,6 +193,11 @@ class Fit:
     def residuals(self) -> Array:
         """Simulated less measured angles, shape (n, k) [rad]."""
         return self.simulated - self.data.angles
+
+    @property
+    def has_fitted_masses(self) -> bool:
+        """Return whether a mass or an inertia is among the estimates."""
+        return any(one.mass_slope is None for one in self.estimates)
 
     @property
     def values(self) -> dict[str, float]:
@@ -527,7 +533,7 @@ def _estimates(
                 sd=deviation,
                 interval=(value - quantile * deviation, value + quantile * deviation),
                 profile=profile,
-                profile_interval=None if profile is None else profile.interval(quantile),
+                profile_interval=_profile_interval(profile, quantile, unknown.lower),
                 mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
                 bias=float(bias[k]),
                 at_bound=value - unknown.lower < 0.05 * deviation,
@@ -535,3 +541,13 @@ def _estimates(
             )
         )
     return tuple(estimates)
+
+
+def _profile_interval(
+    profile: Profile | None, quantile: float, lower: float
+) -> tuple[float | None, float | None] | None:
+    """Interval of a profile; the end of a profile that reaches the smallest value is that value."""
+    if profile is None:
+        return None
+    low, high = profile.interval(quantile)
+    return lower if low is None and float(profile.values[0]) <= lower else low, high

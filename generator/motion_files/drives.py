@@ -132,7 +132,7 @@ def _drives(
         elif known.chain != chain:
             diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
         elif any(factor.kind is not AxisKind.ROTATION for factor in driven):
-            message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven"
+            message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven or fitted"
             diagnostics.append(error(message))
     if diagnostics:
         raise InputError(diagnostics)
