@@ -132,8 +132,8 @@ def _drives(
         elif known.chain != chain:
             diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
         elif any(factor.kind is not AxisKind.ROTATION for factor in driven):
-            message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven or fitted"
-            diagnostics.append(error(message))
+            message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven"
+            diagnostics.append(error(f"{message} or fitted"))
     if diagnostics:
         raise InputError(diagnostics)
     _require_driven(joints, selected, name)
