@@ -32,6 +32,7 @@ from generator.identification.uncertainty import (
     move_within_bounds,
 )
 from generator.rotations import Array
+from generator.simulation.plan import resolve_springs
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
 
 MAX_BIAS = 0.1
@@ -208,7 +209,7 @@ class Fit:
 def fit_springs(
     case: Case,
     data: MeasuredAngles,
-    paths: Sequence[ParameterPath],
+    paths: Sequence[ParameterPath | str],
     options: FitOptions | None = None,
     watch: Callable[[], None] | None = None,
 ) -> Fit:
@@ -220,7 +221,7 @@ def fit_springs(
     Args:
         case: figure and plan; start, stop and frames of the plan are those of the data.
         data: measured angles.
-        paths: of the quantities.
+        paths: of the quantities, such as "springs.knee.scale".
         options: of the fit.
         watch: called before each run.
 
@@ -232,11 +233,13 @@ def fit_springs(
     options = options or FitOptions()
     data = data.without((*case.plan.locked, *case.plan.drives))
     known = case.plan.displacements if options.known_starts is None else options.known_starts
-    unknowns = [make_unknown(path, case) for path in paths]
-    unknowns += start_angles(case, data, paths, known)
+    case = replace(case, plan=replace(case.plan, springs=resolve_springs(case.figure, case.plan)))
+    wanted = [parse_path(path, case) if isinstance(path, str) else path for path in paths]
+    unknowns = [make_unknown(path, case) for path in wanted]
+    unknowns += start_angles(case, data, wanted, known)
     if not paths:
         raise UsageError("nothing to fit: name a quantity with --fit")
-    if len({str(path) for path in paths}) < len(paths):
+    if len({str(path) for path in wanted}) < len(wanted):
         raise UsageError("a quantity is fitted twice")
     if data.angles.size <= len(unknowns):
         raise UsageError(

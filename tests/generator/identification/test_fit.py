@@ -210,3 +210,18 @@ def test_an_interval_by_profile_ends_at_the_smallest_value():
     low, high = one.profile_interval
     assert low == 0.0
     assert high is not None
+
+
+def test_a_fit_from_python_needs_figure_data_and_words():
+    from generator import read_figure, read_measured_angles
+    from tests.paths import ROOT
+
+    leg = read_figure("leg")
+    measured, warnings = read_measured_angles(ROOT / "figures/leg_swing.csv", leg)
+    words = ["springs.knee.scale", "springs.knee.viscous_Nms_rad"]
+    fit = fit_springs(
+        Case(leg, Plan()), measured.between(0.0, 0.5), words, replace(ALONE, step=0.01)
+    )
+    assert warnings == ()
+    assert [one.path for one in fit.estimates] == [*words, "pose.knee"]
+    assert fit.tests.rms < np.radians(2.0)
