@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     )
     from generator.figure_file import read_figure
     from generator.figure_file.write import write_figure, write_pose
+    from generator.identification.fit import FitOptions, fit_springs
+    from generator.identification.measured_angles import read_measured_angles
     from generator.input_files.pose import read_pose
     from generator.input_files.scene import read_scene
     from generator.kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
@@ -55,6 +57,7 @@ if TYPE_CHECKING:
     from generator.simulation.stepper import Stepper
     from generator.springs_file.read import read_springs
     from generator.study.designs import design_points
+    from generator.study.parameter_paths import Case
     from generator.study.run_case import run_case
     from generator.study.study_file import read_study
     from generator.study.sweep import run_sweep
@@ -68,11 +71,13 @@ _MODULES = {
     "Attribute": "generator.figure",
     "AxisKind": "generator.figure",
     "Box": "generator.scene",
+    "Case": "generator.study.parameter_paths",
     "ContactRecord": "generator.contact_record",
     "ContactSphere": "generator.figure",
     "Ending": "generator.recording",
     "ExudynModel": "generator.simulation.model",
     "Figure": "generator.figure",
+    "FitOptions": "generator.identification.fit",
     "InputError": "generator.diagnostics",
     "Integrator": "generator.recording",
     "Joint": "generator.figure",
@@ -108,11 +113,13 @@ _MODULES = {
     "convert": "generator.conversion",
     "design_points": "generator.study.designs",
     "estimate_measures": "generator.person.measures",
+    "fit_springs": "generator.identification.fit",
     "forward_kinematics": "generator.kinematics.placement",
     "head_injury_criterion": "generator.contact_record",
     "initial_displacements": "generator.kinematics.placement",
     "read_action": "generator.motion_files",
     "read_figure": "generator.figure_file",
+    "read_measured_angles": "generator.identification.measured_angles",
     "read_npz": "generator.motion_files",
     "read_pose": "generator.input_files.pose",
     "read_scene": "generator.input_files.scene",
@@ -142,11 +149,13 @@ __all__ = [
     "Attribute",
     "AxisKind",
     "Box",
+    "Case",
     "ContactRecord",
     "ContactSphere",
     "Ending",
     "ExudynModel",
     "Figure",
+    "FitOptions",
     "InputError",
     "Integrator",
     "Joint",
@@ -183,6 +192,7 @@ __all__ = [
     "design_points",
     "drawn_displacements",
     "estimate_measures",
+    "fit_springs",
     "forward_kinematics",
     "hang",
     "head_injury_criterion",
@@ -190,6 +200,7 @@ __all__ = [
     "place",
     "read_action",
     "read_figure",
+    "read_measured_angles",
     "read_npz",
     "read_pose",
     "read_scene",

@@ -35,13 +35,13 @@ from generator.cli.options import (
 from generator.cli.outputs import check_writable, write_files
 from generator.cli.progress import load_compiled_integrator, run_counter
 from generator.diagnostics import UsageError, format_count
-from generator.identification.doubts import GIVEN_MASSES, fit_doubts
+from generator.identification.doubts import GIVEN_MASSES, GIVEN_TORQUES, fit_doubts
 from generator.identification.fit import CONFIDENCE, Estimate, Fit, FitOptions, fit_springs
 from generator.identification.fitted_springs import decimals, fitted_springs_text
 from generator.identification.measured_angles import read_measured_angles
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
-from generator.study.parameter_paths import Case, parse_path
+from generator.study.parameter_paths import Case, ParameterPath, parse_path
 from plots.pendulum_test import pendulum_tests
 from plots.plate import PICTURE_FORMATS
 
@@ -122,7 +122,7 @@ def identify(
     if not fit and (protocol is None or output is not None or plot is not None):
         raise UsageError("nothing to fit: name a quantity, such as --fit springs.knee.scale")
     options = FitOptions(
-        sd=None if sd is None else angle_from_option("--sd", sd),
+        sd=None if sd is None else _noise_from_option(sd),
         starts=starts,
         seed=seed,
         tolerance=tolerance,
@@ -160,7 +160,7 @@ def identify(
     if gravity is not None:
         plan = replace(plan, gravity=vector_from_option("--gravity", gravity))
     case = Case(figure, plan)
-    paths = [parse_path(text, case) for text in fit]
+    paths = [_parse_fitted_path(text, case) for text in fit]
     files = [path for path in (output, plot) if path is not None]
     check_writable(files, (figure.path, springs, pose, data))
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
@@ -204,6 +204,24 @@ def _check_options(
         raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
 
 
+_FITTED_GROUPS = ("springs", "segments", "pose", "velocity", "gravity")
+
+
+def _parse_fitted_path(text: str, case: Case) -> ParameterPath:
+    """Return the quantity of a path. Raises UsageError for those of a floor or a person."""
+    group = text.strip().partition(".")[0]
+    if group in ("floor", "height", "person"):
+        raise UsageError(f"--fit {text}: a fit knows {', '.join(_FITTED_GROUPS)}, not `{group}`")
+    return parse_path(text, case)
+
+
+def _noise_from_option(text: str) -> float:
+    value = angle_from_option("--sd", text)
+    if not value > 0.0:
+        raise UsageError(f"--sd {text}: the standard deviation of the noise must be positive")
+    return value
+
+
 def _window(start: float | None, stop: float | None) -> tuple[float, float]:
     for option, value in (("start", start), ("stop", stop)):
         if value is not None and not isfinite(value):
@@ -224,14 +242,25 @@ def _format_paragraphs(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
     if doubts:
         yield "\n".join(f"doubt: {doubt}" for doubt in doubts)
     if files:
-        yield "\n".join(f"wrote {path}" for path in files)
+        yield "\n".join([*(f"wrote {path}" for path in files), *_omission_lines(fit, files)])
+
+
+def _omission_lines(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
+    """Line about the estimates that a springs file does not have."""
+    others = [
+        one.path
+        for one in fit.estimates
+        if not one.is_start and not one.path.startswith("springs.")
+    ]
+    springs = [path for path in files if path.suffix == ".toml"]
+    if springs and others:
+        yield f"{springs[0]} has springs only: {', '.join(others)} is in its comment alone"
 
 
 def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
     percent = f"{100.0 * CONFIDENCE:.0f} %"
-    has_mass = any(one.mass_slope is not None for one in fit.estimates)
     head = ["quantity", "unit", "estimate", "sd", f"{percent} interval", "by profile"]
-    yield [*head, *(["per +1 % of mass"] if has_mass else [])]
+    yield [*head, *([] if fit.has_fitted_masses else ["per +1 % of mass"])]
     for one in fit.estimates:
         digits = decimals(one.sd)
         ends = [format_rounded(end, digits) for end in one.interval]
@@ -283,8 +312,7 @@ def _residual_lines(fit: Fit) -> Iterator[str]:
 
 
 def _mass_lines(fit: Fit) -> Iterator[str]:
-    if any(one.mass_slope is not None for one in fit.estimates):
-        yield GIVEN_MASSES
+    yield GIVEN_TORQUES if fit.has_fitted_masses else GIVEN_MASSES
 
 
 def _format_starts(fit: Fit) -> str:

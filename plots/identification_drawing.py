@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from generator.identification.fit import Estimate, Fit
+from generator.identification.fit import CONFIDENCE, Estimate, Fit
 from generator.identification.fitted_springs import decimals
 from generator.identification.residual_tests import autocorrelations
 from plots.canvas import (
@@ -31,7 +31,13 @@ MAX_COLUMNS_DRAWN = 4
 MAX_PANELS_PER_ROW = 4
 """Largest number of profiles and autocorrelations in a row."""
 
+MAX_VECTOR_SAMPLES = 5_000
+"""Number of samples above which they are an image within an .svg, which would be large and slow."""
+
 _PROFILE_POINTS = 200
+
+_LEVEL = f"{100.0 * CONFIDENCE:.0f} %"
+"""Level of the intervals."""
 
 _PROFILE_HEIGHT = 10.0
 """Largest increase of the sum of squares that is drawn [variances of the noise]."""
@@ -85,6 +91,7 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
             mew=0.6,
             mfc="white",
             color=GREY,
+            rasterized=_is_image(fit),
             label=f"{name}, measured",
         )
         axes.plot(
@@ -102,16 +109,24 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
 def _draw_residuals(axes: Axes, fit: Fit) -> None:
     noise = float(np.degrees(fit.noise_sd))
     band = _NOISE_BANDS * noise
-    axes.axhspan(-band, band, color=PALE, alpha=0.7, lw=0.0, label=f"2 sd of {noise:.3g} deg")
+    axes.axhspan(
+        -band, band, color=PALE, alpha=0.7, lw=0.0, label=f"± 2 sd of the noise, {noise:.3g} deg"
+    )
     draw_zero_line(axes)
     for k, style in _drawn_columns(fit):
         values = np.degrees(fit.residuals[:, k])
-        axes.plot(fit.data.times, values, ".", ms=3.0, color=style.colour)
+        axes.plot(
+            fit.data.times, values, ".", ms=3.0, color=style.colour, rasterized=_is_image(fit)
+        )
     axes.set_ylabel("fit - measured\n[deg]")
     axes.set_xlabel("time [s]")
     limit = 1.15 * max(band, float(np.degrees(np.abs(fit.residuals).max())))
     axes.set_ylim(-limit, limit)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.0)
+
+
+def _is_image(fit: Fit) -> bool:
+    return len(fit.data.times) > MAX_VECTOR_SAMPLES
 
 
 def _drawn_columns(fit: Fit) -> list[tuple[int, LineStyle]]:
@@ -129,25 +144,25 @@ def _draw_profile(axes: Axes, estimate: Estimate, *, is_first: bool) -> None:
     assert profile is not None
     values = np.linspace(float(profile.values[0]), float(profile.values[-1]), _PROFILE_POINTS)
     quantile = (estimate.interval[1] - estimate.value) / estimate.sd
+    ends = estimate.profile_interval or estimate.interval
     low, high = (
         float(edge) if end is None else end
-        for end, edge in zip(
-            estimate.profile_interval or estimate.interval, profile.values[[0, -1]], strict=True
-        )
+        for end, edge in zip(ends, profile.values[[0, -1]], strict=True)
     )
     parabola = ((values - estimate.value) / estimate.sd) ** 2
     axes.axvspan(low, high, color=PALE, alpha=0.7, lw=0.0)
     axes.plot(values, profile.increase(values), color=BLUE, lw=2.4, label="profile")
     axes.plot(values, parabola, "--", color=VERMILION, lw=1.0, label="from the sd")
-    axes.axhline(quantile**2, color=BLACK, lw=0.8, ls=":")
+    axes.axhline(quantile**2, color=BLACK, lw=0.8, ls=":", label=_LEVEL)
     axes.set_ylim(0.0, _PROFILE_HEIGHT)
     unit = f" [{estimate.unit}]" if estimate.unit else ""
     name, _, quantity = estimate.path.removeprefix("springs.").rpartition(".")
     axes.set_xlabel(f"{name}\n{_QUANTITY_NAMES.get(quantity, quantity)}{unit}".strip())
     axes.locator_params(axis="x", nbins=3)
     digits = decimals(estimate.sd)
+    first, last = ("open" if end is None else f"{end:.{digits}f}" for end in ends)
     axes.set_title(
-        f"{estimate.value:.{digits}f}\n{low:.{digits}f} .. {high:.{digits}f}",
+        f"{estimate.value:.{digits}f}\n{_LEVEL}: {first} .. {last}",
         loc="left",
         fontsize=8.0,
     )
@@ -169,5 +184,5 @@ def _draw_autocorrelation(axes: Axes, fit: Fit) -> None:
     axes.set_ylim(min(low, -0.4), max(high, 0.4))
     axes.set_xlabel("lag [samples]")
     probability = fit.tests.whiteness
-    known = "" if probability is None else f"\nindependent: p = {probability:.2g}"
-    axes.set_title(f"autocorrelation{known}", loc="left", fontsize=8.0)
+    known = "" if probability is None else f" (p = {probability:.2g})"
+    axes.set_title(f"autocorrelation\ngrey: independent{known}", loc="left", fontsize=8.0)

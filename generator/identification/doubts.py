@@ -4,8 +4,14 @@ from collections.abc import Iterator
 from itertools import combinations
 from math import degrees
 
+import numpy as np
+
 from generator.identification.fit import MAX_BIAS, Estimate, Fit
 from generator.identification.residual_tests import SIGNIFICANCE
+
+MAX_UNEXPLAINED = 0.5
+"""Rms of the residuals over that of the measured angles about their mean, above which a fit
+explains hardly any of the motion."""
 
 MAX_CORRELATION = 0.95
 """Correlation of two estimates above which they are named."""
@@ -18,10 +24,16 @@ GIVEN_MASSES = (
     "stiffness and damping to mass, so that wrong masses leave the residuals as they are."
 )
 
+GIVEN_TORQUES = (
+    "The masses follow from the torques that are not fitted, such as damping: a free swing shows\n"
+    "only the ratios of stiffness and damping to mass."
+)
+
 
 def fit_doubts(fit: Fit) -> tuple[str, ...]:
     """Return the doubts about a fit, most serious first."""
     return (
+        *_motion_doubts(fit),
         *_residual_doubts(fit),
         *_bias_doubts(fit),
         *_correlation_doubts(fit),
@@ -30,15 +42,31 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
     )
 
 
+def _motion_doubts(fit: Fit) -> Iterator[str]:
+    """Doubt about a fit whose residuals are as large as the motion."""
+    angles = fit.data.angles
+    motion = float(np.sqrt(np.mean((angles - angles.mean(axis=0)) ** 2)))
+    if fit.tests.rms > MAX_UNEXPLAINED * motion:
+        yield (
+            "the model explains hardly any of the motion: rms residual "
+            f"{degrees(fit.tests.rms):.3g} deg, rms of the measured angles about their mean "
+            f"{degrees(motion):.3g} deg"
+        )
+
+
 def _residual_doubts(fit: Fit) -> Iterator[str]:
     tests = fit.tests
     negligible = max(fit.accuracy.tolerance, 0.5 * (fit.options.sd or 0.0))
     if tests.are_autocorrelated and tests.rms > negligible:
+        if tests.lag_one > 0.0:
+            effect = f"the intervals are too narrow, by a factor of {tests.widening:.1f} or more"
+            alike = "alike"
+        else:
+            effect, alike = "the intervals are wrong", "not independent"
         yield (
-            f"successive residuals are alike (autocorrelation {tests.lag_one:.2f}, probability "
-            f"{tests.whiteness:.0e} for independent noise): the model does not explain the data, "
-            "the release is not at the first sample (--start), or the noise is not independent; "
-            f"the intervals are too narrow, by a factor of {tests.widening:.1f} or more"
+            f"successive residuals are {alike} (autocorrelation {tests.lag_one:.2f}): {effect}; "
+            "a law is wrong, the release is not at the first sample (--start), or the noise is "
+            "not white"
         )
     if tests.misfit is None or fit.options.sd is None:
         return
@@ -84,7 +112,7 @@ def _correlation_doubts(fit: Fit) -> Iterator[str]:
                 f"{value:.2f}; fit one of them, or measure swings of several amplitudes"
             )
         elif abs(value) > MAX_CORRELATION:
-            yield f"{pair} are hardly separated (correlation {value:.3f}): state one of them"
+            yield f"{pair} are hardly separated (correlation {value:.3f}): leave out one of them"
 
 
 def _is_damping_and_friction(one: Estimate, other: Estimate) -> bool:

@@ -32,6 +32,7 @@ from generator.identification.uncertainty import (
     move_within_bounds,
 )
 from generator.rotations import Array
+from generator.simulation.plan import resolve_springs
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
 
 MAX_BIAS = 0.1
@@ -111,7 +112,8 @@ class Estimate:
         sd: standard deviation.
         interval: 95 % interval from the standard deviation.
         profile: of the sum of squares; None where it was not computed.
-        profile_interval: 95 % interval from the profile; None for an open end.
+        profile_interval: 95 % interval from the profile, which ends at the smallest value of the
+            quantity at the latest; None for an open end.
         mass_slope: change of the estimate per relative change of all masses; None where masses are
             fitted.
         bias: change of the estimate with more accurate runs [sd].
@@ -194,6 +196,11 @@ class Fit:
         return self.simulated - self.data.angles
 
     @property
+    def has_fitted_masses(self) -> bool:
+        """Return whether a mass or an inertia is among the estimates."""
+        return any(one.mass_slope is None for one in self.estimates)
+
+    @property
     def values(self) -> dict[str, float]:
         """Estimates by path."""
         return {one.path: one.value for one in self.estimates}
@@ -202,7 +209,7 @@ class Fit:
 def fit_springs(
     case: Case,
     data: MeasuredAngles,
-    paths: Sequence[ParameterPath],
+    paths: Sequence[ParameterPath | str],
     options: FitOptions | None = None,
     watch: Callable[[], None] | None = None,
 ) -> Fit:
@@ -214,7 +221,7 @@ def fit_springs(
     Args:
         case: figure and plan; start, stop and frames of the plan are those of the data.
         data: measured angles.
-        paths: of the quantities.
+        paths: of the quantities, such as "springs.knee.scale".
         options: of the fit.
         watch: called before each run.
 
@@ -226,11 +233,13 @@ def fit_springs(
     options = options or FitOptions()
     data = data.without((*case.plan.locked, *case.plan.drives))
     known = case.plan.displacements if options.known_starts is None else options.known_starts
-    unknowns = [make_unknown(path, case) for path in paths]
-    unknowns += start_angles(case, data, paths, known)
+    case = replace(case, plan=replace(case.plan, springs=resolve_springs(case.figure, case.plan)))
+    wanted = [parse_path(path, case) if isinstance(path, str) else path for path in paths]
+    unknowns = [make_unknown(path, case) for path in wanted]
+    unknowns += start_angles(case, data, wanted, known)
     if not paths:
         raise UsageError("nothing to fit: name a quantity with --fit")
-    if len({str(path) for path in paths}) < len(paths):
+    if len({str(path) for path in wanted}) < len(wanted):
         raise UsageError("a quantity is fitted twice")
     if data.angles.size <= len(unknowns):
         raise UsageError(
@@ -527,7 +536,7 @@ def _estimates(
                 sd=deviation,
                 interval=(value - quantile * deviation, value + quantile * deviation),
                 profile=profile,
-                profile_interval=None if profile is None else profile.interval(quantile),
+                profile_interval=_profile_interval(profile, quantile, unknown.lower),
                 mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
                 bias=float(bias[k]),
                 at_bound=value - unknown.lower < 0.05 * deviation,
@@ -535,3 +544,13 @@ def _estimates(
             )
         )
     return tuple(estimates)
+
+
+def _profile_interval(
+    profile: Profile | None, quantile: float, lower: float
+) -> tuple[float | None, float | None] | None:
+    """Interval of a profile; the end of a profile that reaches the smallest value is that value."""
+    if profile is None:
+        return None
+    low, high = profile.interval(quantile)
+    return lower if low is None and float(profile.values[0]) <= lower else low, high

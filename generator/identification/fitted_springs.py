@@ -49,9 +49,10 @@ def describe_fit(fit: Fit) -> str:
     values = ", ".join(map(describe_estimate, fit.estimates))
     data, noise = fit.data, degrees(fit.noise_sd)
     count = data.angles.size
+    masses = "" if fit.has_fitted_masses else ", given the masses of the figure"
     return (
         f"Fitted by mover identify to {count} angles of {data.name}, {data.times[0]:g} to "
-        f"{data.times[-1]:g} s, given the masses of the figure: {values}; noise {noise:.3g} deg."
+        f"{data.times[-1]:g} s{masses}: {values}; noise {noise:.3g} deg."
     )
 
 
@@ -64,8 +65,8 @@ def describe_estimate(estimate: Estimate) -> str:
 
 
 def decimals(sd: float) -> int:
-    """Number of decimals that show two digits of a standard deviation."""
-    return 6 if not sd > 0.0 else int(np.clip(1 - np.floor(np.log10(sd)), 0, 12))
+    """Number of decimals that show two digits of a standard deviation, at most 8."""
+    return 6 if not sd > 0.0 else int(np.clip(1 - np.floor(np.log10(sd)), 0, 8))
 
 
 def _comment(fit: Fit) -> list[str]:

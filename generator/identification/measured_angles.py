@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import Diagnostic, InputError, UsageError, error
+from generator.diagnostics import Diagnostic, InputError, UsageError, error, warning
 from generator.figure import Figure
 from generator.input_files.drives import OVERSHOOT_HINT
 from generator.motion_files.drives import read_drives_with_warnings
@@ -51,6 +51,9 @@ class MeasuredAngles:
         )
 
 
+_LARGEST_ANGLE = 360.0
+"""Angle of a joint above which its unit is doubted [deg]."""
+
 _TIME_ROUNDING = 1e-9
 """Time by which a sample may lie beyond the start or the stop [s]."""
 
@@ -68,15 +71,20 @@ def read_measured_angles(
     drives, warnings = read_drives_with_warnings(path, figure)
     if not drives:
         raise InputError([error(f"{path}: no column is an angle of a joint")])
-    times = np.asarray(next(iter(drives.values())).times, dtype=float)
     columns: list[tuple[str, int]] = []
     angles: list[Array] = []
     for joint, drive in drives.items():
         values = np.asarray(drive.values, dtype=float)
-        coordinates = drive.coordinates or range(values.shape[1])
-        for k, coordinate in enumerate(coordinates):
+        for k, coordinate in enumerate(drive.coordinates or range(values.shape[1])):
             columns.append((joint, coordinate))
             angles.append(values[:, k])
+    times = np.asarray(next(iter(drives.values())).times, dtype=float)
     # Noise makes splines overshoot, which matters for drives only.
-    kept = tuple(one for one in warnings if one.hint != OVERSHOOT_HINT)
-    return MeasuredAngles(Path(path).name, times, tuple(columns), np.column_stack(angles)), kept
+    kept = [one for one in warnings if one.hint != OVERSHOOT_HINT]
+    for (joint, _), column in zip(columns, angles, strict=True):
+        largest = float(np.degrees(np.abs(column).max()))
+        if largest > _LARGEST_ANGLE:
+            words = f"{path}: an angle of `{joint}` is {largest:.0f} deg: is its unit right?"
+            kept.append(warning(words))
+    data = MeasuredAngles(Path(path).name, times, tuple(columns), np.column_stack(angles))
+    return data, tuple(kept)

@@ -48,8 +48,8 @@ class ResidualTests:
 
     @property
     def are_autocorrelated(self) -> bool:
-        """Return whether successive residuals are alike, so that the model misses something."""
-        return self.whiteness is not None and self.whiteness < SIGNIFICANCE and self.lag_one > 0.0
+        """Return whether the residuals depend on each other, so that the model misses something."""
+        return self.whiteness is not None and self.whiteness < SIGNIFICANCE
 
     @property
     def widening(self) -> float:

@@ -15,7 +15,8 @@ PROFILE_DISTANCES = (1.0, 2.0, 3.0)
 """Distances from the estimate at which a profile is computed [sd]."""
 
 MAX_PROFILE_DISTANCE = 12.0
-"""Largest distance of a point of a profile; intervals beyond are open [sd]."""
+"""Distance from which a profile that has not risen is open [sd], or twice the quantile if larger:
+with few samples the quantile itself is large."""
 
 _MAX_CORRECTIONS = 6
 """Number of corrections of the other unknowns at a point of a profile."""
@@ -130,6 +131,7 @@ def compute_profile(
     least = float(np.sum(residuals(estimate) ** 2))
     points = [(float(estimate[index]), 0.0)]
     slope = _slope_of_others(jacobian, index, others)
+    farthest = max(MAX_PROFILE_DISTANCE, 2.0 * quantile)
     for sign in (-1.0, 1.0):
         distances = list(PROFILE_DISTANCES)
         reached, moved = 0.0, estimate.copy()
@@ -142,7 +144,7 @@ def compute_profile(
             reached = np.sqrt(max(squares - least, 0.0) / variance)
             points.append((value, sign * float(reached)))
             is_last = distance == distances[-1]
-            if value == lower[index] or (is_last and distance >= MAX_PROFILE_DISTANCE):
+            if value == lower[index] or (is_last and distance >= farthest):
                 break
             if is_last and reached < quantile:
                 distances.append(2.0 * distance)

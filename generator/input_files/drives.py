@@ -155,7 +155,7 @@ def _parse_column(
         case AxisKind.TRANSLATION:
             diagnostics.error(
                 f"`{shorten(title)}` is a translation: only rotations can be driven "
-                "in a simulation",
+                "in a simulation or fitted",
                 cell,
             )
             return None

@@ -133,7 +133,7 @@ def _drives(
             diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
         elif any(factor.kind is not AxisKind.ROTATION for factor in driven):
             message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven"
-            diagnostics.append(error(message))
+            diagnostics.append(error(f"{message} or fitted"))
     if diagnostics:
         raise InputError(diagnostics)
     _require_driven(joints, selected, name)

@@ -66,6 +66,8 @@ def test_the_json(tmp_path: Path):
         ([], 2, "nothing to fit"),
         (["--fit", "springs.left_knee.scal"], 1, "did you mean"),
         (["--fit", SCALE, "--sd", "0.5"], 2, "the unit is missing"),
+        (["--fit", SCALE, "--sd", "-1deg"], 2, "--sd -1deg: the standard deviation of the noise"),
+        (["--fit", "floor.friction"], 2, "a fit knows springs, segments, pose, velocity, gravity"),
         (["--fit", SCALE, "--step", "1e-3", "--tolerance", "1e-3"], 2, "exclude each other"),
         (["--fit", SCALE, "-o", "x.txt"], 2, "must end in .springs.toml"),
         (["--fit", SCALE, "--plot", "x.pdf"], 2, "must end in .svg or .png"),
@@ -78,3 +80,16 @@ def test_what_is_wrong_is_a_sentence(tmp_path: Path, words: list[str], code: int
     result = mover("identify", write_leg(tmp_path), data_file(tmp_path), *words)
     assert result.exit_code == code, result.output
     assert message in result.output
+
+
+def test_masses_that_are_fitted_are_named_beside_the_file(tmp_path: Path):
+    figure, data = write_leg(tmp_path), data_file(tmp_path)
+    springs = tmp_path / "leg.mine.springs.toml"
+    result = run(
+        *("identify", figure, data, "--fit", SCALE, "--fit", "segments.shank.mass"),
+        *("--starts", 1, "--stop", 1, "--tolerance", 1e-4, "-o", springs),
+    )
+    text = result.stdout
+    assert "The masses follow from the torques that are not fitted" in text
+    assert "per +1 % of mass" not in text
+    assert f"{springs} has springs only: segments.shank.mass is in its comment alone" in text

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from generator.identification.doubts import fit_doubts
@@ -81,3 +82,24 @@ def test_a_start_that_ends_elsewhere_is_named(rms: float | None):
     starts = (fit.starts[0], replace(fit.starts[1], rms=rms, is_best=False))
     (found,) = fit_doubts(replace(fit, starts=starts))
     assert found.startswith("1 of 2 starts found the least sum of squares")
+
+
+def with_residuals(fit: Fit, residuals: np.ndarray) -> Fit:
+    """The fit with other residuals, shape (n, k)."""
+    tests = check_residuals(residuals, len(fit.estimates), None)
+    return replace(fit, simulated=fit.data.angles + residuals, tests=tests)
+
+
+def test_residuals_as_large_as_the_motion_are_the_first_doubt():
+    fit = standard_fit()
+    found = fit_doubts(with_residuals(fit, fit.data.angles.mean() - fit.data.angles))
+    assert found[0].startswith("the model explains hardly any of the motion: rms residual ")
+    assert "successive residuals are alike" in found[1]
+
+
+def test_residuals_that_alternate_are_a_doubt():
+    fit = standard_fit()
+    signs = np.where(np.arange(len(fit.residuals)) % 2, 1.0, -1.0)[:, None]
+    (found,) = fit_doubts(with_residuals(fit, fit.residuals + NOISE * signs))
+    assert "successive residuals are not independent (autocorrelation -0." in found
+    assert "the intervals are wrong" in found

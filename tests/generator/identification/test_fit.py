@@ -18,6 +18,7 @@ from generator.study.parameter_paths import Case, parse_path
 from generator.study.parameters import apply_values
 from tests.swings import (
     ALONE,
+    COULOMB,
     NOISE,
     SCALE,
     TRUTH,
@@ -198,3 +199,29 @@ def test_wrong_choices_are_refused():
     locked = replace(case, plan=replace(case.plan, locked=("left_knee",)))
     with pytest.raises(UsageError, match="locked or prescribed"):
         fit_springs(locked, swing(), paths(SCALE))
+
+
+def test_an_interval_by_profile_ends_at_the_smallest_value():
+    data = swing({**TRUTH, VISCOUS: 0.0, COULOMB: 0.0}, stop=1.0)
+    options = FitOptions(starts=1, sd=NOISE)
+    fit = fit_springs(leg_case(), data, paths(COULOMB), options)
+    (one, _) = fit.estimates
+    assert one.profile_interval is not None
+    low, high = one.profile_interval
+    assert low == 0.0
+    assert high is not None
+
+
+def test_a_fit_from_python_needs_figure_data_and_words():
+    from generator import read_figure, read_measured_angles
+    from tests.paths import ROOT
+
+    leg = read_figure("leg")
+    measured, warnings = read_measured_angles(ROOT / "figures/leg_swing.csv", leg)
+    words = ["springs.knee.scale", "springs.knee.viscous_Nms_rad"]
+    fit = fit_springs(
+        Case(leg, Plan()), measured.between(0.0, 0.5), words, replace(ALONE, step=0.01)
+    )
+    assert warnings == ()
+    assert [one.path for one in fit.estimates] == [*words, "pose.knee"]
+    assert fit.tests.rms < np.radians(2.0)

@@ -68,3 +68,11 @@ def test_a_fit_without_springs_writes_none(whole: Fit):
     start = replace(whole, estimates=whole.estimates[3:])
     with pytest.raises(UsageError, match="the fit has changed none"):
         fitted_springs_text(start, folder_of(whole) / "leg.fitted.springs.toml")
+
+
+def test_fitted_masses_are_not_called_those_of_the_figure(whole: Fit):
+    first, *others = whole.estimates
+    mass = replace(first, path="segments.shank.mass", unit="kg", mass_slope=None)
+    remark = describe_fit(replace(whole, estimates=(mass, *others)))
+    assert "given the masses" not in remark
+    assert "segments.shank.mass 1.3" in remark

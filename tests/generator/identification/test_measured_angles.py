@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import InputError, UsageError
 from generator.identification.measured_angles import MeasuredAngles, read_measured_angles
+from tests.motions import slides
 from tests.swings import leg_case, swing, swing_text
 
 ANGLES = st.floats(-170.0, 170.0)
@@ -87,3 +88,15 @@ def test_columns_of_prescribed_joints_are_left_out():
     assert both.without(("a",)).angles.tolist() == [[2.0], [4.0]]
     with pytest.raises(UsageError, match="locked or prescribed"):
         both.without(("a", "b"))
+
+
+def test_radians_that_are_called_degrees_are_named(tmp_path: Path):
+    _, (found,) = read(tmp_path, "time [s],left_knee [rad]\n0,0\n1,40\n2,80")
+    assert "an angle of `left_knee` is 4584 deg: is its unit right?" in str(found)
+
+
+def test_slides_are_refused(tmp_path: Path):
+    path = tmp_path / "slides.csv"
+    path.write_text("time [s],rail.1 [deg],rail.2 [cm]\n0,0,1\n1,4,2\n2,8,4", encoding="utf-8")
+    with pytest.raises(InputError, match="only rotations can be driven in a simulation or fitted"):
+        read_measured_angles(path, slides())

@@ -52,3 +52,10 @@ def test_few_or_vanishing_residuals_have_no_test():
 def test_the_autocorrelations_of_a_wave():
     wave = np.cos(2.0 * np.pi * np.arange(1000) / 10.0)
     assert autocorrelations(wave, 10)[[4, 9]] == pytest.approx([-1.0, 1.0], abs=0.02)
+
+
+def test_residuals_that_alternate_are_not_independent():
+    found = check_residuals(decaying_series(-0.8, 1), 3, None)
+    assert found.are_autocorrelated
+    assert found.lag_one == pytest.approx(-0.8, abs=0.1)
+    assert found.widening == 1.0

@@ -106,3 +106,17 @@ def test_a_profile_ends_at_the_bound_of_its_unknown():
     _, profile = profile_of(lambda moved: least + jacobian @ moved, jacobian, 0, np.zeros(3))
     assert profile.values[0] == 0.0
     assert profile.interval(1.96)[0] is None
+
+
+def test_a_profile_reaches_a_large_quantile_of_few_samples():
+    jacobian, residuals = model()
+    least = residuals + jacobian @ gauss_newton_move(jacobian, residuals)
+    sd = linear_uncertainty(jacobian).sd
+    quantile = 12.706  # of Student's distribution with one degree of freedom
+
+    def function(moved: np.ndarray) -> np.ndarray:
+        return least + jacobian @ moved
+
+    profile = compute_profile(0, np.zeros(3), sd, 1.0, quantile, NO_BOUNDS, jacobian, function)
+    low, high = profile.interval(quantile)
+    assert (low / sd[0], high / sd[0]) == pytest.approx((-quantile, quantile), rel=1e-3)
