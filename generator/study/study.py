@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from generator.figure import Figure
 from generator.person.survey import Sex
+from generator.recording import Ending
 from generator.simulation.plan import Plan
 
 
@@ -198,3 +199,13 @@ class RunResult:
     outcome: str
     message: str
     measures: Mapping[str, float | None]
+
+    @property
+    def succeeded(self) -> bool:
+        """Return whether the run ended as planned."""
+        return self.outcome == Ending.DONE.value
+
+
+def failed_run(study: Study, outcome: str, message: str) -> RunResult:
+    """Return the result of a run without measures."""
+    return RunResult(outcome, message, dict.fromkeys(study.measures))

@@ -25,9 +25,6 @@ from generator.study.study import RunResult, Study
 from generator.study.worker_pool import FinishedRun, Task, run_locally
 from generator.text_io import os_error_reason, path_exists, remove_stale_parts, write_atomic
 
-DONE = "done"
-"""Outcome of a run that reached its stop time."""
-
 STUDY_NAME = "study.toml"
 TABLE_NAME = "runs.csv"
 MOTIONS_NAME = "motions"
@@ -74,7 +71,7 @@ class Sweep:
     @property
     def failed(self) -> int:
         """Number of runs that did not reach their stop time."""
-        return sum(row.outcome != DONE for row in self.rows)
+        return sum(not row.succeeded for row in self.rows)
 
 
 def motion_path(folder: Path, index: int, runs: int) -> Path:
@@ -193,7 +190,7 @@ def _usable_runs(
     """Select the runs of a journal that need no repetition."""
 
     def is_usable(index: int, run: FinishedRun) -> bool:
-        if run.result.outcome != DONE:
+        if not run.result.succeeded:
             return not again_failed
         return not keep_motions or path_exists(motion_path(folder, index, total))
 
