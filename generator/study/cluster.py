@@ -241,7 +241,11 @@ class _Runs:
         address: SchedulerAddress | None,
     ) -> None:
         self._client = client
-        self._scheduler = "its scheduler" if address is None else f"the scheduler at {address}"
+        if address is None:
+            self._scheduler, self._remedy = "the cluster on this machine", "use --jobs alone"
+        else:
+            self._scheduler = f"the scheduler at {address}"
+            self._remedy = "start some with `dask worker`"
         self._run = run
         self._payload = pickle.dumps(study)
         self._study = self._send_study()
@@ -312,8 +316,7 @@ class _Runs:
             self._seen_worker = now
         elif now > self._seen_worker + _NO_WORKER_LIMIT:
             raise ClusterError(
-                f"{self._scheduler} has had no workers for {_NO_WORKER_LIMIT:.0f} s; "
-                "start some with `dask worker`"
+                f"{self._scheduler} has had no workers for {_NO_WORKER_LIMIT:.0f} s; {self._remedy}"
             )
 
     def _lost(self) -> ClusterError:
