@@ -29,6 +29,7 @@ from generator.child_processes import (
 )
 from generator.diagnostics import MoverError
 from generator.study.study import RunResult, Study, failed_run
+from generator.text_io import os_error_reason
 
 DIED = "died"
 """Outcome of a run whose process ended twice."""
@@ -126,7 +127,7 @@ def run_locally(
         run: function that carries out a run [default: `run_case`].
 
     Raises:
-        MoverError: processes end before they are ready for a run.
+        MoverError: processes cannot be started, or end before they are ready for a run.
         OSError: a motion cannot be written.
     """
     if run is None:
@@ -163,7 +164,13 @@ class _Pool:
     def advance(self) -> Iterator[FinishedRun]:
         """Start workers, hand out tasks, and wait for what arrives next."""
         while len(self._workers) < self._needed_workers():
-            worker = _Worker(self._run, self._threads)
+            try:
+                worker = _Worker(self._run, self._threads)
+            except OSError as failure:
+                reason = os_error_reason(failure)
+                raise MoverError(
+                    f"A process for the runs cannot be started: {reason}; choose fewer with --jobs."
+                ) from None
             if self._suspects:
                 worker.retry = self._suspects.popleft()
                 worker.tasks.append(worker.retry)
