@@ -103,7 +103,7 @@ def perform_task(run: RunFunction, study: Study, task: Task, threads: int = 1) -
 def _one_line(message: str) -> str:
     """Return a message as a cell of a table can have it: in one line and in UTF-8.
 
-    A name of a file, for example, may have bytes that are no text.
+    The name of a file, for example, may have bytes that are not text.
     """
     return " ".join(message.split()).encode(errors="backslashreplace").decode()
 
