@@ -90,9 +90,10 @@ def _bias_doubts(fit: Fit) -> Iterator[str]:
         return
     size = f"{worst.path} is biased by {abs(worst.bias):.1f} of its standard deviations"
     if fit.accuracy.step is not None:
-        shorter = fit.accuracy.step * (MAX_BIAS / abs(worst.bias)) ** 0.5
+        step = min(fit.accuracy.step, fit.nominal.plan.frame)  # a step ends at each frame
+        shorter = step * (MAX_BIAS / abs(worst.bias)) ** 0.5
         yield (
-            f"{size} by the step of {fit.accuracy.step:g} s, which is too long: leave it out, or "
+            f"{size} by the step of {step:g} s, which is too long: leave it out, or "
             f"take at most {shorter:.2g} s"
         )
     else:
