@@ -4,7 +4,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.process import BaseProcess
 from threading import Thread
 
@@ -58,6 +58,21 @@ def blocked_interrupt() -> Generator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def redirect_output(path: str) -> None:
+    """Write what this process and its libraries print, also from compiled code, into a file."""
+    stream = os.open(path, os.O_WRONLY | os.O_CREAT)
+    os.dup2(stream, 1)
+    os.dup2(stream, 2)
+
+
+def format_exit(code: int | None) -> str:
+    """Format the exit code of a process, or the name of the signal that ended it."""
+    if code is not None and code < 0:
+        with suppress(ValueError):
+            return signal.Signals(-code).name
+    return f"exit code {code}"
 
 
 def serve_parent_only() -> None:

@@ -4,14 +4,13 @@ import multiprocessing
 import os
 import platform
 import shlex
-import signal
 import tempfile
 import traceback
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
@@ -22,6 +21,8 @@ from types import ModuleType
 from generator.child_processes import (
     blocked_interrupt,
     cores,
+    format_exit,
+    redirect_output,
     serve_parent_only,
     single_threaded_libraries,
 )
@@ -372,11 +373,7 @@ class _Worker:
     def ending(self) -> str:
         """Exit code or signal of the dead process, and the last line that it printed."""
         self._pool.shutdown()
-        code = self._process.exitcode
-        ending = f"exit code {code}"
-        if code is not None and code < 0:
-            with suppress(ValueError):
-                ending = signal.Signals(-code).name
+        ending = format_exit(self._process.exitcode)
         lines = self._printed.read_text(errors="replace").split("\n")
         last = next((line.strip() for line in reversed(lines) if line.strip()), "")
         return f"{ending}: {last}" if last else ending
@@ -390,9 +387,7 @@ class _Worker:
 def _initialize_worker(printed: str) -> None:
     """Redirect output of libraries, also that of compiled code, away from the command's streams."""
     serve_parent_only()
-    stream = os.open(printed, os.O_WRONLY | os.O_CREAT)
-    os.dup2(stream, 1)
-    os.dup2(stream, 2)
+    redirect_output(printed)
 
 
 def make_plate(name: str, target: str, medium: Medium = REPORT) -> DrawnPlate | FailedPlate:

@@ -25,6 +25,9 @@ POISON, FRAIL, FAULTY, FULL_DISK, SLOW = 666.0, 555.0, 444.0, 333.0, 60.0
 """Values at which a run kills its process, does so the first time only, raises an exception of the
 program, cannot write, and takes a minute."""
 
+REAL, BEGIN = 1.0625, "begin"
+"""Value at which a deadly run is simulated, and the file beside its motion that it waits for."""
+
 
 @cache
 def pendulum_study(rows: tuple[tuple[float, ...], ...] = ((0.9,), (1.0,), (1.1,))) -> Study:
@@ -70,15 +73,19 @@ def quick_run(
     return RunResult("done", "", {"swing": value / 3.0, "end": value * value})
 
 
-def pendulum_run(
+def deadly_run(
     study: Study, values: Sequence[float], keep: Path | None, threads: int = 1
 ) -> RunResult:
-    """Carry out a run of the study without keeping its motion; at one value, kill the process."""
+    """Do as quick runs do, but wait for a file before the process is killed, and simulate once."""
     if tuple(values) == (POISON,):
-        return quick_run(study, values, keep)
-    from generator.study.run_case import run_case
+        assert keep is not None
+        while not keep.with_name(BEGIN).exists():
+            time.sleep(0.005)
+    if tuple(values) == (REAL,):
+        from generator.study.run_case import run_case  # imports Exudyn
 
-    return run_case(study, values, None, threads)
+        return run_case(study, values, None, threads)
+    return quick_run(study, values, keep)
 
 
 def meeting_run(

@@ -2,16 +2,15 @@
 
 import ast
 import io
-import os
 import re
-import subprocess
-import sys
 import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from generator.cli.app import app
 from tests.paths import DOCS, ROOT
 
 PACKAGES = ("generator", "springs", "plots")
@@ -87,13 +86,9 @@ def docstrings(tree: ast.AST) -> Iterator[tuple[str, int]]:
 
 def help_entries(*command: str) -> list[str]:
     """Sentences and options of a help page, each as one line."""
-    code = "from generator.cli.app import main; main()"
-    environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1", "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, "-c", code, *command, "--help"],
-        cwd=ROOT, env=environment, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    return [" ".join(entry.split()) for entry in re.split(r"\n(?= {0,2}\S)", done.stdout)]
+    shown = CliRunner().invoke(app, [*command, "--help"], env={"COLUMNS": "100", "NO_COLOR": "1"})
+    assert shown.exit_code == 0
+    return [" ".join(entry.split()) for entry in re.split(r"\n(?= {0,2}\S)", shown.stdout)]
 
 
 def test_the_table_is_read():

@@ -153,7 +153,7 @@ def sweep_progress_bar(total: int) -> Generator[SweepCallback]:
         if progress.latest is None:
             bar.reset(row, completed=progress.finished)
             return
-        failed += progress.latest.result.outcome != "done"
+        failed += not progress.latest.result.succeeded
         note = f"{failed} failed" if failed else ""
         bar.update(row, completed=progress.finished, description=note)
 

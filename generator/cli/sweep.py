@@ -24,7 +24,6 @@ from generator.study.designs import design_points, run_count
 from generator.study.study import RunResult, Study
 from generator.study.study_file import find_study, parse_study
 from generator.study.sweep import (
-    DONE,
     MOTIONS_NAME,
     TABLE_NAME,
     Engine,
@@ -116,6 +115,8 @@ def sweep(
         import_exudyn()
     parsed = parse_study(name)
     study = parsed.require_value()
+    if table is not None:
+        check_writable([table], [study.design.file], "study")
     load_compiled_integrator(show_progress=show_progress)
     if dry_run or output is None:
         return _describe(name, study, workers)
@@ -265,7 +266,7 @@ def _describe(name: str, study: Study, workers: int | None) -> CommandResult:
     first = points[0].tolist()
     result = run_case(study, first, threads=1)  # which may compile its laws
     start = time.perf_counter()
-    if result.outcome == DONE:
+    if result.succeeded:
         run_case(study, first, threads=1)
     seconds = time.perf_counter() - start
     total = seconds * len(points) / (workers or 1)
@@ -281,7 +282,7 @@ def _describe(name: str, study: Study, workers: int | None) -> CommandResult:
         f"One run takes {_format_duration(seconds)}, all of them about "
         f"{_format_duration(total)} {_describe_workers(workers)}."
     )
-    failed = result.outcome != DONE
+    failed = not result.succeeded
     return CommandResult(
         text="\n\n".join(
             [
@@ -406,7 +407,7 @@ def _failures(rows: Sequence[RunResult]) -> Iterator[str]:
     """Yield a line for each kind of failure, with the first run that has it."""
     first: dict[str, tuple[int, str]] = {}
     for number, row in enumerate(rows):
-        if row.outcome != DONE:
+        if not row.succeeded:
             first.setdefault(row.outcome, (number, " ".join(row.message.split())))
     if first:
         yield "\n".join(

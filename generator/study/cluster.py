@@ -56,9 +56,8 @@ _DISTRIBUTIONS = ("exudyn-mover", "exudyn", "numba", "numpy", "scipy")
 
 _QUIET_PROCESS = """\
 import os
-null = os.open(os.devnull, os.O_WRONLY)
-os.dup2(null, 1)
-os.dup2(null, 2)
+from generator.child_processes import redirect_output
+redirect_output(os.devnull)
 """
 """Module that a worker on this machine loads first: nothing of its output is for the user."""
 

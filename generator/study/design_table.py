@@ -219,7 +219,8 @@ def parse_design(
         message = f"{runs} is not a power of two, which a Sobol sequence needs to be balanced"
         add = table.diagnostics.warning if sensitivity is None else table.diagnostics.error
         add(message, table.span("runs"), f"write {near} or {2 * near}")
-    return Design(kind, runs, seed or 0, rows)
+    file = relative_path(table.content["file"], folder) if is_list else None
+    return Design(kind, runs, seed or 0, rows, file)
 
 
 def _parse_rows(

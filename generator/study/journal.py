@@ -135,7 +135,7 @@ def read_journal(path: Path, measures: Mapping[str, object]) -> JournalContent:
             else:
                 run = _parse_run(entry, measures)
                 runs[run.index] = run
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             damaged.append(number)
     return JournalContent(header, runs, tuple(damaged), size)
 
@@ -146,14 +146,21 @@ def _parse_header(entry: Mapping[str, Any]) -> JournalHeader:
 
 
 def _parse_run(entry: Mapping[str, Any], measures: Mapping[str, object]) -> FinishedRun:
-    """Parse the line of a run. Raises ValueError, TypeError or KeyError for a damaged one."""
+    """Parse the line of a run. Raises one of several errors for a damaged one."""
     index, outcome, message = entry["run"], entry["outcome"], entry["message"]
     values = cast("Mapping[str, Any]", entry["measures"])
     texts = isinstance(outcome, str) and isinstance(message, str)
     if type(index) is not int or index < 0 or not texts or values.keys() != measures.keys():
         raise ValueError
-    numbers = {name: None if values[name] is None else float(values[name]) for name in measures}
-    return FinishedRun(index, RunResult(outcome, message, numbers), float(entry["seconds"]))
+    numbers = {name: None if values[name] is None else _number(values[name]) for name in measures}
+    return FinishedRun(index, RunResult(outcome, message, numbers), _number(entry["seconds"]))
+
+
+def _number(value: object) -> float:
+    """Return a number of a line. Raises ValueError or OverflowError for another value."""
+    if type(value) is not float and type(value) is not int:
+        raise ValueError
+    return float(value)
 
 
 class Journal:

@@ -14,7 +14,7 @@ from generator.motion_files.motion import motion_from_recording
 from generator.recording import WHOLE_RECORDING, Ending
 from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
 from generator.study.parameters import Case, build_case
-from generator.study.study import Measure, RunResult, Study, Take
+from generator.study.study import Measure, RunResult, Study, Take, failed_run
 
 WRONG_INPUT = "wrong input"
 """Outcome of a case that cannot be built."""
@@ -44,7 +44,7 @@ def run_case(
     try:
         case = build_case(study, values)
     except (MoverError, ValueError) as failure:  # a plan raises ValueError
-        return _failed(study, WRONG_INPUT, str(failure))
+        return failed_run(study, WRONG_INPUT, str(failure))
     return measure_case(study, case, keep, threads)
 
 
@@ -57,7 +57,6 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
     at_rest = [each for each in measures if each.take is Take.REST]
     moving = [each for each in measures if each.take is not Take.REST]
     numbers: Measured = {}
-    outcome, message = Ending.DONE.value, ""
     try:
         if moving or keep is not None or not measures:
             parts = WHOLE_RECORDING if keep is not None else parts_of_measures(case.figure, moving)
@@ -68,15 +67,15 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
             if keep is not None:
                 npz.write(motion, keep)
             if not recording.outcome.succeeded:
-                return _failed(study, recording.outcome.ending.value, recording.outcome.message)
+                return failed_run(study, recording.outcome.ending.value, recording.outcome.message)
             numbers |= measure_motion(motion, case.plan, moving)
         if at_rest:
             numbers |= _measure_at_rest(case, at_rest)
     except NoEquilibriumError as failure:
-        return _failed(study, NO_EQUILIBRIUM, str(failure))
+        return failed_run(study, NO_EQUILIBRIUM, str(failure))
     except MoverError as failure:
-        return _failed(study, WRONG_INPUT, str(failure))
-    return RunResult(outcome, message, {each.name: numbers[each.name] for each in measures})
+        return failed_run(study, WRONG_INPUT, str(failure))
+    return RunResult(Ending.DONE.value, "", {each.name: numbers[each.name] for each in measures})
 
 
 def _measure_at_rest(case: Case, measures: Sequence[Measure]) -> Measured:
@@ -93,8 +92,3 @@ def _measure_at_rest(case: Case, measures: Sequence[Measure]) -> Measured:
         figure = case.figure
     chains = {name: joint.chain for name, joint in figure.joints.items() if name in displacements}
     return measure_rest(chains, displacements, measures)
-
-
-def _failed(study: Study, outcome: str, message: str) -> RunResult:
-    """Return the result of a run without measures."""
-    return RunResult(outcome, message, dict.fromkeys(study.measures))

@@ -25,7 +25,6 @@ from typing import Any
 import numpy as np
 
 from generator.diagnostics import Diagnostics, ModelError, Source
-from generator.recording import Ending
 from generator.study.designs import unit_points
 from generator.study.study import DesignKind, Measure, RunResult, Sensitivity, Study
 from generator.text_io import parse_file, write_atomic
@@ -259,7 +258,7 @@ def _sampled_points(study: Study) -> Array:
 
 def _output(result: RunResult, measure: str) -> float:
     """Return a measure of a run, nan if it failed."""
-    value = result.measures.get(measure) if result.outcome == Ending.DONE.value else None
+    value = result.measures.get(measure) if result.succeeded else None
     return nan if value is None else value
 
 

@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 from typing import TypeAlias
 
 from generator.figure import Figure
 from generator.person.survey import Sex
+from generator.recording import Ending
 from generator.simulation.plan import Plan
 
 
@@ -105,12 +107,14 @@ class Design:
             Morris; None for a grid and a list.
         seed: of the random numbers.
         rows: of a list, the values of the parameters in their order; else empty.
+        file: of a list; None for another kind.
     """
 
     kind: DesignKind
     runs: int | None = None
     seed: int = 0
     rows: tuple[tuple[float, ...], ...] = ()
+    file: Path | None = field(default=None, compare=False)
 
 
 class Take(StrEnum):
@@ -195,3 +199,13 @@ class RunResult:
     outcome: str
     message: str
     measures: Mapping[str, float | None]
+
+    @property
+    def succeeded(self) -> bool:
+        """Return whether the run ended as planned."""
+        return self.outcome == Ending.DONE.value
+
+
+def failed_run(study: Study, outcome: str, message: str) -> RunResult:
+    """Return the result of a run without measures."""
+    return RunResult(outcome, message, dict.fromkeys(study.measures))

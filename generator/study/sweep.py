@@ -25,9 +25,6 @@ from generator.study.study import RunResult, Study
 from generator.study.worker_pool import FinishedRun, Task, run_locally
 from generator.text_io import os_error_reason, path_exists, remove_stale_parts, write_atomic
 
-DONE = "done"
-"""Outcome of a run that reached its stop time."""
-
 STUDY_NAME = "study.toml"
 TABLE_NAME = "runs.csv"
 MOTIONS_NAME = "motions"
@@ -74,7 +71,7 @@ class Sweep:
     @property
     def failed(self) -> int:
         """Number of runs that did not reach their stop time."""
-        return sum(row.outcome != DONE for row in self.rows)
+        return sum(not row.succeeded for row in self.rows)
 
 
 def motion_path(folder: Path, index: int, runs: int) -> Path:
@@ -121,6 +118,8 @@ def run_sweep(
     _create_folder(folder)
     with lock_folder(folder):
         content = read_journal(journal_path, study.measures)
+        if content.header != header and not (content.runs or content.damaged_lines):
+            content = JournalContent(None, {}, (), 0)  # another study that has finished no run
         _check_owner(folder, content, header)
         remove_stale_parts(folder)
         results = _usable_runs(folder, content, len(points), keep_motions, again_failed)
@@ -191,7 +190,7 @@ def _usable_runs(
     """Select the runs of a journal that need no repetition."""
 
     def is_usable(index: int, run: FinishedRun) -> bool:
-        if run.result.outcome != DONE:
+        if not run.result.succeeded:
             return not again_failed
         return not keep_motions or path_exists(motion_path(folder, index, total))
 
@@ -219,7 +218,8 @@ def _check_owner(folder: Path, content: JournalContent, header: JournalHeader) -
         raise UsageError(
             f"`{journal}` does not begin as a journal of runs: choose another folder, or delete it."
         )
-    for name in (STUDY_NAME, TABLE_NAME):
+    # A power cut may leave an empty journal beside the study.
+    for name in (TABLE_NAME,) if path_exists(journal) else (STUDY_NAME, TABLE_NAME):
         if path_exists(folder / name):
             raise UsageError(
                 f"`{folder}` has a file `{name}` and no journal of runs: choose another folder."

@@ -10,12 +10,11 @@ end with the one that started them, whatever ends that, and only that one handle
 import multiprocessing
 import os
 import pickle
-import signal
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TypeAlias
@@ -23,11 +22,13 @@ from typing import TypeAlias
 from generator.child_processes import (
     blocked_interrupt,
     cores,
+    format_exit,
+    redirect_output,
     serve_parent_only,
     single_threaded_libraries,
 )
 from generator.diagnostics import MoverError
-from generator.study.study import RunResult, Study
+from generator.study.study import RunResult, Study, failed_run
 
 DIED = "died"
 """Outcome of a run whose process ended twice."""
@@ -92,16 +93,23 @@ def perform_task(run: RunFunction, study: Study, task: Task, threads: int = 1) -
     except OSError:
         raise
     except Exception as failure:
-        message = " ".join(f"{type(failure).__name__}: {failure}".split())
-        result = RunResult(PROGRAM_ERROR, message, dict.fromkeys(study.measures))
+        message = f"{type(failure).__name__}: {failure}"
+        result = failed_run(study, PROGRAM_ERROR, message)
+    result = replace(result, message=_one_line(result.message))
     return FinishedRun(task.index, result, time.perf_counter() - start)
+
+
+def _one_line(message: str) -> str:
+    """Return a message as a cell of a table can have it: in one line and in UTF-8.
+
+    A name of a file, for example, may have bytes that are no text.
+    """
+    return " ".join(message.split()).encode(errors="backslashreplace").decode()
 
 
 def died_run(study: Study, task: Task) -> FinishedRun:
     """Return the result of a task whose process ended twice."""
-    return FinishedRun(
-        task.index, RunResult(DIED, _DIED_MESSAGE, dict.fromkeys(study.measures)), 0.0
-    )
+    return FinishedRun(task.index, failed_run(study, DIED, _DIED_MESSAGE), 0.0)
 
 
 def run_locally(
@@ -215,7 +223,7 @@ class _Pool:
             self._failed_starts += 1
             if self._failed_starts == _MAX_FAILED_STARTS:
                 raise MoverError(
-                    f"A process for the runs ended with {_format_exit(code)} before its first run; "
+                    f"A process for the runs ended with {format_exit(code)} before its first run; "
                     'in a script, start the sweep below `if __name__ == "__main__":`.'
                 )
             if worker.retry is not None:
@@ -273,14 +281,6 @@ class _Worker:
         return self.process.exitcode
 
 
-def _format_exit(code: int | None) -> str:
-    """Format an exit code, or the name of a signal."""
-    if code is not None and code < 0:
-        with suppress(ValueError):
-            return signal.Signals(-code).name
-    return f"exit code {code}"
-
-
 def _serve(connection: Connection, run: RunFunction, threads: int) -> None:
     """Receive a study, and carry out tasks until the connection is closed."""
     serve_parent_only()
@@ -288,7 +288,7 @@ def _serve(connection: Connection, run: RunFunction, threads: int) -> None:
         connection.send(None)
         study: Study = pickle.loads(connection.recv_bytes())
         connection.send(None)
-        _silence_output()
+        redirect_output(os.devnull)
         while True:
             task: Task = connection.recv()
             try:
@@ -296,10 +296,3 @@ def _serve(connection: Connection, run: RunFunction, threads: int) -> None:
             except OSError as failure:
                 answer = failure
             connection.send(answer)
-
-
-def _silence_output() -> None:
-    """Discard what libraries print, also from compiled code."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.dup2(null, 2)

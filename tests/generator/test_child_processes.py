@@ -10,6 +10,7 @@ import pytest
 from generator.child_processes import (
     blocked_interrupt,
     cores,
+    format_exit,
     serve_parent_only,
     single_threaded_libraries,
 )
@@ -77,3 +78,8 @@ def test_a_process_ignores_an_interrupt_and_ends_with_its_parent() -> None:
     number, _ = started.communicate(timeout=60.0)
     assert int(number) > 0
     assert started.returncode == 0
+
+
+def test_an_exit_code_or_a_signal_is_named() -> None:
+    assert format_exit(3) == "exit code 3"
+    assert format_exit(-signal.SIGTERM) == "SIGTERM"

@@ -7,6 +7,7 @@ import shlex
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -246,18 +247,32 @@ def test_a_name_that_is_not_text_can_be_printed(tmp_path: Path):
 # Completion and colours
 
 
-def completions(shell: str, line: str, *python_options: str) -> "subprocess.CompletedProcess[str]":
-    """Completions that a shell offers for the last word of a line."""
+COMPLETE = """
+import os, sys
+sys.argv = ["mover"]
+from generator.cli.app import main
+for line in os.environ["LINES_TO_COMPLETE"].splitlines():
+    words = {"COMP_WORDS": line, "COMP_CWORD": str(line.count(" ")), "_TYPER_COMPLETE_ARGS": line}
+    os.environ.update(words)
+    try:
+        main()
+    except SystemExit as end:
+        assert not end.code
+    print("====", flush=True)
+"""
+
+
+def completions(
+    shell: str, lines: Sequence[str], *python_options: str
+) -> "subprocess.CompletedProcess[str]":
+    """Completions that a shell offers for the last words of lines, one line after the other."""
     environment = {
         "_MOVER_COMPLETE": f"complete_{shell}",
-        "COMP_WORDS": line,
-        "COMP_CWORD": str(line.count(" ")),
-        "_TYPER_COMPLETE_ARGS": line,
+        "LINES_TO_COMPLETE": "\n".join(lines),
         "_TYPER_COMPLETE_FISH_ACTION": "get-args",
     }
-    code = "import sys; sys.argv = ['mover']; from generator.cli.app import main; main()"
     return subprocess.run(
-        [sys.executable, *python_options, "-c", code],
+        [sys.executable, *python_options, "-c", COMPLETE],
         env={**ENVIRONMENT, **environment},
         cwd=FAULTS / "pose",
         capture_output=True,
@@ -266,27 +281,28 @@ def completions(shell: str, line: str, *python_options: str) -> "subprocess.Comp
     )
 
 
+OFFERED = {
+    "mover s": (["simulate", "settle", "shoulder", "stability"], ["check", "describe"]),
+    "mover simulate p": (["prototype", "pendulum"], ["fourbar"]),
+    "mover check pr": (["prototype"], ["pendulum"]),
+    "mover simulate prototype --gr": (["--gravity"], ["--stop"]),
+}
+"""Lines, what is offered for them, and what is not."""
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-@pytest.mark.parametrize(
-    ("line", "offered", "others"),
-    [
-        ("mover s", ["simulate", "settle", "shoulder", "stability"], ["check", "describe"]),
-        ("mover simulate p", ["prototype", "pendulum"], ["fourbar"]),
-        ("mover check pr", ["prototype"], ["pendulum"]),
-        ("mover simulate prototype --gr", ["--gravity"], ["--stop"]),
-    ],
-)
-def test_a_shell_completes_commands_figures_and_options(
-    shell: str, line: str, offered: list[str], others: list[str]
-):
-    words = re.findall(r"[\w-]+", completions(shell, line).stdout)
-    assert set(offered) <= set(words)
-    assert not set(others) & set(words)
+def test_a_shell_completes_commands_figures_and_options(shell: str):
+    *answers, rest = completions(shell, list(OFFERED)).stdout.split("====\n")
+    assert rest == ""
+    for (line, (offered, others)), found in zip(OFFERED.items(), answers, strict=True):
+        words = re.findall(r"[\w-]+", found)
+        assert set(offered) <= set(words), line
+        assert not set(others) & set(words), line
 
 
 def test_names_of_commands_complete_without_importing_them():
-    done = completions("bash", "mover ", "-X", "importtime")
-    assert done.stdout.split() == list(COMMANDS)
+    done = completions("bash", ["mover "], "-X", "importtime")
+    assert done.stdout.split() == [*COMMANDS, "===="]
     assert not re.search(r"\b(numpy|scipy|exudyn|rich)\b", done.stderr)
 
 

@@ -183,3 +183,17 @@ def test_the_bar_shows_runs_rate_and_failures(
     assert "5 of 8 runs" in shown
     assert "runs/s" in shown
     assert "1 failed" in shown
+
+
+def test_the_table_does_not_replace_the_list_of_the_study(tmp_path: Path) -> None:
+    study, points = tmp_path / "list.study.toml", tmp_path / "points.csv"
+    text = STUDY.replace(
+        'kind = "sobol"\nruns = 16\nseed = 7', 'kind = "list"\nfile = "points.csv"'
+    )
+    study.write_text(text.partition("[sensitivity]")[0])
+    points.write_text("pull,stiffness\n1,1\n")
+    result = mover("sweep", str(study), "-o", str(tmp_path / "out"), "--table", str(points))
+    assert result.exit_code == 1
+    assert "points.csv` cannot be written: the study reads it" in result.stderr
+    assert points.read_text() == "pull,stiffness\n1,1\n"
+    assert not (tmp_path / "out").exists()

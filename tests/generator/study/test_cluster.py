@@ -30,12 +30,14 @@ from generator.study.study import RunResult
 from generator.study.worker_pool import DIED, PROGRAM_ERROR, Task
 from tests.processes import ENVIRONMENT
 from tests.study_runs import (
+    BEGIN,
     FAULTY,
     FULL_DISK,
     POISON,
+    REAL,
+    deadly_run,
     is_running,
     list_study,
-    pendulum_run,
     processes_of,
     quick_run,
 )
@@ -154,14 +156,13 @@ def test_says_how_to_install_dask(monkeypatch: pytest.MonkeyPatch) -> None:
 
 # A cluster of two processes, one of which is killed in mid-run, and once more in the same run
 
-VALUES = [0.5 + 0.04 * k for k in range(16)]
-DEADLY = 5
-VALUES[DEADLY] = POISON
+VALUES = [*(0.5 + 0.04 * k for k in range(5)), POISON, *(1.5 + 0.04 * k for k in range(9)), REAL]
+DEADLY = VALUES.index(POISON)
 
 
 @dataclass(frozen=True)
 class Killed:
-    """Runs of which one killed its worker twice.
+    """Runs of which one killed its worker twice, and one was simulated.
 
     Attributes:
         rows: by index.
@@ -202,7 +203,7 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     results: dict[int, RunResult] = {}
     listening: set[str] = set()
     runs = run_on_cluster(
-        list_study(*VALUES), tasks(VALUES, motions), "local", jobs=2, run=pendulum_run
+        list_study(*VALUES), tasks(VALUES, motions), "local", jobs=2, run=deadly_run
     )
     with streams_in(printed), closing(runs):
         for run in runs:
@@ -214,9 +215,10 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
                 for each in [this, *workers]:
                     found = each.net_connections("inet")
                     listening |= {one.laddr.ip for one in found if one.status == "LISTEN"}
+                (motions / BEGIN).touch()
     return Killed(
         [results[index] for index in range(len(VALUES))],
-        len(processes_of(motions)),
+        len((motions / f"{DEADLY:03}").read_text().split()),
         listening,
         [one.pid for one in set(this.children()) - others if "spawn_main" in str(one.cmdline())],
         printed.read_text(),
@@ -224,11 +226,11 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
 
 
 def test_gives_the_rows_of_this_machine_although_workers_were_killed(killed: Killed) -> None:
-    rows, values = list(killed.rows), list(VALUES)
-    del rows[DEADLY], values[DEADLY]
-    assert rows == [run_case(list_study(*VALUES), (value,)) for value in values]
-    assert len({str(row.measures) for row in rows}) == len(values)
-    assert {row.outcome for row in rows} == {"done"}
+    values = [value for value in VALUES if value not in (POISON, REAL)]
+    rows = [row for row, value in zip(killed.rows, VALUES, strict=True) if value in values]
+    assert rows == expected(values)
+    assert killed.rows[-1] == run_case(list_study(*VALUES), (REAL,))
+    assert killed.rows[-1].outcome == "done"
 
 
 def test_a_run_that_kills_its_worker_twice_is_a_row(killed: Killed) -> None:
@@ -317,9 +319,13 @@ def test_submits_few_runs_at_a_time(shared: Any, address: str) -> None:
     assert max(known) < 20
 
 
-def test_carries_out_runs_of_the_study_by_default(address: str) -> None:
-    (run,) = run_on_cluster(list_study(1.1), tasks([1.1]), address)
-    assert run.result == run_case(list_study(1.1), (1.1,))
+def test_simulates_the_study_by_default(address: str) -> None:
+    values = [0.5 + 0.04 * k for k in range(24)]
+    study = list_study(*values)
+    rows = {run.index: run.result for run in run_on_cluster(study, tasks(values), address)}
+    assert [rows[k] for k in range(24)] == [run_case(study, (value,)) for value in values]
+    assert len({str(row.measures) for row in rows.values()}) == len(values)
+    assert {row.outcome for row in rows.values()} == {"done"}
 
 
 def test_an_error_of_the_program_is_a_row(address: str) -> None:

@@ -104,6 +104,11 @@ def test_every_cut_leaves_the_complete_lines(
         b'{"run": 1, "outcome": "done", "message": "", "measures": {"swing": 1}, "seconds": 1}',
         b'{"run": 1, "outcome": "done", "message": "", "measures": {"swing": "x", "end": 2}, '
         b'"seconds": 1}',
+        b'{"run": 1, "outcome": "done", "message": "", "measures": {"swing": "7", "end": true}, '
+        b'"seconds": 1}',
+        b'{"run": 1, "outcome": "done", "message": "", "measures": {"swing": 1'
+        + b"0" * 400
+        + b', "end": 2}, "seconds": 1}',
     ],
 )
 def test_a_damaged_line_is_ignored(tmp_path: Path, line: bytes) -> None:

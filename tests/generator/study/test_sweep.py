@@ -240,3 +240,24 @@ def test_a_finished_folder_needs_no_engine(tmp_path: Path) -> None:
     first = sweep(tmp_path)
     again = run_sweep(STUDY, str(tmp_path))
     assert (again.rows, again.kept) == (first.rows, len(VALUES))
+
+
+@pytest.mark.parametrize("left", [b"", b"\0" * 100, b'{"study": "ab'])
+def test_a_journal_without_a_line_is_begun_again(tmp_path: Path, left: bytes) -> None:
+    sweep(tmp_path)
+    table = (tmp_path / TABLE_NAME).read_bytes()
+    (tmp_path / JOURNAL_NAME).write_bytes(left)
+    with pytest.raises(UsageError, match=rf"has a file `{TABLE_NAME}` and no journal"):
+        sweep(tmp_path)
+    (tmp_path / TABLE_NAME).unlink()
+    sweep(tmp_path)
+    assert (tmp_path / TABLE_NAME).read_bytes() == table
+    assert len(journal_lines(tmp_path)) == 1 + len(VALUES)
+
+
+def test_another_study_takes_a_folder_without_runs(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        sweep(tmp_path, Serial(stop_after=0))
+    sweep(tmp_path, study=list_study(0.7))
+    assert len(journal_lines(tmp_path)) == 2
+    assert sweep(tmp_path, study=list_study(0.7)).kept == 1

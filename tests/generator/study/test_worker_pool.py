@@ -3,13 +3,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from generator.study.study import RunResult
+from generator.study.study import RunResult, Study
 from generator.study.worker_pool import (
     DIED,
     PROGRAM_ERROR,
@@ -162,3 +162,11 @@ def test_a_script_without_a_guard_is_explained(tmp_path: Path) -> None:
     )
     assert done.returncode == 1
     assert 'below `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]
+
+
+def test_a_message_is_one_line_of_text() -> None:
+    def fail(study: Study, values: Sequence[float], keep: Path | None, threads: int) -> RunResult:
+        return RunResult("wrong input", "two\nlines,\r\n\udcff", {})
+
+    run = perform_task(fail, list_study(0.1), Task(0, (0.1,)))
+    assert run.result.message == "two lines, \\udcff"

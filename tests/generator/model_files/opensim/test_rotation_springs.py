@@ -3,14 +3,16 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
+from generator.figure import Figure
 from generator.model_files.formats import read_model
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.write import format_files
 from generator.springs_file.read import read_springs
-from springs import Joining
+from springs import Joining, SpringSet
 from tests.generator.model_files.imported_models import (
     lost,
     without_carried_texts,
@@ -35,10 +37,28 @@ LOST = "along paths"
 
 def written(name: str, folder: Path, joining: Joining = Joining.CONSERVATIVE) -> Path:
     """A model without the figure and the springs that it carries, as other programs save it."""
-    (figure, springs), path = sprung_figure(name), folder / "model.osim"
-    format_files(figure, replace(springs, joining=joining), path).write()
+    figure, springs = sprung_figure(name)
+    return bare_model(figure, replace(springs, joining=joining), folder)
+
+
+def bare_model(figure: Figure, springs: SpringSet, folder: Path) -> Path:
+    path = folder / "model.osim"
+    format_files(figure, springs, path).write()
     path.write_text(without_carried_texts(path.read_text(encoding="utf-8")), encoding="utf-8")
     return path
+
+
+@pytest.fixture(scope="module")
+def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The model of the prototype, of which tests change copies."""
+    return written("prototype", tmp_path_factory.mktemp("prototype"))
+
+
+@pytest.fixture
+def path(unchanged: Path, tmp_path: Path) -> Path:
+    """A copy of the model of the prototype."""
+    copytree(unchanged.parent, tmp_path, dirs_exist_ok=True)
+    return tmp_path / unchanged.name
 
 
 def check_torques(name: str, imported: Imported, folder: Path, joining: Joining) -> None:
@@ -83,9 +103,8 @@ CHANGES = {
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_force_that_is_no_law_about_an_axis_is_a_loss_and_the_others_stay(
-    change: str, tmp_path: Path
+    change: str, path: Path, tmp_path: Path
 ):
-    path = written("prototype", tmp_path)
     text = path.read_text(encoding="utf-8")
     force = re.search(
         r'<ExpressionBasedPathForce name="waist_x_spring">.*?</Exp\w+PathForce>', text, re.S
@@ -106,8 +125,7 @@ def test_a_force_that_is_no_law_about_an_axis_is_a_loss_and_the_others_stay(
     assert found.difference <= LARGEST_FACTOR * stated(imported.losses, "left_hip_joint")
 
 
-def test_an_edited_spring_has_its_new_law_and_the_others_theirs(tmp_path: Path):
-    path = written("prototype", tmp_path)
+def test_an_edited_spring_has_its_new_law_and_the_others_theirs(path: Path, tmp_path: Path):
     text = path.read_text(encoding="utf-8")
     start = text.index('name="waist_x_spring"')
     tension = re.compile(r"(</FunctionBasedPath>\s*<expression>)([^<]*)(</expression>)")
@@ -125,11 +143,9 @@ def test_an_edited_spring_has_its_new_law_and_the_others_theirs(tmp_path: Path):
 
 
 def test_laws_over_several_joints_are_losses_and_the_others_stay(tmp_path: Path):
-    figure, path = sprung_figure("prototype")[0], tmp_path / "model.osim"
+    figure, _ = sprung_figure("prototype")
     springs = read_springs("coupled", figure)
-    format_files(figure, springs, path).write()
-    path.write_text(without_carried_texts(path.read_text(encoding="utf-8")), encoding="utf-8")
-    imported = read_model(path)
+    imported = read_model(bare_model(figure, springs, tmp_path))
     names = {re.sub(r"_\d+$", "", name) for name in lost(imported, LOST)}
     assert names == {f"{side}_hip_joint_{side}_knee_spring" for side in ("left", "right")}
     back_figure, back = written_and_read(imported, tmp_path)
