@@ -44,8 +44,7 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
 
 def _motion_doubts(fit: Fit) -> Iterator[str]:
     """Doubt about a fit whose residuals are as large as the motion."""
-    angles = fit.data.angles
-    motion = float(np.sqrt(np.mean((angles - angles.mean(axis=0)) ** 2)))
+    motion = float(np.sqrt(np.mean(np.var(fit.data.angles, axis=0))))
     if fit.tests.rms > MAX_UNEXPLAINED * motion:
         yield (
             "the model explains hardly any of the motion: rms residual "
