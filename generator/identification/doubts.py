@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import combinations
-from math import degrees
+from math import degrees, sqrt
 
 import numpy as np
 
@@ -44,7 +44,8 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
 
 def _motion_doubts(fit: Fit) -> Iterator[str]:
     """Doubt about a fit whose residuals are as large as the motion."""
-    motion = float(np.sqrt(np.mean(np.var(fit.data.angles, axis=0))))
+    variances = np.array([np.var(column) for column in fit.data.angles.T], dtype=np.float64)
+    motion = sqrt(float(np.mean(variances)))
     if fit.tests.rms > MAX_UNEXPLAINED * motion:
         yield (
             "the model explains hardly any of the motion: rms residual "
