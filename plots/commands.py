@@ -271,7 +271,7 @@ def picture(
     as_json: bool = False,
     show_progress: bool = False,
 ) -> "CommandResult":
-    """Draw shaded pictures of a figure, a pose or a motion, and videos.
+    """Draw pictures and videos of a figure, a pose or a motion.
 
     The options -o and --set may be repeated. Each .svg and .pdf holds the body in pixels, the times
     as outlines. A video shows a motion from its first time to its last.

@@ -64,7 +64,7 @@ def identify(
     ],
     fit: Annotated[
         list[str] | None,
-        typer.Option("--fit", metavar="PATH", help="Quantity to fit: springs.knee.scale."),
+        typer.Option("--fit", metavar="PATH", help="Quantity to fit, as springs.knee.scale."),
     ] = None,
     protocol: Annotated[
         Protocol | None,
@@ -113,7 +113,7 @@ def identify(
     *,
     show_progress: bool = False,
 ) -> CommandResult:
-    """Fit springs to measured joint angles, with standard deviations and doubts.
+    """Fit springs to measured joint angles over time.
 
     The motion starts at the first sample, at rest; its start angle is estimated too, unless --set
     states it. The options --fit, --set, --velocity and --lock may be repeated.

@@ -51,11 +51,11 @@ if TYPE_CHECKING:
 COMMANDS = {
     "simulate": (
         "generator.cli.simulate:simulate",
-        "Simulate a figure under gravity, loads, passive joint torques and contact.",
+        "Simulate a figure under gravity, loads, springs and contact.",
     ),
     "sweep": (
         "generator.cli.sweep:sweep",
-        "Simulate a figure many times, with other springs, masses, poses or floors.",
+        "Simulate a figure many times, each with other parameters.",
     ),
     "person": (
         "generator.cli.person:person",
@@ -63,11 +63,11 @@ COMMANDS = {
     ),
     "convert": (
         "generator.cli.convert:convert",
-        "Convert a motion, a figure or a model, and list what the format cannot store.",
+        "Convert a motion, a figure or a model, and list the losses.",
     ),
     "check": (
         "generator.cli.check:check",
-        "Report errors and doubts about a figure, its springs and their curves, or about a scene.",
+        "Check a figure, springs, a scene or a study for errors.",
     ),
     "describe": (
         "generator.cli.describe:describe",
@@ -75,23 +75,23 @@ COMMANDS = {
     ),
     "cite": (
         "generator.cli.cite:cite",
-        "Cite the sources of the numbers in a figure or in a published table.",
+        "Cite the sources of the numbers in a figure or a table.",
     ),
     "pose": (
         "generator.cli.pose:pose",
-        "Show or save a pose: displacements of all joints, positions of all sites.",
+        "Show or save a pose: displacements of joints, positions.",
     ),
     "com": (
         "generator.cli.com:com",
-        "Find the centre of mass of a figure, in a pose or along a motion.",
+        "Find the centre of mass, in a pose or along a motion.",
     ),
     "stability": (
         "generator.cli.stability:stability",
-        "Test whether the centre of mass is over the support, in a pose or along a motion.",
+        "Test whether the centre of mass is over the support.",
     ),
     "shoulder": (
         "generator.cli.shoulder:shoulder",
-        "Pose an arm by the direction of its elbow, with clavicle and natural twist.",
+        "Pose an arm by the direction of its elbow.",
     ),
     "link": (
         "generator.cli.link:link",
@@ -99,19 +99,19 @@ COMMANDS = {
     ),
     "settle": (
         "generator.cli.settle:settle",
-        "Find the equilibrium pose of a figure under gravity and its springs.",
+        "Find the equilibrium of a figure under gravity and springs.",
     ),
     "mass": (
         "generator.cli.mass:mass",
-        "Compute the volume, mass, centre of mass and inertia of a closed surface.",
+        "Compute the mass properties of a closed surface.",
     ),
     "complete": (
         "generator.cli.complete:complete",
-        "Estimate missing masses, inertias and centres of mass of a figure from psurfs.",
+        "Estimate missing masses and inertias of a figure from psurfs.",
     ),
     "view": (
         "generator.cli.view:view",
-        "Show a figure, a pose or a motion in the browser, and change it there.",
+        "Show a figure, a pose or a motion in the browser.",
     ),
     "warm-up": (
         "generator.cli.warm_up:warm_up",
@@ -123,7 +123,7 @@ COMMANDS = {
     ),
     "identify": (
         "plots.identification:identify",
-        "Fit springs to measured joint angles, with standard deviations and doubts.",
+        "Fit springs to measured joint angles over time.",
     ),
     "plots": (
         "plots.commands:plots",
@@ -131,7 +131,7 @@ COMMANDS = {
     ),
     "picture": (
         "plots.commands:picture",
-        "Draw shaded pictures of a figure, a pose or a motion, and videos.",
+        "Draw pictures and videos of a figure, a pose or a motion.",
     ),
 }
 """The function of each command and the first line of its help, in the order of the help."""

@@ -141,7 +141,7 @@ def check(
     ],
     springs: SpringsChoice = None,
 ) -> CommandResult:
-    """Report errors and doubts about a figure and its springs, a scene or a study."""
+    """Check a figure, springs, a scene or a study for errors."""
     if name.endswith(SCENE_SUFFIX) or (name in shipped_scenes() and not is_file(find_figure(name))):
         if springs is not None:
             raise UsageError("--springs applies to a figure, not to a scene")

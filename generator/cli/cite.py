@@ -229,7 +229,7 @@ def cite(
     ],
     springs: SpringsChoice = None,
 ) -> CommandResult:
-    """Cite the sources of the numbers in a figure or in a published table."""
+    """Cite the sources of the numbers in a figure or a table."""
     # A figure has precedence over a table of the same name.
     if not _is_figure(name):
         if is_table(name):

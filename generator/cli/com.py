@@ -45,7 +45,7 @@ def com(
     along: MotionFile = None,
     output: TableOutput = None,
 ) -> CommandResult:
-    """Find the centre of mass of a figure, in a pose or along a motion."""
+    """Find the centre of mass, in a pose or along a motion."""
     check_table_output(output, along)
     figure, warnings = load_figure(name)
     names = None if segments is None else [segment.strip() for segment in segments.split(",")]

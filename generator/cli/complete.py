@@ -22,7 +22,7 @@ def complete(
         Path, typer.Option("--output", "-o", metavar="OUT.fig", help="Figure file to write.")
     ],
 ) -> CommandResult:
-    """Estimate missing masses, inertias and centres of mass of a figure from psurfs."""
+    """Estimate missing masses and inertias of a figure from psurfs."""
     check_suffix(output, FIGURE_SUFFIX, "a figure file")
     kg_per_m3 = density_from_option("--density", density)
     reading = parse_figure_file(name)

@@ -245,7 +245,7 @@ def convert(
     *,
     verbose: bool = False,
 ) -> CommandResult:
-    """Convert a motion, a figure or a model, and list what the format cannot store.
+    """Convert a motion, a figure or a model, and list the losses.
 
     --pose, --set and --free-root set the start of a figure, as in mover simulate. In a format of
     motions a figure is a single frame.

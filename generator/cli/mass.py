@@ -89,7 +89,7 @@ def mass(
         bool, typer.Option("--fix-winding", help="Flip faces that point inward.")
     ] = False,
 ) -> CommandResult:
-    """Compute the volume, mass, centre of mass and inertia of a closed surface."""
+    """Compute the mass properties of a closed surface."""
     kg_per_m3 = density_from_option("--density", density)
     surface, metres = _load_surface(file, segment, unit)
     point = None

@@ -40,7 +40,7 @@ def pose(
         ),
     ] = None,
 ) -> CommandResult:
-    """Show or save a pose: displacements of all joints, positions of all sites.
+    """Show or save a pose: displacements of joints, positions.
 
     The option --set may be repeated and changes what --pose says.
     """

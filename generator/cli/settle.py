@@ -82,7 +82,7 @@ def settle(
     *,
     show_progress: bool = False,
 ) -> CommandResult:
-    """Find the equilibrium pose of a figure under gravity and its springs.
+    """Find the equilibrium of a figure under gravity and springs.
 
     With --floor or --scene, a pose in which the free figure rests on the props.
     The options --set and --lock may be repeated.

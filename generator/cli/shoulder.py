@@ -51,7 +51,7 @@ def shoulder(
     rhythm: Annotated[Rhythm, typer.Option(help="Rhythm of the clavicle.")] = Rhythm.OTANI,
     output: PoseOutput = None,
 ) -> CommandResult:
-    """Pose an arm by the direction of its elbow, with clavicle and natural twist."""
+    """Pose an arm by the direction of its elbow."""
     for option, value in (("--latitude", latitude), ("--longitude", longitude)):
         if not isfinite(value):
             raise UsageError(f"{option} {value}: the number must be finite")

@@ -160,7 +160,7 @@ def simulate(
     *,
     show_progress: bool = False,
 ) -> CommandResult:
-    """Simulate a figure under gravity, loads, passive joint torques and contact.
+    """Simulate a figure under gravity, loads, springs and contact.
 
     The options --set, --velocity, --lock, --driven and -o may be repeated.
     """

@@ -133,7 +133,7 @@ def stability(
     along: MotionFile = None,
     output: TableOutput = None,
 ) -> CommandResult:
-    """Test whether the centre of mass is over the support, in a pose or along a motion."""
+    """Test whether the centre of mass is over the support."""
     check_table_output(output, along)
     normal = _up_direction(up)
     height = None if below is None else length_from_option("--below", below)

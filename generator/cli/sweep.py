@@ -68,7 +68,7 @@ def sweep(
             "--output",
             "-o",
             metavar="DIR",
-            help="Folder of the results; one that has some of them is continued.",
+            help="Folder of the results; a study that stopped there is continued.",
         ),
     ] = None,
     jobs: Annotated[
@@ -84,10 +84,10 @@ def sweep(
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Accept a plain connection to another machine.")
     ] = False,
-    keep: Annotated[Keep | None, typer.Option(help="Keep the motion of each run, .npz.")] = None,
+    keep: Annotated[Keep | None, typer.Option(help="Keep the motion of each run as .npz.")] = None,
     again: Annotated[Again | None, typer.Option(help="Repeat the runs that failed.")] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only list what would be run, and time one run.")
+        bool, typer.Option("--dry-run", help="List parameters and measures, and time one run.")
     ] = False,
     table: Annotated[
         Path | None,
@@ -96,8 +96,9 @@ def sweep(
     *,
     show_progress: bool = False,
 ) -> CommandResult:
-    """Simulate a figure many times, with other springs, masses, poses or floors.
+    """Simulate a figure many times, each with other parameters.
 
+    These may be springs, masses, poses, floors or the size of a person.
     Finished runs are kept: after Ctrl-C, a crash or a power failure the same command continues.
     """
     if jobs is not None and jobs < 1:

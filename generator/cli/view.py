@@ -111,7 +111,7 @@ def view(
         bool, typer.Option("--no-browser", help="Print the address only.")
     ] = False,
 ) -> CommandResult:
-    """Show a figure, a pose or a motion in the browser, and change it there."""
+    """Show a figure, a pose or a motion in the browser."""
     if not name.strip():
         raise UsageError("the name of what to show is empty: name a figure, a pose or a motion")
     path = Path(name)
