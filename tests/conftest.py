@@ -63,7 +63,7 @@ COUNTED_EXAMPLES = 25
 
 
 @contextmanager
-def _first_examples_counted(item: pytest.Item, counter: Any) -> Iterator[None]:
+def _first_examples_counted(item: pytest.Item, counter: Any) -> Generator[None]:
     """Measure coverage by the first examples of a test of hypothesis; by other tests as a whole."""
     handle = getattr(getattr(item, "obj", None), "hypothesis", None)
     if handle is None:
