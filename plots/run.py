@@ -32,7 +32,7 @@ from generator.cli.outputs import check_writable, unwritable_file_error, write_f
 from generator.cli.progress import ItemMonitor, no_item_monitor
 from generator.conversion import READABLE_SUFFIXES
 from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, spelling_hint
-from generator.text_io import is_folder, os_error_reason
+from generator.text_io import is_file, is_folder, os_error_reason
 from plots.medium import REPORT, Medium, drawing_for
 from plots.own_plates import OwnFiles
 from plots.plate import Claim, DrawnPlate, FailedPlate, Outcome
@@ -109,7 +109,7 @@ def plots(
     motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
     if figure is not None and not motions:
         raise UsageError("--figure is for motions")
-    studies = [Path(name) for name in names if not _named_plates(name) and is_folder(Path(name))]
+    studies = [Path(name) for name in names if _is_study_folder(name)]
     own = OwnFiles(motions, studies, springs, against, figure)
     _check_options(names, studies, springs, against, gallery, medium)
     targets = _select_targets(() if own else names, output, gallery)
@@ -206,6 +206,14 @@ def _select_targets(
             raise UsageError(f"there is no plate `{name}`{f'; {hint}' if hint else ''}")
     chosen = {plate for name in names for plate in _named_plates(name)} or PLATES
     return {name: target for name, target in PLATES.items() if name in chosen}
+
+
+def _is_study_folder(name: str) -> bool:
+    """Return whether a name is that of a folder; one without a table of runs may be a plate's."""
+    from generator.study.sweep import TABLE_NAME
+
+    folder = Path(name)
+    return is_file(folder / TABLE_NAME) or (not _named_plates(name) and is_folder(folder))
 
 
 def _named_plates(name: str) -> Sequence[str]:

@@ -146,7 +146,7 @@ def run_on_cluster(
     insecure: bool = False,
     run: RunFunction | None = None,
 ) -> Generator[FinishedRun]:
-    """Carry out tasks on a cluster, and yield each result when it is there, in any order.
+    """Carry out tasks on a cluster, and yield each result as it arrives, in any order.
 
     A task whose worker dies is repeated, the last time while nothing else runs, before it counts
     as died. Closing the generator, or an exception such as that of Ctrl-C, gives up the rest.
@@ -261,7 +261,7 @@ class _Runs:
 
         Args:
             tasks: of the runs.
-            at_a_time: largest number of runs under way [default: a few a worker].
+            at_a_time: largest number of runs under way [default: a few per worker].
         """
         from distributed import KilledWorker, as_completed
 

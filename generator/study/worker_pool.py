@@ -101,9 +101,9 @@ def perform_task(run: RunFunction, study: Study, task: Task, threads: int = 1) -
 
 
 def _one_line(message: str) -> str:
-    """Return a message as a cell of a table can have it: in one line and in UTF-8.
+    """Return a message on one line and in UTF-8, as a cell of a table needs it.
 
-    The name of a file, for example, may have bytes that are not text.
+    The name of a file, for example, may have bytes that cannot be decoded.
     """
     return " ".join(message.split()).encode(errors="backslashreplace").decode()
 
@@ -116,14 +116,14 @@ def died_run(study: Study, task: Task) -> FinishedRun:
 def run_locally(
     study: Study, tasks: Sequence[Task], jobs: int | None = None, run: RunFunction | None = None
 ) -> Generator[FinishedRun]:
-    """Carry out tasks in processes, and yield each result when it is there, in any order.
+    """Carry out tasks in processes, and yield each result as it arrives, in any order.
 
     Closing the generator, or an exception such as that of Ctrl-C, ends the processes at once.
 
     Args:
         study: that the runs belong to.
         tasks: runs to carry out.
-        jobs: largest number of processes, at least 1 [default: one a core].
+        jobs: largest number of processes, at least 1 [default: one per core].
         run: function that carries out a run [default: `run_case`].
 
     Raises:
