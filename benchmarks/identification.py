@@ -32,7 +32,7 @@ from generator.identification.doubts import fit_doubts
 from generator.identification.fit import Estimate, Fit, FitOptions, fit_springs
 from generator.identification.measured_angles import MeasuredAngles
 from generator.simulation.import_exudyn import import_exudyn
-from generator.study.parameters import Case, parse_path
+from generator.study.parameter_paths import Case, parse_path
 from springs import Linear, SpringSet
 
 COMMAND = "python -m benchmarks.identification"

@@ -210,7 +210,7 @@ _FITTED_GROUPS = ("springs", "segments", "pose", "velocity", "gravity")
 def _parse_fitted_path(text: str, case: Case) -> ParameterPath:
     """Return the quantity of a path. Raises UsageError for those of a floor or a person."""
     group = text.strip().partition(".")[0]
-    if group in ("floor", "height", "person"):
+    if group in ("", "floor", "height", "person"):
         raise UsageError(f"--fit {text}: a fit knows {', '.join(_FITTED_GROUPS)}, not `{group}`")
     return parse_path(text, case)
 

@@ -5,7 +5,10 @@ import os
 import signal
 import sys
 from collections.abc import Generator, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from functools import wraps
+from itertools import count
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -29,9 +32,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 UNCOUNTED = tuple(
-    TESTS / folder for folder in ("docs", "physics", "properties", "generator/simulation/compiled")
+    TESTS / name
+    for name in (
+        *("docs", "physics", "properties", "generator/simulation/compiled"),
+        *("test_architecture.py", "test_language.py"),
+    )
 )
-"""Folders of tests that pass through many modules, whose lines are not counted as covered."""
+"""Tests whose lines are not counted as covered: folders of those that pass through many modules,
+and those that read modules as text."""
 
 
 @pytest.hookimpl(wrapper=True)
@@ -43,14 +51,44 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
     """
     plugin = item.config.pluginmanager.getplugin("_cov")
     counter = getattr(plugin, "cov_controller", None)
-    is_counted = not any(item.path.is_relative_to(folder) for folder in UNCOUNTED)
-    if counter is None or is_counted:
+    if counter is None:
         return (yield)
+    if not any(item.path.is_relative_to(folder) for folder in UNCOUNTED):
+        with _first_examples_counted(item, counter):
+            return (yield)
     counter.pause()
     try:
         return (yield)
     finally:
         counter.resume()
+
+
+COUNTED_EXAMPLES = 25
+"""Examples of hypothesis in which lines are counted: those that follow pass through the same."""
+
+
+@contextmanager
+def _first_examples_counted(item: pytest.Item, counter: Any) -> Generator[None]:
+    """Measure coverage by the first examples of a test of hypothesis; by other tests as a whole."""
+    handle = getattr(getattr(item, "obj", None), "hypothesis", None)
+    if handle is None:
+        yield
+        return
+    test, numbers = handle.inner_test, count()
+
+    @wraps(test)
+    def example(*args: object, **drawn: object) -> object:
+        if next(numbers) == COUNTED_EXAMPLES:
+            counter.pause()
+        return test(*args, **drawn)
+
+    handle.inner_test = example
+    try:
+        yield
+    finally:
+        handle.inner_test = test
+        if next(numbers) > COUNTED_EXAMPLES:
+            counter.resume()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -50,6 +50,9 @@ MODEL_TESTS = "generator/model_files properties/test_round_trips.py"
 SIMULATION = "generator/simulation"
 COMPILED = "generator/simulation/compiled"
 COMPILED_TESTS = COMPILED + "/test_{}.py"
+STUDY = "generator/study"
+STUDY_TESTS = "generator/study/test_{}.py"
+MOTION_FILES = "generator/motion_files"
 
 FLIPS = (
     # Laws
@@ -188,6 +191,50 @@ FLIPS = (
     Flip("exit code of a failed run", "generator/cli", "RUN_FAILED = 3", "RUN_FAILED = 4", "generator/cli"),
     Flip("bounds of a claim", "plots/plate.py", "self.at_least <= value <= self.at_most",
          "self.at_least <= value", "plots/test_plate*.py plots"),
+    # Studies
+    Flip("study: factor of an elastic torque", STUDY, "return (_transform(law, elastic, 0.0),)",
+         "return (_transform(law, 1.0, 0.0),)", STUDY_TESTS.format("parameters")),
+    Flip("study: side to which an offset goes", STUDY,
+         "by = target.sign * parallel_sign(spring.direction, target.direction) * offset",
+         "by = parallel_sign(spring.direction, target.direction) * offset",
+         STUDY_TESTS.format("parameters")),
+    Flip("study: mirror image of a pose", STUDY, "values[target.index] = target.sign * value",
+         "values[target.index] = value", STUDY_TESTS.format("parameters")),
+    Flip("study: half of a directional law", STUDY, "rest = 0.5 * (elastic - friction)",
+         "rest = elastic - friction", STUDY_TESTS.format("parameters")),
+    Flip("study: radius of gyration", STUDY, "mass, factor = value, value / mass",
+         "mass, factor = value, 1.0", STUDY_TESTS.format("parameters")),
+    Flip("study: mass of a mass index", STUDY, "mass *= stature**2", "mass *= stature",
+         STUDY_TESTS.format("parameters")),
+    Flip("study: measures in the key", STUDY, 'name="", plan=plan, sensitivity=None)',
+         'name="", plan=plan, sensitivity=None, measures={})', STUDY_TESTS.format("content_key")),
+    Flip("study: surfaces in the key", STUDY, "_psurf_digests(study.figure), versions))",
+         "versions))", STUDY_TESTS.format("content_key")),
+    Flip("study: runs that a folder has", STUDY, "if index not in results\n", "if index >= 0\n",
+         STUDY_TESTS.format("sweep")),
+    Flip("study: failed runs that are repeated", STUDY, "return not again_failed",
+         "return again_failed", STUDY_TESTS.format("sweep")),
+    Flip("study: torn line of a journal", STUDY, 'data.split(b"\\n")[:-1]', 'data.split(b"\\n")',
+         STUDY_TESTS.format("journal")),
+    Flip("study: exact numbers of a table", STUDY, "repr(float(cell))", 'f"{cell:.9g}"',
+         STUDY_TESTS.format("run_table")),
+    Flip("study: second start of a run", STUDY, "        if worker.retry is None:\n            self._s",
+         "        if worker.retry is not None:\n            self._s",
+         STUDY_TESTS.format("worker_pool")),
+    Flip("study: column of the radial design", STUDY, "points[:, 2 + k, k] = b[:, k]",
+         "points[:, 2 + k, k] = b[:, 0]", STUDY_TESTS.format("designs")),
+    Flip("study: total index", STUDY, "0.5 * square / variance", "square / variance",
+         STUDY_TESTS.format("sensitivity")),
+    Flip("study: peak of the ground force", MOTION_FILES, "if contact.extreme_forces is None:",
+         "if True:", STUDY_TESTS.format("measures")),
+    Flip("study: peak force on a segment", MOTION_FILES,
+         "    if sign > 0:\n        return contact.seg", "    if sign > 9:\n        return contact.seg",
+         STUDY_TESTS.format("measures")),
+    Flip("study: sign of a smallest number", MOTION_FILES, "return time, sign * size",
+         "return time, size", STUDY_TESTS.format("measures")),
+    Flip("study: runs one after the other", COMPILED, "    if threads > 1:\n        thread.start()",
+         "    tolerances[0] *= 1.0 if threads > 1 else 0.9\n    if threads > 1:\n"
+         "        thread.start()", "generator/simulation/test_run.py"),
 )  # fmt: skip
 
 

@@ -72,7 +72,7 @@ def sweep(
         ),
     ] = None,
     jobs: Annotated[
-        int | None, typer.Option(metavar="N", help="Number of processes. [default: one a core]")
+        int | None, typer.Option(metavar="N", help="Number of processes. [default: one per core]")
     ] = None,
     scheduler: Annotated[
         str | None,

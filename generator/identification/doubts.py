@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import combinations
-from math import degrees
+from math import degrees, sqrt
 
 import numpy as np
 
@@ -44,8 +44,8 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
 
 def _motion_doubts(fit: Fit) -> Iterator[str]:
     """Doubt about a fit whose residuals are as large as the motion."""
-    angles = fit.data.angles
-    motion = float(np.sqrt(np.mean((angles - angles.mean(axis=0)) ** 2)))
+    variances = np.array([np.var(column) for column in fit.data.angles.T], dtype=np.float64)
+    motion = sqrt(float(np.mean(variances)))
     if fit.tests.rms > MAX_UNEXPLAINED * motion:
         yield (
             "the model explains hardly any of the motion: rms residual "
@@ -90,9 +90,10 @@ def _bias_doubts(fit: Fit) -> Iterator[str]:
         return
     size = f"{worst.path} is biased by {abs(worst.bias):.1f} of its standard deviations"
     if fit.accuracy.step is not None:
-        shorter = fit.accuracy.step * (MAX_BIAS / abs(worst.bias)) ** 0.5
+        step = min(fit.accuracy.step, fit.nominal.plan.frame)  # a step ends at each frame
+        shorter = step * (MAX_BIAS / abs(worst.bias)) ** 0.5
         yield (
-            f"{size} by the step of {fit.accuracy.step:g} s, which is too long: leave it out, or "
+            f"{size} by the step of {step:g} s, which is too long: leave it out, or "
             f"take at most {shorter:.2g} s"
         )
     else:

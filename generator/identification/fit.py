@@ -133,11 +133,6 @@ class Estimate:
     at_bound: bool
     is_start: bool
 
-    @property
-    def mass_percent(self) -> float | None:
-        """Relative change of the estimate per relative change of all masses."""
-        return self.mass_slope / self.value if self.mass_slope is not None and self.value else None
-
 
 @dataclass(frozen=True)
 class StartResult:

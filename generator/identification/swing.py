@@ -38,6 +38,9 @@ _UNEVEN = 0.1
 _EARLY_MOTION = 0.3
 """Largest share of its rate after the smoothing time that a joint seems to have at first."""
 
+_LEAST_RANGE = 1e-6
+"""Range of the angles of a joint that moves [rad]."""
+
 _RESAMPLES = 100
 """Number of repetitions with new noise from which uncertainties are estimated."""
 
@@ -223,6 +226,8 @@ def smooth_swing(
             first one, or it turns fewer than three times.
     """
     half = _half_window(times, smoothing_time)
+    if float(np.ptp(angles)) < _LEAST_RANGE:
+        raise ValueError("the joint does not move")
     width = 2 * half + 1
     interval = float(times[-1] - times[0]) / (len(times) - 1)
     smoothed, rates = _fit_cubics(angles, half)

@@ -146,7 +146,7 @@ def run_on_cluster(
     insecure: bool = False,
     run: RunFunction | None = None,
 ) -> Generator[FinishedRun]:
-    """Carry out tasks on a cluster, and yield each result when it is there, in any order.
+    """Carry out tasks on a cluster, and yield each result as it arrives, in any order.
 
     A task whose worker dies is repeated, the last time while nothing else runs, before it counts
     as died. Closing the generator, or an exception such as that of Ctrl-C, gives up the rest.
@@ -241,7 +241,11 @@ class _Runs:
         address: SchedulerAddress | None,
     ) -> None:
         self._client = client
-        self._scheduler = "its scheduler" if address is None else f"the scheduler at {address}"
+        if address is None:
+            self._scheduler, self._remedy = "the cluster on this machine", "use --jobs alone"
+        else:
+            self._scheduler = f"the scheduler at {address}"
+            self._remedy = "start some with `dask worker`"
         self._run = run
         self._payload = pickle.dumps(study)
         self._study = self._send_study()
@@ -257,7 +261,7 @@ class _Runs:
 
         Args:
             tasks: of the runs.
-            at_a_time: largest number of runs under way [default: a few a worker].
+            at_a_time: largest number of runs under way [default: a few per worker].
         """
         from distributed import KilledWorker, as_completed
 
@@ -312,8 +316,7 @@ class _Runs:
             self._seen_worker = now
         elif now > self._seen_worker + _NO_WORKER_LIMIT:
             raise ClusterError(
-                f"{self._scheduler} has had no workers for {_NO_WORKER_LIMIT:.0f} s; "
-                "start some with `dask worker`"
+                f"{self._scheduler} has had no workers for {_NO_WORKER_LIMIT:.0f} s; {self._remedy}"
             )
 
     def _lost(self) -> ClusterError:

@@ -36,8 +36,8 @@ def content_key(study: Study, points: Array, versions: Versions) -> str:
     """Return the SHA-256 of all that the rows of a study depend on, in hexadecimal.
 
     It covers the points as well as the design, since a library may draw others from the same seed.
-    The names of files have no effect, but the psurfs do, which give contact spheres. Sensitivity
-    indices have none beyond the points, since they are computed from the rows.
+    The names of files have no effect, but the psurfs do, which give contact spheres. The settings
+    of sensitivity indices have none, since the indices are computed from the rows.
 
     Args:
         study: with the springs in its plan.

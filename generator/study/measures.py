@@ -3,9 +3,9 @@
 A column is one of the table of the motion, or one of a few more:
 
     centre_of_mass_height [cm]      against gravity, from the world's origin
-    JOINT.passive_torque [N m]      size of the torque of the joint's springs and damping
-    JOINT.reaction_force [N]        size of the force that the joint transmits
-    JOINT.reaction_moment [N m]     size of the moment that the joint transmits
+    JOINT.passive_torque [N m]      magnitude of the torque of the joint's springs and damping
+    JOINT.reaction_force [N]        magnitude of the force that the joint transmits
+    JOINT.reaction_moment [N m]     magnitude of the moment that the joint transmits
     SEGMENT.injury_criterion [1]    head injury criterion of the whole run, for heads
 
 The largest and the smallest number are those of a parabola through the frame and its neighbours.

@@ -14,7 +14,6 @@ from generator.study.parameter_paths import (
     ParameterPath,
     Quantity,
     Target,
-    UnknownPathError,
     parse_path,
 )
 from generator.study.person_figure import make_person
@@ -22,16 +21,6 @@ from generator.study.study import Study
 from springs import AxisSpring, CoupledSpring, Elastic, JointSprings, Stop
 from springs.hysteresis import Hysteresis
 from springs.transformed import Transformed
-
-__all__ = [
-    "Case",
-    "ParameterPath",
-    "UnknownPathError",
-    "apply_values",
-    "build_case",
-    "nominal_value",
-    "parse_path",
-]
 
 
 def nominal_value(path: ParameterPath, case: Case) -> float:

@@ -13,7 +13,8 @@ from generator.motion_files import npz
 from generator.motion_files.motion import motion_from_recording
 from generator.recording import WHOLE_RECORDING, Ending
 from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
-from generator.study.parameters import Case, build_case
+from generator.study.parameter_paths import Case
+from generator.study.parameters import build_case
 from generator.study.study import Measure, RunResult, Study, Take, failed_run
 
 WRONG_INPUT = "wrong input"

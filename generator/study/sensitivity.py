@@ -86,7 +86,7 @@ class MeasureIndices:
         take: number that is taken from the column.
         samples: base samples or trajectories that are complete.
         parameters: indices by parameter; empty where they cannot be estimated.
-        message: sentence about samples that are left out, or about missing indices; "" else.
+        message: sentence about samples that are left out, or about missing indices; "" otherwise.
     """
 
     column: str

@@ -60,7 +60,7 @@ class LogNormal:
 
 @dataclass(frozen=True)
 class Levels:
-    """Values that a parameter takes, each as often."""
+    """Values that a parameter takes equally often."""
 
     values: tuple[float, ...]
 
@@ -106,7 +106,7 @@ class Design:
         runs: number of points of a Latin hypercube or Sobol sequence, and of trajectories of
             Morris; None for a grid and a list.
         seed: of the random numbers.
-        rows: of a list, the values of the parameters in their order; else empty.
+        rows: of a list, the values of the parameters in their order; empty otherwise.
         file: of a list; None for another kind.
     """
 
@@ -192,7 +192,7 @@ class RunResult:
         outcome: ending of the run: "done", another `Ending`, "wrong input" where the case cannot be
             built, "no equilibrium" where a measure at rest has none, "died" where its process ended
             twice, or "program error".
-        message: sentence about a run that is not done; "" else.
+        message: sentence about a run that is not done; "" otherwise.
         measures: by name; None where the run has no such number.
     """
 

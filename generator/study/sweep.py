@@ -32,7 +32,7 @@ MOTIONS_NAME = "motions"
 _MIN_RUN_DIGITS = 5
 
 Engine: TypeAlias = Callable[[Study, Sequence[Task]], Generator[FinishedRun]]
-"""Carries out the tasks of a study, and yields each result when it is there."""
+"""Carries out the tasks of a study, and yields each result as it arrives."""
 
 
 @dataclass(frozen=True)

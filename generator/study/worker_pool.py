@@ -29,6 +29,7 @@ from generator.child_processes import (
 )
 from generator.diagnostics import MoverError
 from generator.study.study import RunResult, Study, failed_run
+from generator.text_io import os_error_reason
 
 DIED = "died"
 """Outcome of a run whose process ended twice."""
@@ -100,9 +101,9 @@ def perform_task(run: RunFunction, study: Study, task: Task, threads: int = 1) -
 
 
 def _one_line(message: str) -> str:
-    """Return a message as a cell of a table can have it: in one line and in UTF-8.
+    """Return a message on one line and in UTF-8, as a cell of a table needs it.
 
-    A name of a file, for example, may have bytes that are no text.
+    The name of a file, for example, may have bytes that cannot be decoded.
     """
     return " ".join(message.split()).encode(errors="backslashreplace").decode()
 
@@ -115,18 +116,18 @@ def died_run(study: Study, task: Task) -> FinishedRun:
 def run_locally(
     study: Study, tasks: Sequence[Task], jobs: int | None = None, run: RunFunction | None = None
 ) -> Generator[FinishedRun]:
-    """Carry out tasks in processes, and yield each result when it is there, in any order.
+    """Carry out tasks in processes, and yield each result as it arrives, in any order.
 
     Closing the generator, or an exception such as that of Ctrl-C, ends the processes at once.
 
     Args:
         study: that the runs belong to.
         tasks: runs to carry out.
-        jobs: largest number of processes, at least 1 [default: one a core].
+        jobs: largest number of processes, at least 1 [default: one per core].
         run: function that carries out a run [default: `run_case`].
 
     Raises:
-        MoverError: processes end before they are ready for a run.
+        MoverError: processes cannot be started, or end before they are ready for a run.
         OSError: a motion cannot be written.
     """
     if run is None:
@@ -163,7 +164,13 @@ class _Pool:
     def advance(self) -> Iterator[FinishedRun]:
         """Start workers, hand out tasks, and wait for what arrives next."""
         while len(self._workers) < self._needed_workers():
-            worker = _Worker(self._run, self._threads)
+            try:
+                worker = _Worker(self._run, self._threads)
+            except OSError as failure:
+                reason = os_error_reason(failure)
+                raise MoverError(
+                    f"A process for the runs cannot be started: {reason}; choose fewer with --jobs."
+                ) from None
             if self._suspects:
                 worker.retry = self._suspects.popleft()
                 worker.tasks.append(worker.retry)

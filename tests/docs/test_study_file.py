@@ -6,9 +6,12 @@ from typing import Any
 
 import pytest
 
+from generator.recording import Ending
 from generator.study import study_tables
+from generator.study.run_case import NO_EQUILIBRIUM, WRONG_INPUT
 from generator.study.study import DesignKind, Take
 from generator.study.study_file import parse_study_text
+from generator.study.worker_pool import DIED, PROGRAM_ERROR
 from tests.paths import DOCS, FIGURES
 
 PAGE = (DOCS / "study-file.md").read_text(encoding="utf-8")
@@ -81,3 +84,8 @@ def test_the_python_of_the_page_runs(code: str, tmp_path: Path, monkeypatch: Any
     exec(code, names)
     assert names["points"].shape == (64, 1)
     assert names["first"].outcome == "done"
+
+
+def test_every_outcome_is_in_a_table():
+    endings = {each.value for each in Ending} - {Ending.INTERRUPTED.value}
+    assert {*endings, WRONG_INPUT, NO_EQUILIBRIUM, PROGRAM_ERROR, DIED} - KEYS == set()

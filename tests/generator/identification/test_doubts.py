@@ -103,3 +103,9 @@ def test_residuals_that_alternate_are_a_doubt():
     (found,) = fit_doubts(with_residuals(fit, fit.residuals + NOISE * signs))
     assert "successive residuals are not independent (autocorrelation -0." in found
     assert "the intervals are wrong" in found
+
+
+def test_a_step_longer_than_a_frame_is_that_of_the_frame():
+    fit = coarse_fit()
+    (found, *_) = fit_doubts(replace(fit, accuracy=replace(fit.accuracy, step=5.0)))
+    assert "by the step of 0.02 s, which is too long" in found

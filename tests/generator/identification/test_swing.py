@@ -217,6 +217,7 @@ REFUSED: Sequence[tuple[Callable[[Array, Array], tuple[Array, Array]], str]] = (
     (lambda t, a: (t[:60], a[:60]), "turning points: record it for longer"),
     (lambda t, a: (t[:300:5], a[:300:5]), "30 are needed"),
     (lambda t, a: (t[5:] - t[5], a[5:]), "already moves"),
+    (lambda t, a: (t, 0.0 * a + 0.5), "does not move"),
     (lambda t, a: (t**1.01, a), "not evenly spaced"),
     (lambda t, a: (0.0 * t, a), "not evenly spaced"),
     (lambda t, a: (t / 100.0, a), "shorter than 0.2 s"),

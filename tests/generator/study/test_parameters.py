@@ -22,13 +22,8 @@ from generator.simulation.compiled.law_code import (
 )
 from generator.simulation.plan import Plan
 from generator.springs_file.read import read_springs
-from generator.study.parameters import (
-    Case,
-    apply_values,
-    build_case,
-    nominal_value,
-    parse_path,
-)
+from generator.study.parameter_paths import Case, parse_path
+from generator.study.parameters import apply_values, build_case, nominal_value
 from generator.study.person_figure import make_person
 from generator.study.study import Design, DesignKind, Parameter, PersonArguments, Study, Uniform
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop

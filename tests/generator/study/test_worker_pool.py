@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from generator.diagnostics import MoverError
 from generator.study.study import RunResult, Study
 from generator.study.worker_pool import (
     DIED,
@@ -170,3 +171,19 @@ def test_a_message_is_one_line_of_text() -> None:
 
     run = perform_task(fail, list_study(0.1), Task(0, (0.1,)))
     assert run.result.message == "two lines, \\udcff"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a process")
+def test_a_process_that_cannot_be_started_is_explained() -> None:
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    first_free = os.dup(0)
+    os.close(first_free)
+    runs = run_locally(list_study(0.1), [Task(0, (0.1,))], 1, quick_run)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (first_free, hard))
+    try:
+        with pytest.raises(MoverError, match="cannot be started: too many open files"):
+            next(runs)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))

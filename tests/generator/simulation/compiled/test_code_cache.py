@@ -47,13 +47,18 @@ def simulate_in_a_process(**variables: str) -> tuple[dict, str]:
     return json.loads(lines[-1]), "\n".join(lines[:-1])
 
 
+@pytest.fixture(scope="module")
+def first() -> dict:
+    """A run in a new process, after which its code is stored."""
+    return simulate_in_a_process()[0]
+
+
 def contents(folder: str) -> dict[str, int]:
     """Files and their times [ns]."""
     return {path.name: path.stat().st_mtime_ns for path in Path(folder).rglob("*.nbc")}
 
 
-def test_a_second_process_compiles_nothing() -> None:
-    first, _ = simulate_in_a_process()
+def test_a_second_process_compiles_nothing(first: dict) -> None:
     before = contents(first["folder"])
     second, cache = simulate_in_a_process()
     assert second == first
@@ -97,14 +102,13 @@ def test_a_missing_folder_is_made(tmp_path, monkeypatch) -> None:
 
 
 @pytest.mark.slow
-def test_a_run_without_a_cache_is_the_same(tmp_path) -> None:
+def test_a_run_without_a_cache_is_the_same(tmp_path, first: dict) -> None:
     """In a home that is a file, nothing can be stored: all is compiled, and nothing is left."""
     (tmp_path / "home").write_text("")
     places = {name: str(tmp_path / "home") for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA")}
-    expected, _ = simulate_in_a_process()
     found, cache = simulate_in_a_process(**places)
     assert found["folder"] is None
-    assert {**found, "folder": expected["folder"]} == expected
+    assert {**found, "folder": first["folder"]} == first
     assert "saved" not in cache
     assert os.listdir(tmp_path) == ["home"]
 
