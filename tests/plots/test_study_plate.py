@@ -265,14 +265,18 @@ def test_most_influential_parameters_are_shown() -> None:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(("count", "value"), [(1, np.nan), (100, 2.0)])
-def test_layout_has_room_for_titles_of_few_runs_and_of_many(count: int, value: float) -> None:
+@pytest.mark.parametrize(
+    ("count", "value", "runs_text"), [(1, np.nan, "1 run"), (100, 2.0, "100 runs")]
+)
+def test_layout_has_room_for_titles_of_few_runs_and_of_many(
+    count: int, value: float, runs_text: str
+) -> None:
     parameters = {f"p{k}": np.arange(count, dtype=float) for k in range(MAX_SHOWN)}
     title = "a_measure: time of the largest right_acromioclavicular_joint.2 [deg]"
     measures = {"m": np.full(count, value), "n": np.full(count, value)}
     runs = replace(runs_of(parameters, measures), titles=dict.fromkeys(measures, title))
     (plate,) = measure_plates(runs, "fall")
-    assert f"{count} runs" in plate.title
+    assert plate.title == f"fall: {runs_text}"
     with plot_style():
         add_title(plate.figure, plate.title)
         plate.figure.draw_without_rendering()
