@@ -45,6 +45,9 @@ from generator.study.parameter_paths import Case, ParameterPath, parse_path
 from plots.pendulum_test import pendulum_tests
 from plots.plate import PICTURE_FORMATS
 
+NEGLIGIBLE_CHANGE = 1e-3
+"""Change of an estimate with the masses that is printed as 0, in standard deviations."""
+
 
 class Protocol(StrEnum):
     """Test of joints whose numbers are reported."""
@@ -277,7 +280,9 @@ def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
             " .. ".join(profile) or "-",
         ]
         if one.mass_slope is not None:
-            row.append(f"{0.01 * one.mass_slope + 0.0:+.2g}")
+            change = 0.01 * one.mass_slope
+            negligible = abs(change) < NEGLIGIBLE_CHANGE * one.sd
+            row.append("0" if negligible else f"{change:+.2g}")
         yield row
 
 
