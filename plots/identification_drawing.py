@@ -78,7 +78,8 @@ def draw_identification(fit: Fit) -> Figure:
 
 def _draw_angles(axes: Axes, fit: Fit) -> None:
     times, data = fit.data.times, fit.data
-    for k, style in _drawn_columns(fit):
+    drawn = _drawn_columns(fit)
+    for k, style in drawn:
         joint, coordinate = data.columns[k]
         name = (
             joint if len(fit.case.figure.joints[joint].chain) == 1 else f"{joint}.{coordinate + 1}"
@@ -90,7 +91,7 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
             ms=2.6,
             mew=0.6,
             mfc="white",
-            color=GREY,
+            color=GREY if len(drawn) == 1 else style.colour,
             rasterized=_is_image(fit),
             label=f"{name}, measured",
         )
@@ -102,7 +103,7 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
             label=f"{name}, fit",
         )
     axes.set_ylabel("angle [deg]")
-    axes.legend(loc="best", ncols=2)
+    axes.legend(loc="upper right" if _is_image(fit) else "best", ncols=2)  # slow with many samples
     axes.set_title(f"{data.name}: measured and fitted angles", loc="left")
 
 
@@ -168,7 +169,7 @@ def _draw_profile(axes: Axes, estimate: Estimate, *, is_first: bool) -> None:
     )
     if is_first:
         axes.set_ylabel("increase of squares\n[variance of noise]")
-        axes.legend(loc="upper center", fontsize=7.0, handlelength=1.4)
+        axes.legend(loc="best", fontsize=7.0, handlelength=1.4)
 
 
 def _draw_autocorrelation(axes: Axes, fit: Fit) -> None:

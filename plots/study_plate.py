@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from generator.diagnostics import InputError, error
+from generator.diagnostics import InputError, error, format_count
 from generator.recording import Ending
 from generator.study.sensitivity import (
     INDICES_NAME,
@@ -443,7 +443,8 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
         sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
         add_footer(figure, sign, ())
     left_out = len(runs.parameters) - len(shown)
-    caption = f"Measures of {len(runs.is_done)} runs, of which {failed} failed, over parameters."
+    count = format_count(len(runs.is_done), "run")
+    caption = f"Measures of {count}, of which {failed} failed, over parameters."
     if left_out:
         caption += (
             f" Left out: {left_out} parameters with smaller rank correlations,"
@@ -453,7 +454,7 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
     columns |= {each: runs.measures[each] for each in measures}
     return Plate(
         name=name,
-        title=f"{runs.name}: {len(runs.is_done)} runs" + (f", {failed} failed" if failed else ""),
+        title=f"{runs.name}: {count}" + (f", {failed} failed" if failed else ""),
         caption=caption,
         sign=sign,
         figure=figure,

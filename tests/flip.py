@@ -233,7 +233,7 @@ FLIPS = (
     Flip("study: sign of a smallest number", MOTION_FILES, "return time, sign * size",
          "return time, size", STUDY_TESTS.format("measures")),
     Flip("study: runs one after the other", COMPILED, "    if threads > 1:\n        thread.start()",
-         "    tolerances[0] *= 1.0 if threads > 1 else 0.9\n    if threads > 1:\n"
+         "    tolerances[-2] *= 1.0 if threads > 1 else 0.9\n    if threads > 1:\n"
          "        thread.start()", "generator/simulation/test_run.py"),
 )  # fmt: skip
 

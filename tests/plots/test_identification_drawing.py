@@ -29,3 +29,21 @@ def test_without_profiles_the_autocorrelation_stays():
     fit = standard_fit()
     bare = tuple(replace(one, profile=None) for one in fit.estimates)
     assert len(draw_identification(replace(fit, estimates=bare)).get_axes()) == 3
+
+
+def test_measured_angles_have_the_colours_of_their_fits():
+    fit = standard_fit()
+    data = replace(
+        fit.data,
+        columns=(("left_knee", 0), ("left_knee", 0)),
+        angles=np.hstack([fit.data.angles, 0.5 * fit.data.angles]),
+    )
+    bare = tuple(replace(one, profile=None) for one in fit.estimates)
+    two = np.hstack([fit.simulated, 0.5 * fit.simulated])
+    lines = (
+        draw_identification(replace(fit, data=data, simulated=two, estimates=bare))
+        .get_axes()[0]
+        .get_lines()
+    )
+    colours = [line.get_color() for line in lines]
+    assert colours[0] == colours[1] != colours[2] == colours[3]

@@ -347,3 +347,11 @@ def test_folder_with_runs_comes_before_the_name_of_a_plate(
     monkeypatch.chdir(tmp_path)
     assert mover("plots", "knee", "-o", "out").exit_code == 0
     assert (tmp_path / "out" / "knee_runs.svg").exists()
+
+
+def test_one_run_is_counted_as_one(tmp_path: Path) -> None:
+    made = replace(study(DesignKind.SOBOL, 1), sensitivity=None)
+    rows = [RunResult("done", "", dict.fromkeys(MEASURES, 1.0))]
+    path = write_folder(tmp_path / "single", made, rows)
+    (plate,) = measure_plates(read_runs(path), "single")
+    assert plate.title == "single: 1 run"

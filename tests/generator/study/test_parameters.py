@@ -371,3 +371,11 @@ def test_person_with_a_floor_has_contact_spheres() -> None:
 def test_case_of_a_person_of_whom_only_springs_vary() -> None:
     one = study(PersonArguments(Sex.MALE, 1.75, 75.0), s="springs.scale")
     assert build_case(one, (2.0,)).figure is one.figure
+
+
+def test_mass_of_a_person_follows_from_the_mass_index() -> None:
+    person = PersonArguments(Sex.MALE, 1.75, 75.0, "none")
+    one = study(person, size="person.stature", index="person.mass_index")
+    case = build_case(one, [1.8, 24.0])
+    figure, _ = make_person(replace(person, stature=1.8, mass=24.0 * 1.8**2), with_spheres=False)
+    assert case.figure == figure
