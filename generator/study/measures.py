@@ -231,7 +231,9 @@ def _number(column: Column, motion: FigureMotion, take: Take) -> float | None:
             return None if extreme is None else _in_unit(column, extreme[1])
         case Take.TIME_OF_LARGEST | Take.TIME_OF_SMALLEST:
             extreme = column.extreme(motion, 1 if take is Take.TIME_OF_LARGEST else -1)
-            return None if extreme is None else extreme[0]
+            if extreme is None or np.all(column.read(motion) == extreme[1]):
+                return None  # such as the force on a segment that touches nothing
+            return extreme[0]
         case Take.REST:
             raise ModelError("a motion has no value at rest")
         case _:

@@ -137,6 +137,14 @@ def test_an_undefined_number_is_none(bounce: tuple[Figure, FigureMotion]) -> Non
     assert number(motion, "ground_force_px [cm]", Take.LARGEST) is not None
 
 
+def test_a_column_that_does_not_change_has_extremes_without_a_time() -> None:
+    figure = ball(0.5)
+    motion = motion_from_recording(simulate(figure, replace(BOUNCE, stop=0.1)), figure)
+    force = "link.contact_force [N]"
+    assert number(motion, force, Take.LARGEST) == 0.0
+    assert number(motion, force, Take.TIME_OF_LARGEST) is None
+
+
 def test_displacements_at_rest_are_in_the_unit_of_the_column() -> None:
     chains = clip("slides").chains
     rest = {name: np.linspace(0.1, 0.3, len(chain)) for name, chain in chains.items()}
