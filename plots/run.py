@@ -61,6 +61,7 @@ PLATES: Mapping[str, str] = {
         ("person_body", ("person_body",)),
         ("person_pendulums", ("person_pendulums",)),
         ("person_posture", ("person_posture",)),
+        ("study_of_falls", ("study_falls", "study_falls_stiffness")),
     )
     for name in names
 }

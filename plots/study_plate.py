@@ -350,6 +350,9 @@ _SCATTER_HEIGHT = 1.75
 _CHARACTERS_PER_INCH = 12.0
 """Characters of a title on an inch of a panel."""
 
+FEW_RUNS = 200
+"""Number of runs up to which their points are large."""
+
 _MIN_RUNS_PER_BIN = 20
 _MAX_BINS = 8
 _QUANTILES = (0.1, 0.5, 0.9)
@@ -491,7 +494,16 @@ def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> Non
     good = runs.is_done & np.isfinite(y)
     # Many points are pale, so that median and band stay visible.
     alpha = min(0.6, max(0.06, 400.0 / max(len(x), 1)))
-    axes.plot(x[good], y[good], ".", color=GREY, ms=3.0, mew=0.0, alpha=alpha, rasterized=True)
+    axes.plot(
+        x[good],
+        y[good],
+        ".",
+        color=GREY,
+        ms=3.0 if len(x) > FEW_RUNS else 7.0,
+        mew=0.0,
+        alpha=alpha,
+        rasterized=True,
+    )
     failed = x[~runs.is_done]
     if len(failed):  # the layout fails with empty lines that are not clipped
         height = np.full(len(failed), 0.02)

@@ -1,0 +1,181 @@
+"""The shipped studies of falls: differences between people, and softer and stiffer joints.
+
+Their tables in `plots/data` are what these commands write, without journal and lock:
+
+    mover sweep falls -o study_falls
+    mover sweep falls_stiffness -o study_falls_stiffness
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from generator.study.run_case import run_case
+from generator.study.sensitivity import INDICES_NAME, IndexKind, StudyIndices, read_indices
+from generator.study.study_file import find_study, read_study
+from plots.canvas import BLUE, GREY, add_footer, create_panels, plot_style
+from plots.plate import Claim, Plate
+from plots.study_plate import StudyRuns, read_runs, sensitivity_plates
+from springs.backends import Array
+
+# Matplotlib leaves the types of its keyword arguments open.
+# pyright: reportUnknownMemberType=false
+
+DATA = Path(__file__).parents[1] / "data"
+"""Folder of the tables."""
+
+PEOPLE = "falls"
+"""Name of the study of people."""
+
+SHOWN = ("pelvis_force", "head_force", "damped_energy")
+"""Measures on the plates. The indices of times are uncertain: some falls take another course."""
+
+MATTERS, HARDLY_MATTERS = 0.1, 0.05
+"""Shares of the variance that count as much, and as hardly any."""
+
+QUANTILES = (0.05, 0.95)
+"""Quantiles of the range between people."""
+
+_TITLES = {
+    "pelvis_force": "largest force on the pelvis [N]",
+    "head_force": "largest force on the head [N]",
+    "damped_energy": "energy that the joints absorb [J]",
+}
+
+REPEATED = 1e-3
+"""Largest relative difference of a repeated run, for other processors: rounding grows in a fall."""
+
+_STRONG = (
+    ("pelvis_force", "Force on the pelvis", "mass_index", "the body mass index"),
+    ("pelvis_force", "Force on the pelvis", "ankle", "the stiffness of the ankles"),
+    ("head_force", "Force on the head", "damping", "the damping of the joints"),
+    ("damped_energy", "Energy that the joints absorb", "stature", "the stature"),
+    ("damped_energy", "Energy that the joints absorb", "mass_index", "the body mass index"),
+)
+"""Measure, its name, parameter and its name, where the parameter matters."""
+
+_WEAK = (
+    ("pelvis_force", "Force on the pelvis", "arm", "the stiffness of the arms"),
+    ("damped_energy", "Energy that the joints absorb", "ankle", "the stiffness of the ankles"),
+)
+"""The same, where it hardly does."""
+
+_ASSUMED = (
+    "damping follows from assumed ratios, whose scatter is assumed too: the number that matters "
+    "most for the head is the least known"
+)
+
+
+def study_falls() -> Plate:
+    """Rank differences between people by how much they change a fall."""
+    folder = DATA / "study_falls"
+    indices, runs = read_indices(folder / INDICES_NAME), read_runs(folder)
+    shown = replace(indices, measures={name: indices.measures[name] for name in SHOWN})
+    (plate,) = sensitivity_plates(shown, PEOPLE)
+    return replace(
+        plate,
+        name="study_falls",
+        title="Which differences between people change a fall",
+        caption=(
+            "A man stands, lets go of all muscles and falls backwards on a floor, 640 times. "
+            "Stature and body mass index vary as in a survey (ANSUR II), stiffness and damping by "
+            "a factor of 1.5 a standard deviation, which was measured at the elbow only. "
+            f"5 % to 95 % of the runs: {_range_text(runs, 'pelvis_force')} on the pelvis, "
+            f"{_range_text(runs, 'head_force')} on the head. The indices of the times of impact, "
+            "in the table of the study, are not determined by so few runs. "
+            f"{plate.caption}"
+        ),
+        claims=(*_index_claims(indices), _repeated_run(PEOPLE, runs)),
+    )
+
+
+def study_falls_stiffness() -> Plate:
+    """Draw measures of a fall over the stiffness of all joints, beside those of people."""
+    people = read_runs(DATA / "study_falls")
+    runs = read_runs(DATA / "study_falls_stiffness")
+    stiffness = runs.parameters["stiffness"]
+    with plot_style():
+        figure, panels = create_panels(1.6 + 1.5 * len(SHOWN), len(SHOWN), 1)
+        for row, name in zip(panels, SHOWN, strict=True):
+            _draw_measure(row[0], stiffness, runs.measures[name], people.measures[name])
+            row[0].set_title(_TITLES[name], loc="left", fontsize=8.0, fontweight="bold")
+        panels[-1][0].set_xlabel("stiffness of all joints over the published one")
+        panels[0][0].legend(loc="lower left", fontsize=8.0)
+        sign = "Band: 5 % to 95 % of the men of the study of differences between people."
+        add_footer(figure, sign, ())
+    force, others = runs.measures["pelvis_force"], people.measures["pelvis_force"]
+    low, high = np.quantile(others, QUANTILES)
+    return Plate(
+        name="study_falls_stiffness",
+        title="The mean man falls with softer and stiffer joints",
+        caption=(
+            "The fall of `male50` with all passive springs from a quarter of the published "
+            "stiffness to four times as stiff; damping and limits stay. The forces change where "
+            "the fall takes another course, and more than they follow the stiffness."
+        ),
+        sign=sign,
+        figure=figure,
+        claims=(
+            Claim(
+                "Largest force on the pelvis: its range over the stiffnesses, as a share of that "
+                "between people (5 % to 95 %)",
+                float(np.ptp(force) / (high - low)),
+                at_most=1.0,
+            ),
+        ),
+        tables={"runs": {"stiffness": stiffness, **{name: runs.measures[name] for name in SHOWN}}},
+        references=(),
+    )
+
+
+def _draw_measure(axes: Axes, stiffness: Array, values: Array, people: Array) -> None:
+    """Draw a measure over the stiffness, and its range between people."""
+    low, high = np.quantile(people, QUANTILES)
+    axes.axhspan(low, high, color=GREY, alpha=0.2, lw=0.0, label="people, 5 % to 95 %")
+    axes.semilogx(stiffness, values, color=BLUE, marker="o", ms=4.0, lw=1.2, label="mean man")
+    axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["0.25", "0.5", "1", "2", "4"])
+    axes.minorticks_off()
+    axes.set_ylim(bottom=0.0)
+
+
+def _range_text(runs: StudyRuns, measure: str) -> str:
+    """Return the 5 % and 95 % quantiles of a force [N]."""
+    low, high = np.quantile(runs.measures[measure], QUANTILES) / 1e3
+    return f"{low:.1f} to {high:.1f} kN"
+
+
+def _index_claims(indices: StudyIndices) -> Iterator[Claim]:
+    """Yield claims about total indices, each with the end of its interval that is nearer."""
+    for measure, measured, parameter, varied in _STRONG:
+        total = indices.measures[measure].parameters[parameter][IndexKind.TOTAL]
+        yield Claim(
+            f"{measured}: total index of {varied}, lower end of its 95 % interval",
+            total.low,
+            at_least=MATTERS,
+            remark=_ASSUMED if parameter == "damping" else "",
+        )
+    for measure, measured, parameter, varied in _WEAK:
+        total = indices.measures[measure].parameters[parameter][IndexKind.TOTAL]
+        yield Claim(
+            f"{measured}: total index of {varied}, upper end of its 95 % interval",
+            total.high,
+            at_most=HARDLY_MATTERS,
+        )
+
+
+def _repeated_run(name: str, runs: StudyRuns) -> Claim:
+    """Compute the first run again."""
+    values = [float(column[0]) for column in runs.parameters.values()]
+    result = run_case(read_study(find_study(name)), values)
+    differences = [
+        abs((result.measures[measure] or np.nan) / column[0] - 1.0)
+        for measure, column in runs.measures.items()
+    ]
+    return Claim(
+        "First run, computed again: largest relative difference of a measure from the table",
+        float(np.max(differences)),
+        at_most=REPEATED,
+    )
