@@ -34,7 +34,7 @@ from generator.person.survey import Sex
 from generator.springs_file.read import load_springs
 from generator.study.study_file import parse_study
 from generator.text_io import parse_file
-from tests.paths import FAULTS
+from tests.paths import FAULTS, FIGURES
 
 
 @cache
@@ -117,7 +117,9 @@ def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureR
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         parsed = PARSERS[path.parent.name](path)
-    text = "\n".join(map(str, parsed.diagnostics)).replace(f"{path.parent}{sep}", "") + "\n"
+    text = "\n".join(map(str, parsed.diagnostics)) + "\n"
+    for folder in (path.parent, FIGURES):
+        text = text.replace(f"{folder}{sep}", "")
     expected = path.with_suffix(".expected")
     if request.config.getoption("--update-expected"):
         expected.write_text(text, "utf-8")
