@@ -200,7 +200,7 @@ def test_a_free_root_comes_back(suffix: str, tmp_path: Path):
 def edited(
     model: Written, folder: Path, pattern: str, new: str
 ) -> tuple[Imported, Figure, SpringSet]:
-    """What is read from a copy of a model, in which the first text of a pattern is replaced."""
+    """Read a copy of a model in which the first text of a pattern is replaced."""
     copytree(model.path.parent, folder, dirs_exist_ok=True)
     path = folder / model.path.name
     text = path.read_text(encoding="utf-8")
