@@ -36,10 +36,11 @@ UNCOUNTED = tuple(
     for name in (
         *("docs", "physics", "properties", "generator/simulation/compiled"),
         *("test_architecture.py", "test_language.py"),
+        *("plots/test_run_gallery.py", "generator/study/test_cluster.py"),
     )
 )
-"""Tests whose lines are not counted as covered: folders of those that pass through many modules,
-and those that read modules as text."""
+"""Tests whose lines are not counted as covered: those that pass through many modules or through
+another program, and those that read modules as text."""
 
 
 @pytest.hookimpl(wrapper=True)
