@@ -35,8 +35,9 @@ UNCOUNTED = tuple(
     TESTS / name
     for name in (
         *("docs", "physics", "properties", "generator/simulation/compiled"),
-        *("test_architecture.py", "test_language.py"),
-        *("plots/test_run_gallery.py", "generator/study/test_cluster.py"),
+        *("test_architecture.py", "test_language.py", "test_faults.py"),
+        *("generator/cli/test_app_refusals.py", "plots/test_run_gallery.py"),
+        "generator/study/test_cluster.py",
     )
 )
 """Tests whose lines are not counted as covered: those that pass through many modules or through
