@@ -44,8 +44,8 @@ from generator.study.worker_pool import run_locally
 
 RUNS, PROTOTYPE_RUNS, ROUND_RUNS, ROUNDS = 10_000, 1_000, 500, 5
 
-DISTURBED_RUNS = 2_000
-"""Number of the runs that are repeated with kills."""
+DISTURBED_RUNS = 10_000
+"""Number of runs that are repeated with kills."""
 
 MAX_CPU_RATIO = 1.15
 """Largest processor time of a run with two processes, over that with one."""
