@@ -183,7 +183,7 @@ def _draw_autocorrelation(axes: Axes, fit: Fit) -> None:
     axes.vlines(np.arange(1, lags + 1), 0.0, mean, color=BLUE, lw=2.0)
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, -0.4), max(high, 0.4))
-    axes.set_xlabel("lag [samples]")
     probability = fit.tests.whiteness
-    known = "" if probability is None else f" (p = {probability:.2g})"
-    axes.set_title(f"autocorrelation\ngrey: independent{known}", loc="left", fontsize=8.0)
+    known = "" if probability is None else f"\np = {probability:.2g}"
+    axes.set_xlabel(f"lag [samples]{known}")
+    axes.set_title("autocorrelation\ngrey: independent", loc="left", fontsize=8.0)
