@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from generator.figure import Vector
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, unit_vector
+from springs.short_repr import short_repr
 
 STANDARD_ACCELERATION = 9.80665
 """Unit of the accelerations in the head injury criterion [m/s^2]."""
@@ -43,6 +44,7 @@ REST_DURATION = 0.2
 """Duration of the mean values at the end of a run [s]."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class SegmentContact:
     """Contact of a segment over all steps of a run, not its frames only.
@@ -78,6 +80,7 @@ class Overlap(NamedTuple):
     time: float
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class ContactRecord:
     """Contact of a run of n frames; forces in world axes.

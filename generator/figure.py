@@ -19,6 +19,7 @@ from generator.diagnostics import ModelError, Span, format_count, shorten
 from generator.named_mapping import Named, NamedMapping
 from generator.notebook import html_table
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
+from springs.short_repr import short_repr
 
 Vector = tuple[float, float, float]
 
@@ -85,6 +86,7 @@ class Translation:
         return pose_matrix(np.eye(3), np.asarray(self.offset))
 
 
+@short_repr
 @dataclass(frozen=True)
 class Location:
     """A product of rotations and translations as written; `*` composes in row-vector order.
@@ -106,6 +108,7 @@ class Location:
         return reduce(lambda pose, factor: factor.matrix @ pose, self.factors, np.eye(4))
 
 
+@short_repr
 @dataclass(frozen=True)
 class Site:
     """A frame fixed to a segment, with the constant loads that act there [N, N m]."""
@@ -144,6 +147,7 @@ class ContactSphere:
             raise ModelError(f"the radius of a contact sphere is positive, not {self.radius:g} m")
 
 
+@short_repr
 @dataclass(frozen=True)
 class Segment:
     """A rigid body, or a part of the ground when its mass is negative.
@@ -228,6 +232,7 @@ class JointAxis:
             object.__setattr__(self, "axis", (x / length, y / length, z / length))
 
 
+@short_repr
 @dataclass(frozen=True)
 class Joint:
     """A connection of two segments: `child`'s site frame moves in `parent`'s.
@@ -292,6 +297,7 @@ def _format_displacements(joint: Joint) -> str:
     )
 
 
+@short_repr
 @dataclass(frozen=True)
 class Attribute:
     """A named set of display values (`rgb = (1.00,0.37,0.00)`)."""
@@ -310,6 +316,7 @@ class Figure:
     The mappings keep the order of the file, which is the order of joints in an action file; an
     unknown name raises UnknownNameError, a KeyError that states the nearest one. `path`
     is the file, beside which psurfs and springs are looked for; None when there is no file.
+    `springs_text` is a springs file for a figure without one; a figure file does not hold it.
     """
 
     segments: Mapping[str, Segment]
@@ -318,6 +325,7 @@ class Figure:
     attributes: Mapping[str, Attribute] = field(default_factory=dict[str, Attribute])
     name: str | None = None
     path: Path | None = field(default=None, compare=False, repr=False)
+    springs_text: str | None = field(default=None, compare=False, repr=False)
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
     def __post_init__(self) -> None:

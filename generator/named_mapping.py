@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Protocol, TypeVar
 
 from generator.diagnostics import ModelError, shorten, spelling_hint
+from springs.short_repr import represent_mapping
 
 
 class UnknownNameError(ModelError, KeyError):
@@ -37,6 +38,10 @@ class NamedMapping(dict[str, V]):
         """Copy the values."""
         super().__init__(values)
         self.subject = subject or "there is no name"
+
+    def __repr__(self) -> str:
+        """Number of values and the first names, in a line."""
+        return represent_mapping(self)
 
     def __missing__(self, name: str) -> V:
         """Raise UnknownNameError."""

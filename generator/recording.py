@@ -13,6 +13,7 @@ from generator.figure import AxisKind, JointAxis
 from generator.named_mapping import NamedMapping
 from generator.notebook import html_table
 from generator.rotations import Array
+from springs.short_repr import short_repr
 
 
 class Ending(Enum):
@@ -38,6 +39,7 @@ class Integrator(Enum):
     """Exudyn's implicit trapezoidal rule."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Outcome:
     """Ending of a run, with its sentence.
@@ -60,6 +62,7 @@ class Outcome:
         return self.ending is Ending.DONE
 
 
+@short_repr
 @dataclass(frozen=True)
 class Accuracy:
     """Error estimate of a run.

@@ -16,6 +16,7 @@ from generator.diagnostics import ModelError
 from generator.rotations import Array, matrix_from_xyz, pose_matrix, rotation_with_z_axis
 from springs.backends import NUMPY, Operations, Real
 from springs.contact import DEFAULT_SURFACE, Surface
+from springs.short_repr import short_repr
 
 Vector = tuple[float, float, float]
 Components = tuple[Real, Real, Real]
@@ -77,6 +78,7 @@ class Box:
 Shape = Plane | Box
 
 
+@short_repr
 @dataclass(frozen=True)
 class Prop:
     """A fixed body that a figure may touch."""
@@ -86,6 +88,7 @@ class Prop:
     surface: Surface
 
 
+@short_repr
 @dataclass(frozen=True)
 class Scene:
     """The props around a figure. Raises ModelError for two of one name."""

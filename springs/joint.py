@@ -10,6 +10,7 @@ from springs.coupled import CoupledExponential
 from springs.damping import Damping
 from springs.elastic import Elastic, total_friction
 from springs.hysteresis import Hysteresis
+from springs.short_repr import short_repr
 from springs.transformed import Transformed
 
 Direction = tuple[float, float, float]
@@ -28,6 +29,7 @@ class Joining(Enum):
     WEIGHTED = "weighted"
 
 
+@short_repr
 @dataclass(frozen=True)
 class AxisSpring:
     """The passive law about one axis of a joint.
@@ -100,6 +102,7 @@ def _scaled_law(law: Elastic, elastic: float, friction: float) -> tuple[Elastic,
     return curves, Transformed(up, rest), Transformed(down, rest)
 
 
+@short_repr
 @dataclass(frozen=True)
 class JointSprings:
     """The springs of a joint: about its axes, and along its slides.
@@ -114,6 +117,7 @@ class JointSprings:
     translations: tuple[AxisSpring, ...] = ()
 
 
+@short_repr
 @dataclass(frozen=True)
 class CoupledAxis:
     """Joint and axis of a coordinate of a coupled law.
@@ -135,6 +139,7 @@ class CoupledAxis:
             raise ValueError(f"the direction of a coupled angle has length 1, not {self.direction}")
 
 
+@short_repr
 @dataclass(frozen=True)
 class CoupledSpring:
     """A passive law over several joints' angles, bound to a figure; it adds to the axes' springs.

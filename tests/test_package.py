@@ -4,12 +4,16 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
 from importlib import metadata
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
 import generator
+from tests.contact_figures import FLOOR, block
 from tests.paths import ROOT
 
 PACKAGES = ("generator", "springs", "plots")
@@ -83,3 +87,39 @@ def test_every_public_name_is_imported_and_a_wrong_one_has_a_hint():
     assert set(generator.__all__) <= set(dir(generator))
     with pytest.raises(AttributeError, match="no attribute 'read_figur'; did you mean 'read_figu"):
         _ = generator.read_figur
+
+
+def public_values(folder: Path) -> Iterator[object]:
+    """Values that a script gets from the public names."""
+    person = generator.build_person(generator.estimate_measures(generator.Sex.MALE, 1.75, 75.0))
+    yield from (person, person.measures, person.body, person.springs, person.coupled_springs)
+    yield from (person.springs_file, person.figure, *person.passive_axes, *person.sources[:3])
+    yield from (*person.surfaces.values(), *person.springs.joints.values())
+    figure = person.figure
+    yield from (figure.segments, figure.joints, *figure.segments.values(), *figure.joints.values())
+    yield from (site for segment in figure.segments.values() for site in segment.sites.values())
+    tree = generator.build_tree(figure)
+    yield tree
+    yield generator.forward_kinematics(tree, generator.initial_displacements(tree))
+    yield from (generator.Scene.floor(), *generator.Scene.floor().props)
+    yield generator.read_study("falls")
+    yield generator.stability((0.0, 1.0, 0.0), [(0.0, 0.0, 0.0)])
+    figure, plan = block(0.2), generator.Plan(stop=0.04, scene=FLOOR, springs=person.springs)
+    yield plan
+    plan = replace(plan, springs=None)
+    yield from (generator.ExudynModel.of(figure, plan), generator.Stepper(figure, plan))
+    recording = generator.simulate(figure, plan)
+    yield from (recording, recording.contact, recording.outcome, recording.accuracy)
+    yield from (recording.displacements, recording.poses, recording.energy)
+    for name in ("motion.action", "motion.npz"):
+        generator.write_recording(recording, figure, folder / name)
+    yield generator.read_action(folder / "motion.action")
+
+
+def test_every_public_value_is_shown_in_two_lines_at_most(tmp_path: Path):
+    long = {
+        type(value).__name__: len(repr(value))
+        for value in public_values(tmp_path)
+        if len(repr(value)) > 200 or "\n" in repr(value)
+    }
+    assert long == {}

@@ -156,7 +156,7 @@ def _sections(
 
 def _springs_text(made: Person) -> str:
     """State how many curves are published, and how many are not."""
-    if made.springs is None:
+    if made.springs_file is None:
         return "none"
     counts = _count_curves(made)
     parts = (f"{counts[origin]} {words}" for origin, words in _ORIGINS.items())
@@ -208,6 +208,6 @@ def _data(made: Person, densities: Sequence[SegmentDensity]) -> dict[str, object
             for one in measures.dimensions.values()
         ],
         "springs": None
-        if made.springs is None
+        if made.springs_file is None
         else {origin.value: counts[origin] for origin in _ORIGINS},
     }

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generator.diagnostics import Source, Span
 from generator.inertia import MassProperties
+from springs.short_repr import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -45,6 +46,7 @@ class SurfaceText:
     block_starts: Indices
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class Surface:
     """Polygons over shared vertices, counter-clockwise seen from outside.

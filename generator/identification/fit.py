@@ -34,6 +34,7 @@ from generator.identification.uncertainty import (
 from generator.rotations import Array
 from generator.simulation.plan import resolve_springs
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
+from springs.short_repr import short_repr
 
 MAX_BIAS = 0.1
 """Largest bias of an estimate by the error of the runs [sd]."""
@@ -68,6 +69,7 @@ _NO_RESPONSE = 1e-7
 """Change of the angles over the typical change of a quantity that counts as none [rad]."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class FitOptions:
     """Choices of a fit.
@@ -101,6 +103,7 @@ class FitOptions:
                 raise UsageError(f"the {name} of a fit must be positive, not {value:g}")
 
 
+@short_repr
 @dataclass(frozen=True)
 class Estimate:
     """An estimate, in the unit of its path.
@@ -134,6 +137,7 @@ class Estimate:
     is_start: bool
 
 
+@short_repr
 @dataclass(frozen=True)
 class StartResult:
     """Result of the fit from one start.
@@ -149,6 +153,7 @@ class StartResult:
     is_best: bool
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Result of a fit.

@@ -12,8 +12,10 @@ from generator.figure import Figure
 from generator.input_files.drives import OVERSHOOT_HINT
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.rotations import Array
+from springs.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class MeasuredAngles:
     """Angles of joints at n times.

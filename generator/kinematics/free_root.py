@@ -102,6 +102,19 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
     return replace(figure, segments=segments, joints={**free, **remaining_joints}), moved
 
 
+def attaching_joints(figure: Figure) -> tuple[str, ...]:
+    """Return the joints by which a figure stays attached to the ground.
+
+    A joint with three translations lets its segment fall, and is not one of them.
+    """
+    return tuple(
+        name
+        for name, joint in figure.joints.items()
+        if len({joint.parent.segment, joint.child.segment} & figure.ground) == 1
+        and sum(axis.kind is AxisKind.TRANSLATION for axis in joint.chain) < 3
+    )
+
+
 def free_joints(figure: Figure) -> dict[str, Joint]:
     """Return the joints that `detach_root` has made, by name."""
     return {name: joint for name, joint in figure.joints.items() if joint.child.site == FREE_SITE}

@@ -11,6 +11,7 @@ from generator.figure import Figure, Joint
 from generator.kinematics.tree import Tree
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_matrix, inverse_pose
+from springs.short_repr import short_repr
 
 MAX_FRAMES_PER_PLACEMENT = 2000
 """Frames of one placement in a batch: poses of a figure like the prototype take some 30 MB."""
@@ -19,6 +20,7 @@ Displacements = Mapping[str, Array]
 """By joint name: a value for each factor of its chain, shape (n,) [rad or m]."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Placement:
     """A tree in a pose.

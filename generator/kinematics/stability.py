@@ -18,6 +18,7 @@ from generator.figure import Figure, Segment, SiteRef
 from generator.geometry.read import read_segment_surface
 from generator.kinematics.centre_of_mass import own_segments
 from generator.rotations import Array, rotation_with_z_axis, unit_vector
+from springs.short_repr import short_repr
 
 Y_UP = (0.0, 1.0, 0.0)
 """The normal of the ground in the world of the thesis."""
@@ -38,6 +39,7 @@ class Balance(Enum):
     UNSUPPORTED = "unsupported"
 
 
+@short_repr
 @dataclass(frozen=True)
 class Stability:
     """Static stability of a figure in a pose.

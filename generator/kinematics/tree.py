@@ -19,8 +19,10 @@ from generator.figure import AxisKind, Figure, Joint
 from generator.figure_file.check import require_valid_figure
 from generator.joint_chain import Chain, build_chain
 from generator.rotations import Array, cross_matrix, inverse_pose, unit_vector
+from springs.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True)
 class TreeJoint:
     """A joint of the tree, from the segment `inboard` to the segment `outboard`.
@@ -174,6 +176,7 @@ def _ground_poses(figure: Figure) -> dict[str, Array]:
     return poses
 
 
+@short_repr
 @dataclass(frozen=True)
 class Tree:
     """Joints oriented from the root, independent of the order within `connect`.

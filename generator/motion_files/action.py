@@ -43,6 +43,7 @@ from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.text_io import load_text, normalise_newlines, write_atomic
 from generator.units import Dimension, convert_to_si, format_quantity, parse_unit
+from springs.short_repr import short_repr
 
 ANGLE_UNIT = "deg"
 LENGTH_UNIT = "cm"
@@ -101,6 +102,7 @@ UNITS = f"s {ANGLE_UNIT} {LENGTH_UNIT}"
 END = "end"
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class ActionFile:
     """Contents of an action file, in SI units and radians; n frames.

@@ -18,11 +18,13 @@ from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.text_io import open_regular_file
 from springs import SpringSet
+from springs.short_repr import short_repr
 
 NONE = "none"
 """Text of a missing value."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Header:
     """The origin of a motion.
@@ -96,6 +98,7 @@ def _one_line(text: str | None) -> str:
     return " ".join((text or NONE).encode("utf-8", "replace").decode().split()) or NONE
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class FigureMotion:
     """Displacements and poses of a figure over time, the source of every format.

@@ -16,6 +16,7 @@ from generator.person.segment_table import SegmentRow, SegmentTable, de_leva_tab
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, survey
 from springs.published.reference import Reference, Sureness
+from springs.short_repr import short_repr
 
 TRUNK_SEGMENTS = ("lower_torso", "middle_torso", "upper_torso", "head")
 """From the hips up."""
@@ -33,6 +34,7 @@ def side_names(segment: str) -> tuple[str, ...]:
     return tuple(f"{side}_{segment}" for side in SIDES) if segment in LIMB_SEGMENTS else (segment,)
 
 
+@short_repr
 @dataclass(frozen=True)
 class BodySegment:
     """A rigid segment of a person.
@@ -53,6 +55,7 @@ class BodySegment:
     inertia: Vector
 
 
+@short_repr
 @dataclass(frozen=True)
 class Body:
     """A person's body, standing upright with arms down, thumbs forward.

@@ -37,6 +37,7 @@ from generator.springs_file.toml_table import TableReader, parse_document
 from generator.text_io import parse_file
 from generator.units import parse_unit
 from springs.published.reference import Reference
+from springs.short_repr import short_repr
 
 MIN_STATURE, MAX_STATURE = 0.4, 3.0
 """Statures beyond these are mistakes [m]."""
@@ -130,6 +131,7 @@ _LEVELS_OF_GIRTH = (
 )
 
 
+@short_repr
 @dataclass(frozen=True)
 class BodyDimension:
     """A dimension of the body.
@@ -181,6 +183,7 @@ class MeasuredDimensions(Mapping[str, float]):
         return len(self.lengths)
 
 
+@short_repr
 @dataclass(frozen=True)
 class Measures:
     """Measures of a person.

@@ -33,6 +33,7 @@ from springs.linear import Linear
 from springs.published.parse import parse_reference
 from springs.published.reference import Reference
 from springs.published.tables import coupled_law
+from springs.short_repr import short_repr
 from springs.smooth_limit import SmoothLimit
 
 _DATA_FILE = "passive_joints"
@@ -47,6 +48,7 @@ _ROTATIONS = {
 """Joint and rotation of a row of the data file."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class PassiveAxis:
     """The passive law about an axis of a joint of a person, and on both sides.

@@ -1,7 +1,8 @@
 """A person: body, figure, surfaces and springs, and the sources of all numbers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 from generator.figure import Figure
@@ -19,7 +20,7 @@ from generator.person.passive_joints import (
 from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
 from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
-from generator.springs_file.read import load_springs
+from generator.springs_file.read import load_springs, read_springs
 from generator.springs_file.write import write_springs
 from springs import SpringSet
 
@@ -30,11 +31,12 @@ class Person:
 
     Attributes:
         body: segments with their masses, and the places of the joints.
-        figure: standing upright; without psurfs until its files are written.
+        figure: standing upright, with its springs; without psurfs until its files are written.
         surfaces: closed, outward, in the segments' frames [m], by their names without side.
         passive_axes: laws and damping of the joints, one an axis; empty where none were asked for.
-        springs: the same as a springs file; None where none were asked for.
-        coupled_springs: the same with a law over hip and knee; None likewise.
+        springs_file: the same as a springs file; None where none were asked for.
+        coupled_springs_file: for the legs, a law over hip and knee in place of theirs; None
+            likewise.
         sources: of the numbers, in the order of the parts above.
     """
 
@@ -42,9 +44,17 @@ class Person:
     figure: Figure
     surfaces: Mapping[str, Surface]
     passive_axes: tuple[PassiveAxis, ...]
-    springs: SpringsFile | None
-    coupled_springs: SpringsFile | None
+    springs_file: SpringsFile | None
+    coupled_springs_file: SpringsFile | None
     sources: tuple[SourcedNumber, ...]
+
+    def __repr__(self) -> str:
+        """Sex, stature, mass and springs, in a line."""
+        measures = self.measures
+        return (
+            f"<Person: {measures.sex.value}, {measures.stature:.6g} m, {measures.mass:.6g} kg, "
+            f"axes with springs: {len(self.passive_axes)}>"
+        )
 
     @property
     def measures(self) -> Measures:
@@ -56,12 +66,17 @@ class Person:
         """Sentences on measures outside the samples."""
         return self.body.measures.warnings
 
-    @property
-    def spring_set(self) -> SpringSet:
-        """The springs bound to the figure, as a `Plan` takes them; stops alone without springs."""
-        if self.springs is None:
-            return load_springs(self.figure).require_value().springs
-        file, text = Path(f"person{SPRINGS_SUFFIX}"), write_springs(self.springs)
+    @cached_property
+    def springs(self) -> SpringSet:
+        """The springs of the figure, with which a run needs no others; stops alone without laws."""
+        return read_springs(None, self.figure)
+
+    @cached_property
+    def coupled_springs(self) -> SpringSet:
+        """The springs with a law over hip and knee, for `Plan(springs=...)`; else as `springs`."""
+        if self.coupled_springs_file is None:
+            return self.springs
+        file, text = Path(f"<coupled>{SPRINGS_SUFFIX}"), write_springs(self.coupled_springs_file)
         return load_springs(self.figure, choice=file, text=text).require_value().springs
 
 
@@ -82,4 +97,6 @@ def build_person(measures: Measures, springs: bool = True) -> Person:
     axes = passive_axes(body)
     coupled = coupled_leg_springs(body, axes)
     sources += spring_sources(axes, coupled)
-    return Person(body, figure, surfaces, axes, person_springs(axes), coupled, sources)
+    springs_file = person_springs(axes)
+    figure = replace(figure, springs_text=write_springs(springs_file))
+    return Person(body, figure, surfaces, axes, springs_file, coupled, sources)

@@ -44,7 +44,10 @@ def person_files(person: Person, path: Path) -> ModelFiles:
     """
     who = describe_measures(person.body.measures)
     beside = {sources_path(path): format_sources(person.sources, path.name)}
-    for name, springs in ((None, person.springs), (COUPLED_SPRINGS, person.coupled_springs)):
+    for name, springs in (
+        (None, person.springs_file),
+        (COUPLED_SPRINGS, person.coupled_springs_file),
+    ):
         if springs is not None:
             first = f"{springs_title(path)}, {who}, {MADE_BY}"
             comment = f"{first}\n\n{springs_comment()}"
@@ -58,7 +61,7 @@ def person_files(person: Person, path: Path) -> ModelFiles:
         surface_names={segment: name for name in person.surfaces for segment in side_names(name)},
         comment=f"A person, {who}, {MADE_BY}\nSources of the numbers: {sources_path(path).name}",
     )
-    stale = older_springs_loss(path) if person.springs is None else None
+    stale = older_springs_loss(path) if person.springs_file is None else None
     return ModelFiles(path, files, Losses.collect("figure", [stale]))
 
 

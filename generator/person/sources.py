@@ -15,6 +15,7 @@ from typing import Any
 
 from springs.published.parse import parse_reference
 from springs.published.reference import Reference
+from springs.short_repr import short_repr
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class Origin(Enum):
     """No published number was found."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class SourcedNumber:
     """One number of a person.

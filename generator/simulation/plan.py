@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from math import hypot, isfinite, ulp
 from pathlib import Path
+from typing import cast
 
 from generator.drive import Drive
 from generator.figure import Figure
@@ -41,8 +42,8 @@ class Plan:
         frame: interval between recorded frames [s].
         tolerance: required joint-angle error [rad]; ignored with a fixed `step`.
         step: fixed step [s]; None controls the step by the estimated error.
-        springs: the springs to use; None loads those of the figure's file, or uses the figure's own
-            `stiff`, `rest`, `damp` and limits if it has no file.
+        springs: the springs to use, such as `person.springs`; None for those that the figure brings
+            along or that are beside its file, or for its own `stiff`, `rest`, `damp` and limits.
         spring_choice: source of the springs if `springs` is None: a path, a NAME beside the
             figure's file, "none" or "printed".
         joining: law that joins the axes of a spherical joint; None uses that of the springs.
@@ -51,7 +52,7 @@ class Plan:
         height: initial height of the lowest point of a figure with a free root, measured upwards
             from the world's origin [m]; None leaves the figure where it is. In a scene it is the
             lowest point of the contact spheres.
-        scene: props that the figure may touch.
+        scene: props that the figure may touch; without `free_root` it stays attached.
         self_contact: whether its segments touch each other as well, which needs a scene.
         displacements: initial displacements by joint, in place of the figure's own [rad or m].
         velocities: initial displacement rates by joint [rad/s or m/s]; zero for other joints. Of a
@@ -105,6 +106,11 @@ class Plan:
         """Check the values. Raises ValueError."""
         if isinstance(self.springs, str | Path):
             raise ValueError("springs are a SpringSet; a file or a name is the spring_choice")
+        if not isinstance(cast("object", self.springs), SpringSet | None):
+            raise ValueError(
+                "springs are a SpringSet, such as person.springs or read_springs(...), "
+                f"not a {type(self.springs).__name__}"
+            )
         if isinstance(self.scene, str | Path):
             raise ValueError("a scene is a Scene, such as read_scene(...) or Scene.floor()")
         if isinstance(self.integrator, str):
@@ -165,7 +171,7 @@ class Plan:
 
 
 def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
-    """Return the springs of the plan, or load those of its choice for the figure's file.
+    """Return the springs of the plan, or those of its choice for the figure.
 
     Raises:
         InputError: the springs' file is missing or has errors, all of which are listed.

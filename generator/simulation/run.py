@@ -1,15 +1,17 @@
 """Simulation of a figure under a plan, and the recording of its motion."""
 
 import time
+import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from math import inf
-from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from generator.figure import Figure
+from generator.kinematics.free_root import attaching_joints
 from generator.recording import (
     EARLY_STOP_ENDINGS,
     WHOLE_RECORDING,
@@ -86,7 +88,7 @@ def simulate(
     """Simulate a figure under gravity, loads and the springs of its joints.
 
     Args:
-        figure: the figure, with the springs of the plan or of its file.
+        figure: the figure, with the springs of the plan, or with its own.
         plan: parameters of the run; None for one second at the default tolerance.
         watch: called with the progress: after every frame by Exudyn's integrator, several times a
             second by the compiled one.
@@ -98,16 +100,29 @@ def simulate(
     Returns:
         The motion. A failed run is an outcome of it, with the frames up to the last valid time.
 
+    Warns:
+        UserWarning: there is a scene, and the figure stays attached to the ground.
+
     Raises:
         MoverError: the figure or the plan cannot be built; the message states the reason.
         TypeError: the figure is a name, or the plan a number.
     """
     plan = Plan() if plan is None else plan
-    if isinstance(figure, str | Path):
-        raise TypeError(f"simulate needs a Figure, such as read_figure(...), not {figure!r}")
+    if not isinstance(cast("object", figure), Figure):
+        raise TypeError(
+            f"simulate needs a Figure, such as person.figure or read_figure(...), not {figure!r}"
+        )
     if isinstance(plan, int | float):
         raise TypeError(f"the second argument is a Plan, such as Plan(stop=2.0), not {plan!r}")
     springs = resolve_springs(figure, plan)
+    holders = [name for name in attaching_joints(figure) if name not in plan.drives]
+    if plan.scene.props and not plan.free_root and holders:
+        names = " and ".join(f"`{name}`" for name in holders)
+        warnings.warn(
+            f"The figure stays attached to the ground by {names} and does not fall: "
+            "Plan(free_root=True) removes the attachment.",
+            stacklevel=2,
+        )
     times = frame_times(plan.start, plan.stop, plan.frame)
     deadline = time.monotonic() + plan.wall_limit
     runner = _PassRunner(figure, plan, springs, times, deadline, watch, frozenset(record), threads)

@@ -13,6 +13,7 @@ from generator.springs_file.toml_table import Pair, TableReader
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.elastic import Range
 from springs.published.tables import coupled_law
+from springs.short_repr import short_repr
 
 EXPLICIT_LAW_KEYS = ("terms", "constants_Nm", "measured_deg")
 TERM_KEYS = ("amplitudes_Nm", "rates_1_rad", "exponent")
@@ -122,6 +123,7 @@ _RANGE_TOLERANCE = 1e-9
 _JOINTS_EXAMPLE = '["left_hip_joint", "left_knee"]'
 
 
+@short_repr
 @dataclass(frozen=True)
 class CoupledEntry:
     """A `[[coupled]]` table, in SI.

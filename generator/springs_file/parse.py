@@ -43,6 +43,7 @@ from generator.springs_file.toml_table import (
 from generator.text_io import parse_text
 from springs import Damping, Joining
 from springs.damping import DEFAULT_SLIP_RATE
+from springs.short_repr import short_repr
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 SPRINGS_SUFFIX = ".springs.toml"
@@ -55,6 +56,7 @@ NO_BASE = "none"
 SPRINGS_FILE_KEYS = ("figure", EXTENDS_KEY, BASE_KEY, "law", SPRING_TABLE, COUPLED_TABLE)
 
 
+@short_repr
 @dataclass(frozen=True)
 class SpringEntry:
     """A `[[spring]]` table, in SI.
@@ -94,6 +96,7 @@ class SpringEntry:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
+@short_repr
 @dataclass(frozen=True)
 class SpringsFile:
     """Content of a springs file.

@@ -141,6 +141,9 @@ def _no_printed_values_error(stem: str | None) -> Diagnostic:
 
 FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 
+_WITHIN_FIGURE = Path(f"<figure>{SPRINGS_SUFFIX}")
+"""Stands for the file of `Figure.springs_text`."""
+
 
 @dataclass(frozen=True)
 class LoadedSprings:
@@ -176,7 +179,8 @@ def load_springs(
 
     A spring from a file replaces `stiff`, `rest` and `damp` on its axis; the figure's limits are
     stops on top of whatever law an axis has. A springs file other than the figure's own extends
-    that one, or the file that it names: springs about other axes stay.
+    that one, or the file that it names: springs about other axes stay. The figure's own file is its
+    `springs_text`, if it has one, or else beside it.
 
     Args:
         figure: the figure.
@@ -197,11 +201,15 @@ def load_springs(
     path, missing = find_springs_file(directory, stem, choice)
     if missing is not None:
         return Parsed(None, (missing,))
+    own = _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX))
+    texts = {} if path is None or text is None else {path: _source(path, text)}
+    if figure.springs_text is not None:
+        own = _WITHIN_FIGURE
+        texts[own] = _source(own, figure.springs_text)
+        path = own if choice is None else path
     diagnostics, springs, bound = Diagnostics(), None, FileSprings(FIGURE_ORIGIN)
     with suppress(TooManyErrors):
         if path is not None:
-            own = _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX))
-            texts = {} if text is None else {path: Source(str(path), normalise_newlines(text))}
             is_printed = str(choice) == PRINTED_SPRINGS
             binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts)
             bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
@@ -210,6 +218,10 @@ def load_springs(
     if diagnostics.has_errors or springs is None:
         return Parsed(None, diagnostics.sorted_by_position())
     return Parsed(LoadedSprings(springs, bound.replaced), diagnostics.sorted_by_position())
+
+
+def _source(path: Path, text: str) -> Source:
+    return Source(str(path), normalise_newlines(text))
 
 
 def read_springs(
@@ -238,7 +250,7 @@ def read_springs(
         return load_springs(figure, folder, stem, path_or_name, joining).require_value().springs
 
     springs = load(figure)
-    if figure.path is not None and springs.origin not in (NO_SPRINGS, FIGURE_ORIGIN):
+    if springs.origin not in (NO_SPRINGS, FIGURE_ORIGIN):
         _check_changed_joints(figure, springs, load)
     return springs
 
@@ -249,7 +261,7 @@ def _check_changed_joints(
     """Raise ModelError for a spring of a joint that was changed in Python without effect.
 
     Args:
-        figure: read from a file, and perhaps changed since.
+        figure: read from a file or made, and perhaps changed since.
         springs: of the figure, from a file of springs.
         load: loads the springs of another version of the figure.
     """
@@ -265,7 +277,8 @@ def _check_changed_joints(
                 others = values or (0.0,) * joint.degrees_of_freedom
                 unchanged = replace(joint, **{name: (*others[:k], before, *others[k + 1 :])})
                 versions = (figure, figure.with_parts(unchanged))
-                own = [load_springs(each).require_value().springs for each in versions]
+                bare = [replace(each, springs_text=None) for each in versions]
+                own = [load_springs(each).require_value().springs for each in bare]
                 has_effect = own[0] != own[1]
                 if has_effect and load(versions[1]) == springs:
                     raise ModelError(

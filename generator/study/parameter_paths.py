@@ -40,12 +40,14 @@ from generator.simulation.plan import Plan
 from generator.springs_file.axes import parallel_sign, unit_axis
 from generator.study.study import PersonArguments
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet, Stop
+from springs.short_repr import short_repr
 
 
 class UnknownPathError(UnknownNameError):
     """A study cannot vary such a quantity; the message states the nearest one."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Case:
     """A figure and its run.

@@ -10,6 +10,7 @@ from generator.figure import Figure
 from generator.person.survey import Sex
 from generator.recording import Ending
 from generator.simulation.plan import Plan
+from springs.short_repr import short_repr
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ class Levels:
 Distribution: TypeAlias = Uniform | Normal | LogNormal | Levels
 
 
+@short_repr
 @dataclass(frozen=True)
 class Parameter:
     """A quantity that varies between the runs of a study.
@@ -97,6 +99,7 @@ class DesignKind(StrEnum):
     """Rows of a table."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class Design:
     """Choice of the values of the parameters.
@@ -157,6 +160,7 @@ class Sensitivity:
     resamples: int = 1000
 
 
+@short_repr
 @dataclass(frozen=True)
 class Study:
     """A study, with everything that its runs need.
@@ -184,6 +188,7 @@ class Study:
     text: str = field(default="", compare=False, repr=False)
 
 
+@short_repr
 @dataclass(frozen=True)
 class RunResult:
     """Result of one run of a study.

@@ -24,6 +24,7 @@ from generator.study.run_table import write_run_table
 from generator.study.study import RunResult, Study
 from generator.study.worker_pool import FinishedRun, Task, run_locally
 from generator.text_io import os_error_reason, path_exists, remove_stale_parts, write_atomic
+from springs.short_repr import short_repr
 
 STUDY_NAME = "study.toml"
 TABLE_NAME = "runs.csv"
@@ -50,6 +51,7 @@ class SweepProgress:
     latest: FinishedRun | None = None
 
 
+@short_repr
 @dataclass(frozen=True)
 class Sweep:
     """Result of a sweep.

@@ -1,5 +1,6 @@
 """Persons: complete, sound, and able to move, of both sexes, in the samples' range and beyond."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 import figures
 from benchmarks.persons import draw_measures, find_faults
 from generator import Plan, read_figure, read_springs, simulate, write_figure
-from generator.diagnostics import UsageError
+from generator.diagnostics import ModelError, UsageError
 from generator.figure_file.read import parse_figure
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
 from generator.person.joints import PERSON_JOINTS
@@ -16,8 +17,9 @@ from generator.person.measures import estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.sources import Origin
 from generator.person.survey import Sex
-from springs import Stop
-from tests.runs import energy_error
+from generator.simulation.plan import resolve_springs
+from springs import Linear, Stop
+from tests.runs import energy_error, same_bits
 
 MAN = build_person(estimate_measures(Sex.MALE, 1.756, 85.5))
 
@@ -36,12 +38,12 @@ def test_the_parts_of_a_person():
     assert MAN.warnings == ()
     assert set(MAN.surfaces) == {*TRUNK_SEGMENTS, *LIMB_SEGMENTS}
     assert MAN.figure.total_mass == pytest.approx(85.5, abs=1e-9)
-    assert MAN.springs is not None
-    assert MAN.coupled_springs is not None
+    assert MAN.springs_file is not None
+    assert MAN.coupled_springs_file is not None
 
 
 def test_every_rotation_has_a_spring_and_stops():
-    springs = MAN.spring_set
+    springs = MAN.springs
     assert set(springs.joints) == set(MAN.figure.joints) - {"root_torso"}
     for joint in PERSON_JOINTS:
         for name in joint.names:
@@ -51,11 +53,48 @@ def test_every_rotation_has_a_spring_and_stops():
                 assert [isinstance(law, Stop) for law in axis.elastic].count(True) == 1
 
 
+def test_a_person_keeps_its_springs():
+    alone = simulate(MAN.figure, Plan(stop=0.1))
+    given = simulate(MAN.figure, Plan(stop=0.1, springs=MAN.springs))
+    assert same_bits(alone.displacements, given.displacements)
+    stops = resolve_springs(replace(MAN.figure, springs_text=None), Plan())
+    without = simulate(MAN.figure, Plan(stop=0.1, springs=stops))
+    bent = [run.displacements["left_knee"][-1, 0] for run in (alone, without)]
+    assert abs(bent[0] - bent[1]) > 0.01
+
+
+def test_springs_of_a_file_extend_those_of_a_person(tmp_path: Path):
+    file = tmp_path / "knee.springs.toml"
+    file.write_text(
+        '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 5.0\nrest_deg = 0.0\n',
+        encoding="utf-8",
+    )
+    changed, before = read_springs(file, MAN.figure), MAN.springs
+    others = {name: joint for name, joint in before.joints.items() if name != "left_knee"}
+    assert {name: changed.joints[name] for name in others} == others
+    assert Linear(5.0, 0.0) in changed.joints["left_knee"].axes[0].elastic
+
+
+def test_the_springs_of_both_joints_of_a_leg():
+    coupled = MAN.coupled_springs
+    assert len(coupled.coupled) == 2
+    assert coupled.joints.keys() == MAN.springs.joints.keys()
+    assert coupled.joints["left_ankle"] == MAN.springs.joints["left_ankle"]
+    bare = build_person(MAN.measures, springs=False)
+    assert bare.coupled_springs == bare.springs
+
+
+def test_damping_added_to_a_person_in_vain_is_refused():
+    knee = replace(MAN.figure.joints["left_knee"], damp=(2.0,))
+    with pytest.raises(ModelError, match="`damp` of joint `left_knee` was changed in Python"):
+        simulate(MAN.figure.with_parts(knee), Plan(stop=0.1))
+
+
 def test_a_person_without_springs_has_stops():
     bare = build_person(MAN.measures, springs=False)
-    assert (bare.springs, bare.coupled_springs) == (None, None)
+    assert (bare.springs_file, bare.coupled_springs_file) == (None, None)
     assert bare.figure == MAN.figure
-    laws = [law for one in bare.spring_set.joints.values() for a in one.axes for law in a.elastic]
+    laws = [law for one in bare.springs.joints.values() for a in one.axes for law in a.elastic]
     assert laws
     assert all(isinstance(law, Stop) for law in laws)
 
@@ -108,7 +147,7 @@ def test_a_random_person_is_sound_and_moves(sex: Sex, stature: float, mass: floa
     assert read.value == person.figure
     assert person.figure.total_mass == pytest.approx(mass, abs=1e-9)
     assert joint_gaps(person) == pytest.approx(0.0, abs=1e-12)
-    run = simulate(person.figure, Plan(stop=0.2, springs=person.spring_set))
+    run = simulate(person.figure, Plan(stop=0.2, springs=person.springs))
     assert run.outcome.succeeded
     assert energy_error(run) < 1e-3
 

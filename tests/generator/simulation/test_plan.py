@@ -8,6 +8,7 @@ import pytest
 from generator import read_figure, read_springs
 from generator.diagnostics import ModelError
 from generator.simulation.plan import Plan, resolve_springs
+from generator.springs_file.parse import SpringsFile
 from springs import Linear, SpringSet
 
 
@@ -44,6 +45,7 @@ def test_defaults() -> None:
         ({"height": 1.0}, "a height needs a free root"),
         ({"self_contact": True}, "self-contact needs a scene"),
         ({"springs": "coupled"}, "a file or a name is the spring_choice"),
+        ({"springs": SpringsFile(())}, r"such as person.springs .* not a SpringsFile"),
         ({"scene": "seat"}, "read_scene"),
         ({"integrator": "exudyn"}, "Integrator.COMPILED or EXUDYN, not 'exudyn'"),
         ({"locked": "left_knee"}, "locked are names of joints"),

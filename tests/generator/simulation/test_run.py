@@ -1,5 +1,6 @@
 """A figure and a plan become a recording."""
 
+import warnings
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -11,9 +12,10 @@ from generator import Plan, read_figure, simulate, write_recording
 from generator.diagnostics import ModelError, MoverError
 from generator.named_mapping import UnknownNameError
 from generator.recording import Ending, Integrator, RecordingPart
+from generator.scene import Plane, Prop, Scene
 from generator.simulation.exudyn_api import exu
 from generator.simulation.run import Progress
-from springs import Joining, SpringSet
+from springs import Joining, SpringSet, Surface
 from tests.chains import BALL, chain, one_body, row
 from tests.contact_figures import FLOOR, block
 from tests.runs import same_bits
@@ -203,8 +205,28 @@ def test_the_drift_is_that_of_the_sites() -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
-    [(("prototype",), "needs a Figure"), ((read_figure("pendulum"), 0.5), "Plan\\(stop=2.0\\)")],
+    [
+        (("prototype",), "needs a Figure, such as person.figure or read_figure"),
+        ((NONE,), "not <SpringSet none"),
+        ((read_figure("pendulum"), 0.5), "Plan\\(stop=2.0\\)"),
+    ],
 )
 def test_arguments_of_another_type_are_named(arguments, said) -> None:
     with pytest.raises(TypeError, match=said):
         simulate(*arguments)
+
+
+def test_a_figure_that_stays_attached_above_a_floor_is_said() -> None:
+    plan = Plan(
+        stop=0.02,
+        scene=Scene((Prop("floor", Plane((0.0, -1.0, 0.0), (0.0, 1.0, 0.0)), Surface()),)),
+        springs=NONE,
+    )
+    hanging = one_body(chain("Rz"), displacement=(0.3,))
+    with pytest.warns(UserWarning, match=r"stays attached to the ground by `pin`.*free_root=True"):
+        simulate(hanging, plan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate(hanging, replace(plan, free_root=True))
+        simulate(hanging, replace(plan, scene=Scene()))
+        simulate(block(0.06), plan)
