@@ -9,11 +9,14 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar, cast
+from typing import Annotated, Any, TypeAlias, TypeVar, cast, get_type_hints
 
 import numba as _numba
+import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
+from generator.rotations import Array
 from generator.simulation.compiled.code_cache import cache_folder, forget_function, listeners
 
 numba: Any = _numba
@@ -32,6 +35,19 @@ MATRIX = types.Array(types.float64, 2, "C")
 STACK = types.Array(types.float64, 3, "C")
 INDICES = types.Array(types.int64, 1, "C")
 INDEX_TABLE = types.Array(types.int64, 2, "C")
+
+Vector: TypeAlias = Annotated[Array, VECTOR]
+Matrix: TypeAlias = Annotated[Array, MATRIX]
+Stack: TypeAlias = Annotated[Array, STACK]
+Indices: TypeAlias = Annotated[NDArray[np.int64], INDICES]
+IndexTable: TypeAlias = Annotated[NDArray[np.int64], INDEX_TABLE]
+
+
+def compiled_type(fields: type[Any]) -> Any:
+    """Return numba's type of a NamedTuple, whose fields are annotated with theirs."""
+    hints = get_type_hints(fields, include_extras=True).values()
+    return types.NamedTuple([hint.__metadata__[0] for hint in hints], fields)
+
 
 _RELAXED_ARITHMETIC = {"contract", "reassoc", "arcp", "nsz"}
 """Freedoms of LLVM in floating-point arithmetic; infinities and not-a-number keep their meaning."""

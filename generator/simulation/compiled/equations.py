@@ -1,6 +1,6 @@
 """Pointers to the functions that an integration calls, which depend on the mechanism."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from numba import types
 
@@ -13,6 +13,7 @@ from generator.simulation.compiled.compiler import (
     VECTOR,
     FunctionPointer,
     compiled,
+    compiled_type,
 )
 from generator.simulation.compiled.layout import (
     LAWS,
@@ -25,6 +26,8 @@ from generator.simulation.compiled.layout import (
 )
 from generator.simulation.compiled.recursion import compute_rates, evaluate_laws
 
+_STATE_ARGUMENTS = (LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
+
 
 class Equations(NamedTuple):
     """Pointers to the functions that an integration calls.
@@ -36,23 +39,13 @@ class Equations(NamedTuple):
         project: projects a state onto the constraints beyond the tree; returns whether it can.
     """
 
-    laws: Laws
-    evaluate_laws: Any
-    compute_rates: Any
-    project: Any
+    laws: Annotated[Laws, LAWS]
+    evaluate_laws: Annotated[Any, types.FunctionType(NOTHING(*_STATE_ARGUMENTS))]
+    compute_rates: Annotated[Any, types.FunctionType(NOTHING(*_STATE_ARGUMENTS, VECTOR))]
+    project: Annotated[Any, types.FunctionType(FLAG(*_STATE_ARGUMENTS, VECTOR))]
 
 
-_STATE_ARGUMENTS = (LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR)
-
-EQUATIONS = types.NamedTuple(
-    (
-        LAWS,
-        types.FunctionType(NOTHING(*_STATE_ARGUMENTS)),
-        types.FunctionType(NOTHING(*_STATE_ARGUMENTS, VECTOR)),
-        types.FunctionType(FLAG(*_STATE_ARGUMENTS, VECTOR)),
-    ),
-    Equations,
-)
+EQUATIONS = compiled_type(Equations)
 
 
 @compiled(FLAG, *_STATE_ARGUMENTS, VECTOR, pointer=True)

@@ -5,14 +5,24 @@ segment and the others have no mass; three rotations are one ball. Every link ha
 own, that of its joint, and axes; a segment's are those of its file.
 """
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from generator.rotations import Array
-from generator.simulation.compiled.compiler import INDEX_TABLE, INDICES, MATRIX, STACK, VECTOR
+from generator.simulation.compiled.compiler import (
+    INDEX_TABLE,
+    INDICES,
+    MATRIX,
+    VECTOR,
+    IndexTable,
+    Indices,
+    Matrix,
+    Stack,
+    Vector,
+    compiled_type,
+)
 
 IndexArray: TypeAlias = NDArray[np.int64]
 CompiledLaw: TypeAlias = Any
@@ -171,63 +181,34 @@ class Mechanism(NamedTuple):
         pair_parameters: constants of their law.
     """
 
-    links: IndexArray
-    constants: Array
-    measured: IndexArray
-    sites: Array
-    loads: IndexArray
-    load_points: Array
-    knots: Array
-    load_pieces: Array
-    drive_pieces: Array
-    gravity: Array
-    parameters: Array
-    law_rows: IndexArray
-    law_bounds: IndexArray
-    branches: Array
-    rows: IndexArray
-    row_constants: Array
-    spheres: IndexArray
-    sphere_constants: Array
-    props: IndexArray
-    prop_constants: Array
-    contact_parameters: Array
-    contact_offsets: IndexArray
-    pairs: IndexArray
-    pair_constants: Array
-    pair_parameters: Array
+    links: IndexTable
+    constants: Matrix
+    measured: IndexTable
+    sites: Matrix
+    loads: IndexTable
+    load_points: Matrix
+    knots: Vector
+    load_pieces: Stack
+    drive_pieces: Stack
+    gravity: Vector
+    parameters: Vector
+    law_rows: IndexTable
+    law_bounds: Indices
+    branches: Vector
+    rows: IndexTable
+    row_constants: Matrix
+    spheres: IndexTable
+    sphere_constants: Matrix
+    props: IndexTable
+    prop_constants: Matrix
+    contact_parameters: Vector
+    contact_offsets: IndexTable
+    pairs: IndexTable
+    pair_constants: Matrix
+    pair_parameters: Vector
 
 
-MECHANISM = types.NamedTuple(
-    (
-        INDEX_TABLE,
-        MATRIX,
-        INDEX_TABLE,
-        MATRIX,
-        INDEX_TABLE,
-        MATRIX,
-        VECTOR,
-        STACK,
-        STACK,
-        VECTOR,
-        VECTOR,
-        INDEX_TABLE,
-        INDICES,
-        VECTOR,
-        INDEX_TABLE,
-        MATRIX,
-        INDEX_TABLE,
-        MATRIX,
-        INDEX_TABLE,
-        MATRIX,
-        VECTOR,
-        INDEX_TABLE,
-        INDEX_TABLE,
-        MATRIX,
-        VECTOR,
-    ),
-    Mechanism,
-)
+MECHANISM = compiled_type(Mechanism)
 
 ROTATION = 0
 """Axes of a link in the world (9)."""
@@ -343,39 +324,22 @@ class Scratch(NamedTuple):
             and the powers.
     """
 
-    work: Array
-    displacements: Array
-    rates: Array
-    torques: Array
-    half_way: Array
-    switching: Array
-    powers: Array
-    row_work: Array
-    responses: Array
-    factor: Array
-    residual: Array
-    contact_forces: Array
-    contact_work: Array
+    work: Matrix
+    displacements: Matrix
+    rates: Matrix
+    torques: Matrix
+    half_way: Matrix
+    switching: Vector
+    powers: Vector
+    row_work: Matrix
+    responses: Stack
+    factor: Matrix
+    residual: Vector
+    contact_forces: Matrix
+    contact_work: Vector
 
 
-SCRATCH = types.NamedTuple(
-    (
-        MATRIX,
-        MATRIX,
-        MATRIX,
-        MATRIX,
-        MATRIX,
-        VECTOR,
-        VECTOR,
-        MATRIX,
-        STACK,
-        MATRIX,
-        VECTOR,
-        MATRIX,
-        VECTOR,
-    ),
-    Scratch,
-)
+SCRATCH = compiled_type(Scratch)
 
 LAW_SIGNATURE = types.void(
     MATRIX, MATRIX, VECTOR, VECTOR, INDEX_TABLE, INDICES, MATRIX, VECTOR, VECTOR
@@ -391,8 +355,8 @@ CONTACTS = types.FunctionType(types.void(MECHANISM, SCRATCH))
 class Laws(NamedTuple):
     """Pointers to the functions that compute forces: of the joints' laws, and of contact."""
 
-    joints: CompiledLaw
-    contacts: Any
+    joints: Annotated[CompiledLaw, LAW]
+    contacts: Annotated[Any, CONTACTS]
 
 
-LAWS = types.NamedTuple((LAW, CONTACTS), Laws)
+LAWS = compiled_type(Laws)

@@ -4,25 +4,26 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
 
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
 from generator.simulation.compiled.compiler import (
     CONSTANT_VECTOR,
     COUNT,
-    INDICES,
     MATRIX,
     NOTHING,
     REAL,
     VECTOR,
+    Indices,
+    Matrix,
+    Vector,
     compiled,
+    compiled_type,
 )
 from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.layout import (
     MECHANISM,
     SCRATCH,
-    IndexArray,
     Mechanism,
     Scratch,
 )
@@ -75,47 +76,26 @@ class Progress(NamedTuple):
         path_states: their states, shape (p, n).
     """
 
-    state: Array
-    clock: Array
-    counts: IndexArray
-    event_times: Array
-    event_switches: IndexArray
-    slopes: Array
-    end: Array
-    trial: Array
-    projected: Array
-    spare: Array
-    continuous: Array
-    sums: Array
-    passed: IndexArray
-    shares: Array
-    margins: Array
-    path_times: Array
-    path_states: Array
+    state: Vector
+    clock: Vector
+    counts: Indices
+    event_times: Vector
+    event_switches: Indices
+    slopes: Matrix
+    end: Vector
+    trial: Vector
+    projected: Vector
+    spare: Vector
+    continuous: Matrix
+    sums: Matrix
+    passed: Indices
+    shares: Vector
+    margins: Matrix
+    path_times: Vector
+    path_states: Matrix
 
 
-PROGRESS = types.NamedTuple(
-    (
-        VECTOR,
-        VECTOR,
-        INDICES,
-        VECTOR,
-        INDICES,
-        MATRIX,
-        VECTOR,
-        VECTOR,
-        VECTOR,
-        VECTOR,
-        MATRIX,
-        MATRIX,
-        INDICES,
-        VECTOR,
-        MATRIX,
-        VECTOR,
-        MATRIX,
-    ),
-    Progress,
-)
+PROGRESS = compiled_type(Progress)
 
 
 def start_progress(
