@@ -18,9 +18,6 @@ MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob
 CONVENTIONS = DOCS / "conventions.md"
 PAGES = [ROOT / "README.md", ROOT / "figures/README.md", ROOT / "CHANGELOG.md", *DOCS.rglob("*.md")]
 
-# Names that scripts may import still, as aliases.
-EARLIER_NAMES = {"Assembly", "drawn_displacements", "hang", "place"}
-
 ROW = re.compile(r"^\| `([^`]+)` \| (name|whole name|text) \|", re.MULTILINE)
 NO_NOUN = r"(?<!there )(?<!here )\b(?:is|are)\s+no\s+(?!longer\b|more\b|less\b|worse\b|\w+er\b)"
 OPENING = re.compile(r"(?:What|Whether|Where|How|Which)\b")
@@ -52,9 +49,7 @@ def defined_names(tree: ast.AST) -> Iterator[tuple[str, int]]:
 
 
 def bad_name(name: str) -> bool:
-    """Tell whether a name has a banned word; names of earlier versions stay importable."""
-    if name in EARLIER_NAMES:
-        return False
+    """Tell whether a name has a banned word."""
     parts = {part.lower() for part in PART.findall(name)}
     return bool(parts & BANNED["name"]) or name.strip("_").lower() in BANNED["whole name"]
 

@@ -1,0 +1,120 @@
+"""The public names and the modules that define them, from which they are imported when used."""
+
+from .contact_record import (
+    ContactRecord,
+    centre_of_pressure,
+    head_injury_criterion,
+)
+from .conversion import convert
+from .diagnostics import InputError, ModelError, MoverError, UsageError
+from .figure import (
+    Attribute,
+    AxisKind,
+    ContactSphere,
+    Figure,
+    Joint,
+    JointAxis,
+    Location,
+    Rotation,
+    Segment,
+    Site,
+    SiteRef,
+    Translation,
+)
+from .figure_file import read_figure
+from .figure_file.write import write_figure, write_pose
+from .identification.fit import FitOptions, fit_springs
+from .identification.measured_angles import read_measured_angles
+from .input_files.pose import read_pose
+from .input_files.scene import read_scene
+from .kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
+from .kinematics.placement import forward_kinematics, initial_displacements
+from .kinematics.stability import stability
+from .kinematics.tree import build_tree
+from .motion_files import ActionFile, read_action, read_npz, write_recording
+from .named_mapping import UnknownNameError, by_name
+from .person.measures import estimate_measures
+from .person.person import Person, build_person
+from .person.survey import Sex
+from .recording import Ending, Integrator, Outcome, Recording, RecordingPart
+from .scene import Box, Plane, Prop, Scene
+from .simulation.model import ExudynModel, build_model
+from .simulation.plan import Plan
+from .simulation.run import Progress, simulate
+from .simulation.statics import static_torques
+from .simulation.stepper import Stepper
+from .springs_file.read import read_springs
+from .study.designs import design_points
+from .study.parameter_paths import Case
+from .study.run_case import run_case
+from .study.study_file import read_study
+from .study.sweep import run_sweep
+
+__all__ = [
+    "ActionFile",
+    "Attribute",
+    "AxisKind",
+    "Box",
+    "Case",
+    "ContactRecord",
+    "ContactSphere",
+    "Ending",
+    "ExudynModel",
+    "Figure",
+    "FitOptions",
+    "InputError",
+    "Integrator",
+    "Joint",
+    "JointAxis",
+    "Location",
+    "ModelError",
+    "MoverError",
+    "Outcome",
+    "Person",
+    "Plan",
+    "Plane",
+    "Progress",
+    "Prop",
+    "Recording",
+    "RecordingPart",
+    "Rotation",
+    "Scene",
+    "Segment",
+    "Sex",
+    "Site",
+    "SiteRef",
+    "Stepper",
+    "Translation",
+    "UnknownNameError",
+    "UsageError",
+    "build_model",
+    "build_person",
+    "build_tree",
+    "by_name",
+    "centre_of_mass",
+    "centre_of_mass_jacobian",
+    "centre_of_pressure",
+    "convert",
+    "design_points",
+    "estimate_measures",
+    "fit_springs",
+    "forward_kinematics",
+    "head_injury_criterion",
+    "initial_displacements",
+    "read_action",
+    "read_figure",
+    "read_measured_angles",
+    "read_npz",
+    "read_pose",
+    "read_scene",
+    "read_springs",
+    "read_study",
+    "run_case",
+    "run_sweep",
+    "simulate",
+    "stability",
+    "static_torques",
+    "write_figure",
+    "write_pose",
+    "write_recording",
+]
