@@ -35,9 +35,9 @@ from generator.cli.mass import mass
 from generator.diagnostics import MoverError
 from generator.figure_file.write import write_figure
 from generator.input_files.drives import parse_drives_file
-from generator.input_files.links import parse_links_source
-from generator.input_files.loads import parse_loads_file
-from generator.input_files.pose import parse_pose_file
+from generator.input_files.links import LINK_ENTRIES
+from generator.input_files.loads import LOADS_FILE
+from generator.input_files.pose import POSE_FILE
 from generator.model_files.formats import MODEL_FORMATS, read_model
 from generator.motion_files import (
     motion_from_action,
@@ -48,7 +48,6 @@ from generator.motion_files import (
     write_recording,
 )
 from generator.springs_file.read import load_springs
-from generator.text_io import parse_file
 from plots.fit import fit
 
 MAX_MEMORY = 1_000_000_000
@@ -131,15 +130,15 @@ def _read_coordinates(path: Path) -> None:
 
 READERS: Mapping[str, Callable[[Path], object]] = {
     "figure": _read_figure,
-    "pose": lambda path: parse_pose_file(path, prototype()).require_value(),
+    "pose": lambda path: POSE_FILE.parse_file(path, prototype()).require_value(),
     "psurf": lambda path: mass(str(path), "1000 kg/m3"),
     "mesh": lambda path: mass(str(path), "1000 kg/m3", None if path.suffix[1] == "g" else "mm"),
-    "loads": lambda path: parse_loads_file(path, prototype()).require_value(),
+    "loads": lambda path: LOADS_FILE.parse_file(path, prototype()).require_value(),
     "drives": lambda path: parse_drives_file(path, prototype()).require_value(),
     "moments": lambda path: fit(path),
     "springs": lambda path: check(str(path)),
     "optional": lambda path: load_springs(prototype(), choice=path).require_value(),
-    "links": lambda path: parse_file(path, parse_links_source).require_value(),
+    "links": lambda path: LINK_ENTRIES.parse_file(path).require_value(),
     "action": _read_action,
     "coordinates": _read_coordinates,
     "npz": read_npz,

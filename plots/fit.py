@@ -9,7 +9,7 @@ import numpy as np
 from generator.cli.answer import CommandResult, format_table
 from generator.cli.outputs import check_writable, write_files
 from generator.diagnostics import MoverError, UsageError
-from generator.input_files.moments import MeasuredMoments, read_moments
+from generator.input_files.moments import MOMENTS_FILE, MeasuredMoments
 from generator.springs_file.bind import describe_sense_rule
 from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
@@ -51,7 +51,7 @@ def fit(
         MoverError: a springs file is requested of a cubic that restores nowhere.
     """
     _check_options(output, joints, plot)
-    moments = read_moments(data)
+    moments = MOMENTS_FILE.read(data)
     fitted = fit_cubic(moments.angles, moments.moments, passive=passive)
     law = _law_or_none(fitted)
     files = [path for path in (output, plot) if path is not None]

@@ -29,7 +29,7 @@ from generator.cli.outputs import (
 from generator.cli.progress import ItemMonitor, no_item_monitor
 from generator.conversion import check_readable
 from generator.diagnostics import Diagnostic, UsageError
-from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import read_scene
 from generator.kinematics.placement import Placement, batched_placements
 from generator.losses import Losses
@@ -258,7 +258,7 @@ def read_subject(
     suffix = path.suffix.lower()
     if suffix in MOTION_FORMATS:
         return _read_moving(path, figure_name, pose, sets)
-    if suffix == POSE_SUFFIX:
+    if suffix == POSE_FILE.suffix:
         if figure_name is None:
             raise UsageError(f"{path}: a pose does not name its figure; add --figure FIGURE")
         if pose is not None:

@@ -17,23 +17,22 @@ from generator.figure_file import parse_figure_file, read_figure
 from generator.geometry import parse_psurf_file
 from generator.geometry.validate import validate_surface
 from generator.input_files.drives import parse_drives_file
-from generator.input_files.links import parse_links_source
-from generator.input_files.live import parse_live_file
-from generator.input_files.loads import parse_loads_file
-from generator.input_files.moments import parse_moments_file
-from generator.input_files.pose import parse_pose_file
-from generator.input_files.scene import parse_scene_file
+from generator.input_files.links import LINK_ENTRIES
+from generator.input_files.live import LIVE_FILE
+from generator.input_files.loads import LOADS_FILE
+from generator.input_files.moments import MOMENTS_FILE
+from generator.input_files.pose import POSE_FILE
+from generator.input_files.scene import SCENE_FILE
 from generator.model_files.formats import parse_model
 from generator.motion_files import (
     motion_from_coordinates,
     parse_action,
     parse_coordinates_file,
 )
-from generator.person.measures import estimate_measures, parse_measures_file
+from generator.person.measures import MEASURES_FILE, estimate_measures
 from generator.person.survey import Sex
 from generator.springs_file.read import load_springs
 from generator.study.study_file import parse_study
-from generator.text_io import parse_file
 from tests.paths import FAULTS, FIGURES
 
 
@@ -71,7 +70,7 @@ def parse_coordinates_of_joints(path: Path) -> Parsed:
 
 def parse_measures_of_a_man(path: Path) -> Parsed:
     """The dimensions of a man of 1.75 m and 75 kg."""
-    parsed = parse_measures_file(path)
+    parsed = MEASURES_FILE.parse_file(path)
     if parsed.value is None:
         return parsed
     try:
@@ -83,16 +82,16 @@ def parse_measures_of_a_man(path: Path) -> Parsed:
 
 PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "figure": parse_figure_file,
-    "pose": lambda path: parse_pose_file(path, prototype()),
+    "pose": lambda path: POSE_FILE.parse_file(path, prototype()),
     "psurf": parse_body,
-    "loads": lambda path: parse_loads_file(path, prototype()),
+    "loads": lambda path: LOADS_FILE.parse_file(path, prototype()),
     "drives": lambda path: parse_drives_file(path, prototype()),
-    "moments": parse_moments_file,
+    "moments": MOMENTS_FILE.parse_file,
     "springs": parse_springs,
     "optional": parse_springs,
-    "links": lambda path: parse_file(path, parse_links_source),
-    "scene": parse_scene_file,
-    "live": parse_live_file,
+    "links": lambda path: LINK_ENTRIES.parse_file(path),
+    "scene": SCENE_FILE.parse_file,
+    "live": LIVE_FILE.parse_file,
     "measures": parse_measures_of_a_man,
     "study": parse_study,
     "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),

@@ -18,7 +18,7 @@ from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
 from generator.figure import Figure
 from generator.figure_file import find_figure, parse_figure_file
-from generator.input_files.scene import SCENE_SUFFIX, parse_scene_file, shipped_scenes
+from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.links import mirror_rotations
 from generator.person.identity import identity_of, range_publications
 from generator.scene import Box, Plane, Prop, Scene
@@ -142,7 +142,9 @@ def check(
     springs: SpringsChoice = None,
 ) -> CommandResult:
     """Check a figure, springs, a scene or a study for errors."""
-    if name.endswith(SCENE_SUFFIX) or (name in shipped_scenes() and not is_file(find_figure(name))):
+    if name.endswith(SCENE_FILE.suffix) or (
+        name in SCENE_FILE.shipped() and not is_file(find_figure(name))
+    ):
         if springs is not None:
             raise UsageError("--springs applies to a figure, not to a scene")
         return _check_scene(name)
@@ -179,7 +181,7 @@ def _range_publications(figure: Figure | None) -> tuple[str, ...]:
 
 
 def _check_scene(name: str) -> CommandResult:
-    reading = parse_scene_file(name)
+    reading = SCENE_FILE.parse_file(name)
     use = "the scene cannot be used" if reading.value is None else "the scene can be used"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
     rows = [_prop_row(prop) for prop in (reading.value or Scene()).props]

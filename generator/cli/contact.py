@@ -18,7 +18,7 @@ from generator.contact_record import (
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure import Figure, Vector
-from generator.input_files.scene import MAX_FRICTION, parse_scene_file
+from generator.input_files.scene import MAX_FRICTION, SCENE_FILE
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.scene import FLOOR, Scene, floor_prop
@@ -117,7 +117,7 @@ def scene_from_options(
     props = Scene()
     diagnostics: tuple[Diagnostic, ...] = ()
     if scene is not None:
-        parsed = parse_scene_file(scene)
+        parsed = SCENE_FILE.parse_file(scene)
         props, diagnostics = parsed.require_value(), parsed.diagnostics
     if friction is not None:
         if not floor:

@@ -46,7 +46,7 @@ from generator.conversion import (
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
-from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
 from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
@@ -264,7 +264,7 @@ def convert(
     path = Path(source)
     if separate and not is_model(source):
         raise UsageError(f"{source}: --apart is for models of other programs")
-    if path.suffix.lower() == POSE_SUFFIX:
+    if path.suffix.lower() == POSE_FILE.suffix:
         raise UsageError(f"{path} is a pose: convert its figure with --pose {path}")
     if path.suffix.lower() in MOTION_FORMATS:
         check_readable(path)

@@ -31,9 +31,9 @@ from generator.diagnostics import (
 from generator.drive import Drive
 from generator.figure import Figure
 from generator.figure_file import parse_figure_file
-from generator.input_files.pose import parse_pose_file
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.free_root import settable_chains
-from generator.kinematics.links import Links, parse_links_file
+from generator.kinematics.links import LINKS_FILE, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
     Displacements,
@@ -280,7 +280,7 @@ def _read_pose(
 ) -> tuple[dict[str, Array], tuple[Diagnostic, ...]]:
     if path is None:
         return {}, ()
-    parsed = parse_pose_file(path, figure)
+    parsed = POSE_FILE.parse_file(path, figure)
     return dict(parsed.require_value()), parsed.diagnostics
 
 
@@ -412,7 +412,7 @@ def constraints_from_options(
         raise UsageError("--driven chooses joints of the --drive file, which is missing")
     read, faults = Links(), ()
     if links is not None:
-        reading = parse_links_file(links, figure)
+        reading = LINKS_FILE.parse_file(links, figure)
         if reading.value is None:
             raise InputError(reading.diagnostics)
         read, faults = reading.value, reading.diagnostics

@@ -22,7 +22,7 @@ from generator.cli.outputs import check_pose_output, check_writable, write_pose_
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
 from generator.kinematics.free_root import settable_chains
-from generator.kinematics.links import Coordinate, Link, Links, parse_links_file
+from generator.kinematics.links import LINKS_FILE, Coordinate, Link, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements
 from generator.motion_files.action import display_unit
@@ -46,7 +46,7 @@ def link(
     """
     check_pose_output(output)
     figure, warnings = load_figure(name)
-    reading = parse_links_file(links_file, figure)
+    reading = LINKS_FILE.parse_file(links_file, figure)
     if reading.value is None:
         raise InputError((*warnings, *reading.diagnostics))
     files = [] if output is None else [output]

@@ -20,7 +20,7 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
-from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.pose import POSE_FILE
 from generator.losses import Losses
 from generator.motion_files import FigureMotion, motion_writer
 from generator.text_io import (
@@ -80,7 +80,7 @@ def suffix_fault(path: Path) -> str:
 def check_pose_output(path: Path | None) -> None:
     """Raise UsageError unless the file has the suffix of pose files."""
     if path is not None:
-        check_suffix(path, POSE_SUFFIX, "a pose file")
+        check_suffix(path, POSE_FILE.suffix, "a pose file")
 
 
 def check_table_output(output: Path | None, along: Path | None) -> None:

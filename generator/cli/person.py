@@ -21,7 +21,7 @@ from generator.person.densities import (
     SegmentDensity,
     segment_densities,
 )
-from generator.person.measures import Sex, estimate_measures, parse_measures_file
+from generator.person.measures import MEASURES_FILE, Sex, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
     COUPLED_SPRINGS,
@@ -74,7 +74,7 @@ def person(
         check_writable([output], [measures])
     metres = length_from_option("--stature", stature, "1.75m")
     kilograms = mass_from_option("--mass", mass)
-    parsed = None if measures is None else parse_measures_file(measures)
+    parsed = None if measures is None else MEASURES_FILE.parse_file(measures)
     made = build_person(
         estimate_measures(sex, metres, kilograms, parsed and parsed.require_value()),
         springs=springs is PersonSprings.PUBLISHED,

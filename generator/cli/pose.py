@@ -21,7 +21,7 @@ from generator.diagnostics import UsageError
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.figure_file.write import write_figure
-from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement, pose_figure
 from generator.motion_files.action import display_unit
 
@@ -44,9 +44,9 @@ def pose(
 
     The option --set may be repeated and changes what --pose says.
     """
-    if output is not None and output.suffix.lower() not in (POSE_SUFFIX, FIGURE_SUFFIX):
+    if output is not None and output.suffix.lower() not in (POSE_FILE.suffix, FIGURE_SUFFIX):
         raise UsageError(
-            f"{output}: {suffix_fault(output)}; known are {POSE_SUFFIX}, {FIGURE_SUFFIX}"
+            f"{output}: {suffix_fault(output)}; known are {POSE_FILE.suffix}, {FIGURE_SUFFIX}"
         )
     figure, warnings = load_figure(name)
     placement, more = placement_from_options(figure, file, displacements or ())
@@ -65,7 +65,7 @@ def pose(
 def _write_output(placement: Placement, path: Path) -> None:
     """Write a file of this suffix. Raises InputError."""
     figure, rows = placement.tree.figure, placement.displacements
-    if path.suffix.lower() == POSE_SUFFIX:
+    if path.suffix.lower() == POSE_FILE.suffix:
         write_pose_file(path, figure, rows)
         return
     write_file(path, write_figure(pose_figure(figure, rows)))

@@ -22,7 +22,7 @@ from generator.cli.progress import load_compiled_integrator, no_run_monitor, pro
 from generator.conversion import find_named_figure
 from generator.diagnostics import Diagnostic, UsageError, format_count, warning
 from generator.figure import Figure
-from generator.input_files.live import LiveLog, parse_live_file
+from generator.input_files.live import LIVE_FILE, LiveLog
 from generator.motion_files import MOTION_FORMATS, motion_from_recording
 from generator.motion_files.motion import file_sha256
 from generator.recording import Recording, energy_kinds
@@ -47,7 +47,7 @@ def replay_live(
 ) -> CommandResult:
     """Compute the motion of a live file again, and write it."""
     check_motion_formats(files)
-    parsed = parse_live_file(path)
+    parsed = LIVE_FILE.parse_file(path)
     log = parsed.require_value()
     figure, warnings = _load_figure_of(log, path, name)
     check_writable(files, (path, figure.path), reader="run")

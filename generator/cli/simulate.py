@@ -71,7 +71,7 @@ from generator.cli.progress import (
 )
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
-from generator.input_files.loads import parse_loads_file
+from generator.input_files.loads import LOADS_FILE
 from generator.motion_files import MOTION_FORMATS, motion_from_recording
 from generator.recording import Integrator, Recording, energy_kinds
 from generator.simulation.import_exudyn import import_exudyn
@@ -215,7 +215,7 @@ def simulate(
     diagnostics += more
     applied = ()
     if loads is not None:
-        reading = parse_loads_file(loads, figure)
+        reading = LOADS_FILE.parse_file(loads, figure)
         if reading.value is None:
             raise InputError((*more, *reading.diagnostics))
         applied, diagnostics = reading.value, diagnostics + reading.diagnostics

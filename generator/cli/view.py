@@ -33,7 +33,7 @@ from generator.conversion import READABLE_SUFFIXES, check_readable, is_model
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
-from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement, batched_placements
 from generator.motion_files import MOTION_FORMATS, FigureMotion
 from generator.motion_files.page import springs_choices
@@ -153,7 +153,7 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
         for option, value in (("--with", second), ("--export", export)):
             if value is not None:
                 raise UsageError(f"{option} is for motions, and {path} is not a motion")
-        if path.suffix.lower() == POSE_SUFFIX:
+        if path.suffix.lower() == POSE_FILE.suffix:
             if figure is None:
                 raise UsageError(f"{path}: a pose does not name its figure; add --figure FIGURE")
         elif figure is not None and not _is_springs_file(path):
@@ -198,7 +198,7 @@ def load_inputs(
         springs_choice = str(path)
     else:
         figure, warnings = load_figure(figure_name or str(path))
-        pose = path if path.suffix.lower() == POSE_SUFFIX else None
+        pose = path if path.suffix.lower() == POSE_FILE.suffix else None
     if motion is not None and springs_choice is None and joining is None:
         springs, springs_choice, of_springs = _springs_of_motion(motion)
     else:

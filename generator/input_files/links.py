@@ -10,13 +10,11 @@ from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any, cast
 
-from generator.diagnostics import Diagnostics, Parsed, Source, Span
+from generator.diagnostics import Diagnostics, Source, Span
+from generator.file_kind import FileKind
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import MAX_LINE_LENGTH, TableReader, parse_document
-from generator.text_io import parse_text
 from generator.units import parse_unit, shortest_decimal
-
-LINKS_SUFFIX = ".links.toml"
 
 MAX_LINK_FACTOR = 1e6
 """No joint follows another so much faster, and none so far from it [rad or m]."""
@@ -74,15 +72,13 @@ class LinksFile:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
-def parse_links(text: str, name: str = "<text>") -> Parsed[LinksFile]:
-    """The links that `text` describes, with all diagnostics, which call the text `name`."""
-    return parse_text(text, parse_links_source, name)
-
-
-def parse_links_source(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
-    """The links of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
+def _parse_links(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
     document = parse_document(source, _FILE_KIND, diagnostics)
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
+
+
+LINK_ENTRIES = FileKind("links", ".links.toml", _parse_links)
+"""The links as they are written, without a figure; `generator.kinematics.links` binds them."""
 
 
 def _parse_content(

@@ -7,17 +7,16 @@ their own kinds. The unit of a number is part of its key.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, assert_never, cast
 
 from generator.diagnostics import (
     Diagnostics,
     ModelError,
-    Parsed,
     Source,
     closest_match,
     select_errors,
 )
+from generator.file_kind import FileKind
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import (
     TableReader,
@@ -27,10 +26,7 @@ from generator.springs_file.toml_table import (
     quote_toml,
     text_to_toml,
 )
-from generator.text_io import parse_file, parse_text
 from springs import Joining
-
-LIVE_SUFFIX = ".live.toml"
 
 Vector = tuple[float, float, float]
 
@@ -183,28 +179,12 @@ class LiveLog:
     end_frame: int = 0
 
 
-def read_live(path: str | Path) -> LiveLog:
-    """The live simulation in a file.
-
-    Raises InputError with all diagnostics on any error. Warnings pass.
-    """
-    return parse_live_file(path).require_value()
-
-
-def parse_live_file(path: str | Path) -> Parsed[LiveLog]:
-    """The live simulation in a file, with all diagnostics; bad input raises nothing."""
-    return parse_file(path, parse_live_source)
-
-
-def parse_live(text: str, name: str = "<text>") -> Parsed[LiveLog]:
-    """The live simulation that `text` describes, with all diagnostics, which call it `name`."""
-    return parse_text(text, parse_live_source, name)
-
-
-def parse_live_source(source: Source, diagnostics: Diagnostics) -> LiveLog | None:
-    """The live simulation of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
+def _parse_live(source: Source, diagnostics: Diagnostics) -> LiveLog | None:
     document = parse_document(source, _FILE_KIND, diagnostics, MAX_LENGTH)
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
+
+
+LIVE_FILE = FileKind("live simulation", ".live.toml", _parse_live)
 
 
 def _parse_content(
@@ -412,7 +392,7 @@ def write_live(log: LiveLog, comment: str = "") -> str:
     for logged in log.changes:
         lines += ["", f"[[{_CHANGE}]]", f"frame = {logged.frame}", *_change_lines(logged.change)]
     text = "\n".join([*lines, ""])
-    errors = select_errors(parse_live(text).diagnostics)
+    errors = select_errors(LIVE_FILE.parse_text(text).diagnostics)
     if errors:
         raise ModelError(f"a {_FILE_KIND} cannot hold this simulation: {errors[0].message}")
     return text

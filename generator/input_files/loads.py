@@ -6,18 +6,16 @@ and x, y, z with the unit `[N]`, `[N m]`, or `[N or N m]` for a file that holds 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     shorten,
     spelling_hint,
 )
 from generator.figure import Figure, SiteRef
+from generator.file_kind import FileKind
 from generator.input_files.csv_columns import (
     Column,
     data_lines,
@@ -26,7 +24,6 @@ from generator.input_files.csv_columns import (
     split_cells,
 )
 from generator.loads import LoadKind, TimedLoad
-from generator.text_io import parse_file, parse_text
 
 TIME_UNIT = "[s]"
 FORCE_UNIT = "[N]"
@@ -59,21 +56,6 @@ class _Row:
     time_span: Span
 
 
-def read_loads(path: str | Path, figure: Figure) -> tuple[TimedLoad, ...]:
-    """The loads in a file for a figure. Raises InputError with all diagnostics on any error."""
-    return parse_loads_file(path, figure).require_value()
-
-
-def parse_loads_file(path: str | Path, figure: Figure) -> Parsed[tuple[TimedLoad, ...]]:
-    """The loads in a file for a figure, with all diagnostics; bad input raises nothing."""
-    return parse_file(path, partial(_parse_table, figure=figure))
-
-
-def parse_loads(text: str, figure: Figure, name: str = "<text>") -> Parsed[tuple[TimedLoad, ...]]:
-    """The loads that `text` describes, with all diagnostics, which call the text `name`."""
-    return parse_text(text, partial(_parse_table, figure=figure), name)
-
-
 def _parse_table(
     source: Source, diagnostics: Diagnostics, figure: Figure
 ) -> tuple[TimedLoad, ...] | None:
@@ -88,6 +70,9 @@ def _parse_table(
     if not rows:
         diagnostics.error("the table has no rows", lines[0])
     return _group_loads([row for row in rows if row is not None], figure, diagnostics)
+
+
+LOADS_FILE = FileKind("loads", ".csv", _parse_table)
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, Column]:

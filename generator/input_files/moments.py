@@ -10,15 +10,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from math import degrees, radians
-from pathlib import Path
 
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     shorten,
 )
+from generator.file_kind import FileKind
 from generator.input_files.csv_columns import (
     data_lines,
     parse_columns,
@@ -26,7 +25,6 @@ from generator.input_files.csv_columns import (
     split_cells,
     split_title,
 )
-from generator.text_io import parse_file, parse_text
 from generator.units import DIMENSION_POWERS, UNIT_EXAMPLES, Dimension, UnitError, parse_unit
 
 COLUMN_DIMENSIONS: Mapping[str, Dimension] = {"angle": Dimension.ANGLE, "moment": Dimension.MOMENT}
@@ -87,21 +85,6 @@ class _Row:
     angle_span: Span
 
 
-def read_moments(path: str | Path) -> MeasuredMoments:
-    """The moments in a file. Raises InputError with all diagnostics on any error."""
-    return parse_moments_file(path).require_value()
-
-
-def parse_moments_file(path: str | Path) -> Parsed[MeasuredMoments]:
-    """The moments in a file, with all diagnostics; bad input raises nothing."""
-    return parse_file(path, _parse_table)
-
-
-def parse_moments(text: str, name: str = "<text>") -> Parsed[MeasuredMoments]:
-    """The moments that `text` lists, with all diagnostics, which call the text `name`."""
-    return parse_text(text, _parse_table, name)
-
-
 def _parse_table(source: Source, diagnostics: Diagnostics) -> MeasuredMoments | None:
     lines = data_lines(source)
     if not lines:
@@ -117,6 +100,9 @@ def _parse_table(source: Source, diagnostics: Diagnostics) -> MeasuredMoments | 
     angles, moments = tuple(row.angle for row in rows), tuple(row.moment for row in rows)
     titles = columns["angle"].title, columns["moment"].title
     return MeasuredMoments(angles, moments, source.name, titles)
+
+
+MOMENTS_FILE = FileKind("moments", ".csv", _parse_table)
 
 
 def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, _Column]:

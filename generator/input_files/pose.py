@@ -8,14 +8,12 @@ place in a pose.
 """
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     shorten,
@@ -26,10 +24,8 @@ from generator.figure_file.lexer import keywords_in
 from generator.figure_file.parser import Block, Connect, Field, Statement, Word, parse_statements
 from generator.figure_file.resolve import resolve_joint_field
 from generator.figure_file.values import displacement_bound
+from generator.file_kind import FileKind
 from generator.rotations import Array
-from generator.text_io import parse_file, parse_text
-
-POSE_SUFFIX = ".pose"
 
 POSE_EXAMPLE = "`joint NAME { displacement = (30deg); }`"
 
@@ -41,17 +37,7 @@ def read_pose(path: str | Path, figure: Figure) -> dict[str, Array]:
 
     Raises InputError with all diagnostics on any error. Warnings pass.
     """
-    return dict(parse_pose_file(path, figure).require_value())
-
-
-def parse_pose_file(path: str | Path, figure: Figure) -> Parsed[Mapping[str, Array]]:
-    """The pose in a file, with all diagnostics; bad input raises nothing."""
-    return parse_file(path, partial(_parse_pose, figure=figure))
-
-
-def parse_pose(text: str, figure: Figure, name: str = "<text>") -> Parsed[Mapping[str, Array]]:
-    """The pose that `text` describes, with all diagnostics, which call the text `name`."""
-    return parse_text(text, partial(_parse_pose, figure=figure), name)
+    return dict(POSE_FILE.read(path, figure))
 
 
 def _parse_pose(source: Source, diagnostics: Diagnostics, figure: Figure) -> Mapping[str, Array]:
@@ -79,6 +65,9 @@ def _parse_pose(source: Source, diagnostics: Diagnostics, figure: Figure) -> Map
         if values is not None:
             displacements[joint.name] = values
     return displacements
+
+
+POSE_FILE = FileKind("pose", ".pose", _parse_pose)
 
 
 def _joint_name(statement: Statement, diagnostics: Diagnostics) -> Word | None:

@@ -9,18 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-import figures
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     closest_match,
-    error,
     select_errors,
     shorten,
     spelling_hint,
 )
+from generator.file_kind import FileKind
 from generator.scene import Box, Plane, Prop, Scene, Shape, Vector
 from generator.springs_file.toml_spans import TomlSpans, locate_keys
 from generator.springs_file.toml_table import (
@@ -32,11 +30,8 @@ from generator.springs_file.toml_table import (
     quote_long_toml,
     quote_toml,
 )
-from generator.text_io import is_file, parse_file, parse_text, path_exists
 from generator.units import INPUT_BOUNDS, Dimension
 from springs.contact import DEFAULT_SURFACE, Surface
-
-SCENE_SUFFIX = ".scene.toml"
 
 MAX_LENGTH = 1e3
 """Largest coordinate and length in a scene [m]."""
@@ -95,45 +90,20 @@ _SELDOM_WRITTEN = ("transition_depth", "friction_speed")
 """Numbers of a surface that are written where they differ from their defaults."""
 
 
-def shipped_scenes() -> dict[str, Path]:
-    """The scenes that come with this program, by name."""
-    paths = sorted(Path(figures.__path__[0]).glob(f"*{SCENE_SUFFIX}"))
-    return {path.name.removesuffix(SCENE_SUFFIX): path for path in paths}
-
-
-def find_scene(path_or_name: str | Path) -> Path:
-    """Return an existing path, else that of a shipped scene, else the path unchanged."""
-    path = Path(path_or_name)
-    return path if is_file(path) else shipped_scenes().get(str(path_or_name), path)
-
-
 def read_scene(path_or_name: str | Path) -> Scene:
     """The scene in a file or of a shipped name.
 
     Raises InputError with all diagnostics on any error. Warnings pass.
     """
-    return parse_scene_file(path_or_name).require_value()
+    return SCENE_FILE.read(path_or_name)
 
 
-def parse_scene_file(path_or_name: str | Path) -> Parsed[Scene]:
-    """The scene in a file or of a shipped name, with all diagnostics; bad input raises nothing."""
-    name, path = str(path_or_name), find_scene(path_or_name)
-    if not path_exists(path):
-        hint = spelling_hint(name.removesuffix(SCENE_SUFFIX), shipped_scenes())
-        missing = error(f"there is no file `{name}` and no shipped scene of that name", hint=hint)
-        return Parsed(None, (missing,))
-    return parse_file(path, parse_scene_source, name)
-
-
-def parse_scene(text: str, name: str = "<text>") -> Parsed[Scene]:
-    """The scene that `text` describes, with all diagnostics, which call the text `name`."""
-    return parse_text(text, parse_scene_source, name)
-
-
-def parse_scene_source(source: Source, diagnostics: Diagnostics) -> Scene | None:
-    """The scene of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
+def _parse_scene(source: Source, diagnostics: Diagnostics) -> Scene | None:
     document = parse_document(source, _FILE_KIND, diagnostics)
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
+
+
+SCENE_FILE = FileKind("scene", ".scene.toml", _parse_scene, is_shipped=True)
 
 
 def _parse_content(
@@ -312,7 +282,7 @@ def write_scene(scene: Scene, comment: str = "") -> str:
         surface_name = names[prop.surface, prop.surface.source]
         lines.append(f"surface = {quote_toml(surface_name)}")
     text = "\n".join([*lines, ""]).lstrip("\n")
-    errors = select_errors(parse_scene(text).diagnostics)
+    errors = select_errors(SCENE_FILE.parse_text(text).diagnostics)
     if errors:
         raise ValueError(f"a {_FILE_KIND} cannot hold this scene: {errors[0].message}")
     return text

@@ -12,8 +12,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, partial
-from pathlib import Path
+from functools import cached_property
 from typing import assert_never
 
 import numpy as np
@@ -21,18 +20,17 @@ import numpy as np
 from generator.diagnostics import (
     Diagnostics,
     ModelError,
-    Parsed,
     Source,
     Span,
     shorten,
     spelling_hint,
 )
 from generator.figure import AxisKind, Figure, Joint, JointAxis
-from generator.input_files.links import MAX_LINK_FACTOR, LinkEntry, LinksFile, parse_links_source
+from generator.file_kind import FileKind
+from generator.input_files.links import LINK_ENTRIES, MAX_LINK_FACTOR, LinkEntry, LinksFile
 from generator.kinematics.placement import Displacements, Placement, forward_kinematics, site_pose
 from generator.kinematics.tree import build_tree
 from generator.rotations import Array, unit_vector
-from generator.text_io import parse_file
 
 PARALLEL_TOLERANCE = 1e-6
 """Largest distance between unit vectors that count as equal."""
@@ -348,19 +346,12 @@ def cycle_message(cycle: Sequence[Coordinate]) -> str:
     return f"the links form a cycle: {cycle[0]} follows {chain}"
 
 
-def read_links(path: str | Path, figure: Figure) -> Links:
-    """Read the links in a file. Raises InputError with all errors of the file."""
-    return parse_links_file(path, figure).require_value()
-
-
-def parse_links_file(path: str | Path, figure: Figure) -> Parsed[Links]:
-    """Parse the links in a file; invalid input becomes diagnostics and raises nothing."""
-    return parse_file(path, partial(_parse_links, figure=figure))
-
-
 def _parse_links(source: Source, diagnostics: Diagnostics, figure: Figure) -> Links | None:
-    content = parse_links_source(source, diagnostics)
+    content = LINK_ENTRIES.parser(source, diagnostics)
     return None if content is None else bind_links(content, figure, diagnostics)
+
+
+LINKS_FILE = FileKind("links", LINK_ENTRIES.suffix, _parse_links)
 
 
 def bind_links(content: LinksFile, figure: Figure, diagnostics: Diagnostics) -> Links | None:

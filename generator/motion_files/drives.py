@@ -15,11 +15,7 @@ from generator.diagnostics import (
 )
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis
-from generator.input_files.drives import (
-    OVERSHOOT_HINT,
-    describe_overshoot,
-    parse_drives_file,
-)
+from generator.input_files.drives import OVERSHOOT_HINT, describe_overshoot, parse_drives_file
 from generator.motion_files.action import ActionFile, read_action
 from generator.motion_files.npz import read_npz
 from generator.motion_files.opensim_table import parse_coordinates_file

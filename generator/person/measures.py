@@ -16,25 +16,23 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import hypot, isfinite, prod
-from pathlib import Path
 from typing import Any
 
 from generator.diagnostics import (
     Diagnostics,
     InputError,
-    Parsed,
     Source,
     Span,
     UsageError,
     closest_match,
     shorten,
 )
+from generator.file_kind import FileKind
 from generator.named_mapping import NamedMapping
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, SurveySample, survey
 from generator.springs_file.toml_spans import locate_keys
 from generator.springs_file.toml_table import TableReader, parse_document
-from generator.text_io import parse_file
 from generator.units import parse_unit
 from springs.published.reference import Reference
 from springs.short_repr import short_repr
@@ -483,20 +481,7 @@ def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
     return tuple(sources)
 
 
-def read_measures(path: str | Path) -> MeasuredDimensions:
-    """Dimensions of a file with lines such as `waist_circumference_cm = 94`.
-
-    Raises InputError with all diagnostics on any error.
-    """
-    return parse_measures_file(path).require_value()
-
-
-def parse_measures_file(path: str | Path) -> Parsed[MeasuredDimensions]:
-    """Dimensions of a file, with all diagnostics; bad input raises nothing."""
-    return parse_file(path, parse_measures_source)
-
-
-def parse_measures_source(source: Source, diagnostics: Diagnostics) -> MeasuredDimensions | None:
+def _parse_measures(source: Source, diagnostics: Diagnostics) -> MeasuredDimensions | None:
     """Dimensions of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
     document = parse_document(source, _FILE_KIND, diagnostics)
     if document is None:
@@ -521,6 +506,9 @@ def parse_measures_source(source: Source, diagnostics: Diagnostics) -> MeasuredD
         lengths[name], units[name] = value, unit
     places = {name: table.span(f"{name}_{unit}") for name, unit in units.items()}
     return MeasuredDimensions(lengths, units, places)
+
+
+MEASURES_FILE = FileKind("measured dimensions", ".toml", _parse_measures)
 
 
 def _parse_key(table: TableReader, key: str) -> tuple[str, str] | None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import ModelError, format_count
+from generator.diagnostics import ModelError, Source, format_count
 from generator.figure import Figure, Location, Site, SiteRef
 from generator.input_files.live import (
     MAX_FRAMES,
@@ -30,7 +30,7 @@ from generator.input_files.live import (
     SetSprings,
     StopMotion,
 )
-from generator.input_files.pose import parse_pose
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.free_root import free_joints
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import LoadKind, constant_load
@@ -73,7 +73,7 @@ def plan_of_start(figure: Figure, start: LiveStart) -> Plan:
     """
     pose: Mapping[str, Array] = {}
     if start.pose:
-        pose = parse_pose(start.pose, figure, "pose").require_value()
+        pose = POSE_FILE.parse(Source("pose", start.pose), figure).require_value()
     return Plan(
         springs=read_springs(start.springs, figure, start.law),
         gravity=start.gravity,

@@ -10,8 +10,8 @@ import numpy as np
 from generator.diagnostics import shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.values import displacement_bound
-from generator.input_files.pose import parse_pose_file
-from generator.input_files.scene import MAX_FRICTION, parse_scene_file
+from generator.input_files.pose import POSE_FILE
+from generator.input_files.scene import MAX_FRICTION, SCENE_FILE
 from generator.kinematics.free_root import Chains, settable_chains
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import initial_displacements
@@ -143,7 +143,7 @@ def _parse_scene(top: TableReader, plan: Plan, folder: Path) -> Scene:
     props, name = Scene(), top.text("scene")
     if name is not None:
         path = relative_path(name, folder)
-        props = adopt(top, "scene", parse_scene_file(path if is_file(path) else name)) or props
+        props = adopt(top, "scene", SCENE_FILE.parse_file(path if is_file(path) else name)) or props
     friction = _parse_number(top, "friction", _Range(0.0, MAX_FRICTION, ""))
     if "friction" in top.content and not floor:
         hint = "write `floor = true`; in a scene file each surface has its own"
@@ -166,7 +166,7 @@ def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tu
     name = top.text("pose")
     if name is None:
         return values
-    pose = adopt(top, "pose", parse_pose_file(relative_path(name, folder), figure))
+    pose = adopt(top, "pose", POSE_FILE.parse_file(relative_path(name, folder), figure))
     if pose is None:
         return values
     tree = build_tree(figure)

@@ -14,7 +14,7 @@ from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.live import (
     DEFAULT_GRAVITY,
-    LIVE_SUFFIX,
+    LIVE_FILE,
     LiveChange,
     LiveStart,
     SetFloor,
@@ -104,8 +104,10 @@ def point_in_segment(pose: Array, point: Array) -> Vector:
 def live_path(folder: Path, text: str) -> Path:
     """Return the path of a file of a motion or of a live simulation. Raises UsageError."""
     path = path_in_folder(folder, text, (*MOTION_FORMATS, ".toml"))
-    if path.suffix.lower() == ".toml" and not path.name.endswith(LIVE_SUFFIX):
-        raise UsageError(f"`{path.name}` must end in {LIVE_SUFFIX}: it holds a live simulation")
+    if path.suffix.lower() == ".toml" and not path.name.endswith(LIVE_FILE.suffix):
+        raise UsageError(
+            f"`{path.name}` must end in {LIVE_FILE.suffix}: it holds a live simulation"
+        )
     return path
 
 
@@ -209,8 +211,8 @@ class LivePanel(Panel):
             "Free root", False, disabled=disabled, hint="Without the joints to the ground"
         )
         self._energy = gui.add_html("")
-        self._file = gui.add_text("File", f"fall{LIVE_SUFFIX}", disabled=disabled)
-        suffixes = " ".join((LIVE_SUFFIX, *MOTION_FORMATS))
+        self._file = gui.add_text("File", f"fall{LIVE_FILE.suffix}", disabled=disabled)
+        suffixes = " ".join((LIVE_FILE.suffix, *MOTION_FORMATS))
         self._save = gui.add_button("Save as", disabled=disabled, hint=suffixes)
         gui.add_html(html_lines(["Shift and drag a segment with the left button to pull it."]))
         self._floor_box = scene.add_box(

@@ -23,7 +23,7 @@ from generator.diagnostics import MoverError
 from generator.figure import Figure, Segment
 from generator.input_files.live import (
     DEFAULT_GRAVITY,
-    LIVE_SUFFIX,
+    LIVE_FILE,
     LiveChange,
     LiveStart,
     SetForce,
@@ -424,7 +424,7 @@ class Engine:
         run, figure = self._run, self._figure
         digest = None if figure.path is None else file_sha256(figure.path)
         name = figure.name if figure.path is None else figure.path.name
-        if path.name.endswith(LIVE_SUFFIX):
+        if path.name.endswith(LIVE_FILE.suffix):
             write_atomic(path, write_live(run.log(name or "", digest)))
             return Saved(path, f"{path.name}: {run.time:.4g} s and its changes")
         recording = run.recording()

@@ -14,7 +14,7 @@ import numpy as np
 from generator.diagnostics import ModelError, UsageError
 from generator.figure import AxisKind, Figure, Joint, JointAxis
 from generator.figure_file.write import write_pose
-from generator.input_files.pose import parse_pose_file
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.links import Coordinate, Links, mirrored_name
 from generator.kinematics.placement import (
     Displacements,
@@ -250,7 +250,7 @@ class PoseEditor:
             InputError: the file cannot be read, or is not a pose of this figure.
             OpenLoopError: the pose opens a loop.
         """
-        pose = parse_pose_file(path, self.figure).require_value()
+        pose = POSE_FILE.parse_file(path, self.figure).require_value()
         self.set(pose, fixed=False)
 
     def text(self) -> str:

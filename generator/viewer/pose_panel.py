@@ -9,7 +9,7 @@ import viser
 
 from generator.diagnostics import MoverError
 from generator.figure import AxisKind, Joint
-from generator.input_files.pose import POSE_SUFFIX
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.links import Coordinate
 from generator.kinematics.shoulder import Side
 from generator.passive_curve import joint_label
@@ -244,7 +244,7 @@ class PosePanel(Panel):
         gui, listen = self.viewer.server.gui, self.viewer.listen
         with gui.add_folder("File"):
             self._name = gui.add_text(
-                "Save as", f"new{POSE_SUFFIX}", hint="In the folder of the page"
+                "Save as", f"new{POSE_FILE.suffix}", hint="In the folder of the page"
             )
             buttons = gui.add_button_group("Pose file", ("Save", "Load"))
             self._list = gui.add_html("")
@@ -311,14 +311,14 @@ class PosePanel(Panel):
             self._show()
 
     def _save(self) -> None:
-        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_SUFFIX,))
+        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_FILE.suffix,))
         self._begin()
         save_text(path, self.editor.text())
         self._files_read = -1e9
         self.viewer.tell("Pose saved", path.name)
 
     def _load(self) -> None:
-        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_SUFFIX,))
+        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_FILE.suffix,))
         self._begin()
         self.editor.load(path)
         self._synced = -1e9
@@ -420,7 +420,7 @@ class PosePanel(Panel):
         return 0.0
 
     def _list_files(self) -> None:
-        names = names_in_folder(self.viewer.content.folder, POSE_SUFFIX)
+        names = names_in_folder(self.viewer.content.folder, POSE_FILE.suffix)
         if names != self._files:
             self._files = names
             text = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from generator.input_files.links import parse_links
+from generator.input_files.links import LINK_ENTRIES
 from tests.paths import DOCS
 
 PAGE = (DOCS / "links.md").read_text(encoding="utf-8")
@@ -20,7 +20,7 @@ def block(language: str) -> str:
 
 
 def test_the_file_is_read():
-    reading = parse_links(block("toml"), "arms.links.toml")
+    reading = LINK_ENTRIES.parse_text(block("toml"), "arms.links.toml")
     assert reading.diagnostics == ()
     assert reading.value is not None
     assert [entry.joints for entry in reading.value.entries] == [("right_shoulder",), ("waist",)]

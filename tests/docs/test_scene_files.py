@@ -4,13 +4,7 @@ import re
 
 import pytest
 
-from generator.input_files.scene import (
-    BOX_KEYS,
-    PLANE_KEYS,
-    SURFACE_KEYS,
-    parse_scene,
-    shipped_scenes,
-)
+from generator.input_files.scene import BOX_KEYS, PLANE_KEYS, SCENE_FILE, SURFACE_KEYS
 from generator.scene import Box, Plane
 from springs.contact import DEFAULT_SURFACE
 from tests.paths import DOCS
@@ -26,7 +20,7 @@ def block(language: str) -> str:
 
 
 def test_the_file_is_read():
-    reading = parse_scene(block("toml"))
+    reading = SCENE_FILE.parse_text(block("toml"))
     assert reading.diagnostics == ()
     assert reading.value is not None
     bed, wall = reading.value.props
@@ -68,9 +62,9 @@ def test_the_defaults_and_bounds_of_the_table(key: str, attribute: str):
         (float(least) * 0.99 - 1e-9, False),
         (float(largest) * 1.01, False),
     ):
-        reading = parse_scene(surface.format(key, repr(value)) + plane)
+        reading = SCENE_FILE.parse_text(surface.format(key, repr(value)) + plane)
         assert (reading.value is not None) is is_valid
 
 
 def test_the_shipped_scenes_are_named():
-    assert all(f"`{name}`" in SECTION for name in shipped_scenes())
+    assert all(f"`{name}`" in SECTION for name in SCENE_FILE.shipped())

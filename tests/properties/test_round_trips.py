@@ -21,15 +21,15 @@ from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis, SiteRef
 from generator.figure_file.write import write_pose
 from generator.input_files.links import (
+    LINK_ENTRIES,
     MAX_LINK_FACTOR,
     LinkEntry,
     LinksFile,
-    parse_links_source,
     write_links,
 )
-from generator.input_files.live import read_live, write_live
-from generator.input_files.loads import read_loads
-from generator.input_files.moments import MeasuredMoments, read_moments
+from generator.input_files.live import LIVE_FILE, write_live
+from generator.input_files.loads import LOADS_FILE
+from generator.input_files.moments import MOMENTS_FILE, MeasuredMoments
 from generator.input_files.pose import read_pose
 from generator.input_files.scene import read_scene, write_scene
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
@@ -46,7 +46,6 @@ from generator.motion_files.motion import FigureMotion, Header
 from generator.names import coordinate_names, plain_name, plain_names
 from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
-from generator.text_io import parse_file
 from generator.units import INPUT_BOUNDS, Dimension
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet, total_torque
 from tests.chains import (
@@ -746,7 +745,7 @@ def write_links_file(content: LinksFile, path: Path) -> None:
 
 
 def read_links_file(path: Path, _: LinksFile) -> LinksFile:
-    reading = parse_file(path, parse_links_source)
+    reading = LINK_ENTRIES.parse_file(path)
     assert reading.diagnostics == ()
     return reading.require_value()
 
@@ -845,15 +844,15 @@ INPUTS = (
     Format("pose", lambda content, path: path.write_text(write_pose(*content), encoding="utf-8"),
            lambda path, content: read_pose(path, content[0]), same_pose, contents=poses(),
            examples=50),
-    Format("loads", write_loads, lambda path, _: read_loads(path, PROTOTYPE), assert_equal,
+    Format("loads", write_loads, lambda path, _: LOADS_FILE.read(path, PROTOTYPE), assert_equal,
            contents=timed_loads(), examples=50),
-    Format("moments", write_moments, lambda path, _: replace(read_moments(path), name=""),
+    Format("moments", write_moments, lambda path, _: replace(MOMENTS_FILE.read(path), name=""),
            assert_equal, contents=MOMENTS, examples=50),
     Format("drives", write_drives, read_all_drives, same_drives, contents=driven()),
     Format("scene", lambda scene, path: path.write_text(write_scene(scene), encoding="utf-8"),
            lambda path, _: read_scene(path), assert_equal, contents=scenes(), examples=50),
     Format("live", lambda log, path: path.write_text(write_live(log, "a log"), encoding="utf-8"),
-           lambda path, _: read_live(path), assert_equal, contents=live_logs(), examples=100),
+           lambda path, _: LIVE_FILE.read(path), assert_equal, contents=live_logs(), examples=100),
 )  # fmt: skip
 
 

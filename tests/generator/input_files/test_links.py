@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.input_files.links import LinkEntry, LinksFile, parse_links, write_links
+from generator.diagnostics import Source
+from generator.input_files.links import LINK_ENTRIES, LinkEntry, LinksFile, write_links
 
 
 def test_numbers_and_names_that_no_file_holds_are_not_written():
@@ -34,7 +35,7 @@ joints = ["slider"]
 control = "screw"
 offset_m = 0.2
 """
-    content = parse_links(text).value
+    content = LINK_ENTRIES.parse_text(text).value
     assert content == LinksFile(
         (
             LinkEntry(("right_elbow", "right_knee"), "left_elbow"),
@@ -57,7 +58,7 @@ offset_m = 0.2
     ],
 )
 def test_what_is_wrong_is_told_with_its_place(text, place, said):
-    reading = parse_links(text, "my.links.toml")
+    reading = LINK_ENTRIES.parse(Source("my.links.toml", text))
     assert reading.value is None
     fault = next(fault for fault in reading.diagnostics if said in fault.message)
     assert fault.span is not None
@@ -66,5 +67,5 @@ def test_what_is_wrong_is_told_with_its_place(text, place, said):
 
 @given(st.text() | st.text("[]=\"'{}#\n link dof factor control joints 1-.e", max_size=300))
 def test_no_text_breaks_the_reader(text):
-    reading = parse_links(text)
+    reading = LINK_ENTRIES.parse_text(text)
     assert (reading.value is None) == any(f.severity.value == "error" for f in reading.diagnostics)

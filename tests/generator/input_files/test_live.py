@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError
+from generator.diagnostics import InputError, Source
 from generator.input_files.live import (
+    LIVE_FILE,
     LiveLog,
     LiveStart,
     LoggedChange,
@@ -16,9 +17,6 @@ from generator.input_files.live import (
     SetScales,
     SetSprings,
     StopMotion,
-    parse_live,
-    parse_live_file,
-    read_live,
     write_live,
 )
 from springs import Joining
@@ -103,19 +101,19 @@ LOG = LiveLog(
 
 
 def test_values_of_the_keys():
-    reading = parse_live(TEXT)
+    reading = LIVE_FILE.parse_text(TEXT)
     assert reading.diagnostics == ()
     assert reading.value == LOG
 
 
 def test_what_is_left_out_has_its_default():
-    log = parse_live('figure = "a.fig"\nend_frame = 0\n').require_value()
+    log = LIVE_FILE.parse_text('figure = "a.fig"\nend_frame = 0\n').require_value()
     assert log == LiveLog("a.fig", None, LiveStart())
 
 
 @given(st.text() | st.text("[]{}=\"'\n\\a1.,# "))
 def test_any_text_has_a_value_or_an_error(text: str):
-    reading = parse_live(text)
+    reading = LIVE_FILE.parse_text(text)
     assert (reading.value is None) == bool(reading.diagnostics)
 
 
@@ -155,7 +153,7 @@ HEAD = 'figure = "a.fig"\nend_frame = 9\n'
     ],
 )
 def test_errors_have_a_place(text, place, message):
-    reading = parse_live(text, "my.live.toml")
+    reading = LIVE_FILE.parse(Source("my.live.toml", text))
     assert reading.value is None
     found = [one for one in reading.diagnostics if message in one.message]
     assert found, [one.message for one in reading.diagnostics]
@@ -180,8 +178,8 @@ def test_what_no_file_holds_is_not_written(log, reason):
 def test_files(tmp_path):
     path = tmp_path / "a.live.toml"
     path.write_text(write_live(LOG, "a fall"))
-    assert read_live(path) == LOG
+    assert LIVE_FILE.read(path) == LOG
     path.write_text("figure = 1")
-    assert parse_live_file(path).value is None
+    assert LIVE_FILE.parse_file(path).value is None
     with pytest.raises(InputError, match="must be a text"):
-        read_live(path)
+        LIVE_FILE.read(path)

@@ -6,7 +6,7 @@ import pytest
 
 from generator.figure import Figure, SiteRef
 from generator.figure_file import read_figure
-from generator.input_files.loads import parse_loads, parse_loads_file, read_loads
+from generator.input_files.loads import LOADS_FILE
 from generator.loads import LoadKind
 from tests.paths import DOCS
 
@@ -28,7 +28,7 @@ def test_forces_and_moments_at_several_sites_in_one_file(figure: Figure):
         + "center_torso.distal,globalforce,1e-1,-80,+2.5,1e2\n"
         + "right_lower_arm.distal,localmoment,1,0,0,0.25\n"
     )
-    reading = parse_loads(text, figure)
+    reading = LOADS_FILE.parse_text(text, figure)
     assert reading.diagnostics == ()
     push, twist = reading.value
     assert push.site == SiteRef("center_torso", "distal")
@@ -44,7 +44,7 @@ def test_columns_may_stand_in_any_order(figure: Figure):
     text = (
         "z [N m],time [s],site,y [N m],kind,x [N m]\n3,0,waist_is_no_site,2,localmoment,1\n"
     ).replace("waist_is_no_site", "lower_torso.distal")
-    (load,) = parse_loads(text, figure).value
+    (load,) = LOADS_FILE.parse_text(text, figure).value
     assert load.values == ((1.0, 2.0, 3.0),)
 
 
@@ -52,23 +52,23 @@ SITE = "lower_torso.distal"
 
 
 def test_no_end_of_faults_is_told(figure: Figure):
-    assert len(parse_loads(HEADER + "x\n" * 5000, figure).diagnostics) == 100
+    assert len(LOADS_FILE.parse_text(HEADER + "x\n" * 5000, figure).diagnostics) == 100
 
 
 def test_a_file_is_read_by_its_path(figure: Figure, tmp_path: Path):
     path = tmp_path / "push.csv"
     path.write_text(HEADER + f"{SITE},globalforce,0,1,2,3\n", encoding="utf-8-sig")
-    (load,) = read_loads(path, figure)
+    (load,) = LOADS_FILE.read(path, figure)
     assert load.site == SiteRef("lower_torso", "distal")
 
 
 def test_a_folder_is_not_a_file(figure: Figure, tmp_path: Path):
-    assert "is a directory" in parse_loads_file(tmp_path, figure).diagnostics[0].message
+    assert "is a directory" in LOADS_FILE.parse_file(tmp_path, figure).diagnostics[0].message
 
 
 def test_the_example_of_the_documentation_can_be_read(figure: Figure):
     text = (DOCS / "loads.md").read_text(encoding="utf-8")
     block = [line[4:] for line in text.splitlines() if line.startswith("    ")]
-    reading = parse_loads("\n".join(block), figure)
+    reading = LOADS_FILE.parse_text("\n".join(block), figure)
     assert reading.diagnostics == ()
     assert [load.kind for load in reading.value] == [LoadKind.GLOBAL_FORCE, LoadKind.LOCAL_MOMENT]

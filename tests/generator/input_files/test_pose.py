@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from generator import read_figure
 from generator.diagnostics import select_errors
 from generator.figure_file.write import write_pose
-from generator.input_files.pose import parse_pose, read_pose
+from generator.input_files.pose import POSE_FILE, read_pose
 from tests.chains import chain, row
 from tests.paths import FAULTS
 
@@ -23,7 +23,7 @@ def prototype():
 
 
 def read(text, figure=None):
-    reading = parse_pose(text, figure or prototype())
+    reading = POSE_FILE.parse_text(text, figure or prototype())
     assert not reading.diagnostics, "\n".join(map(str, reading.diagnostics))
     return {name: tuple(values) for name, values in reading.value.items()}
 
@@ -39,7 +39,9 @@ def test_a_pose_by_example():
     assert found["left_knee"] == pytest.approx((np.pi / 6,), rel=1e-15)
     assert found["waist"] == (0.1, 0.0, -np.pi / 2)
     assert found["right_knee"] == pytest.approx((np.pi / 18,), rel=1e-15)
-    assert all(values.dtype == float for values in parse_pose(text, prototype()).value.values())
+    assert all(
+        values.dtype == float for values in POSE_FILE.parse_text(text, prototype()).value.values()
+    )
 
 
 def test_lengths_and_angles_of_a_sliding_joint():
@@ -74,7 +76,7 @@ MARKS = [*"{}();,=*./-#", "->", "/*", "*/", "\n", " ", '"', "30deg", "1", "nan",
 @given(st.lists(st.sampled_from([*WORDS, *MARKS]), max_size=40).map("".join) | st.text(max_size=60))
 @example("joint waist {" * 9)
 def test_no_text_breaks_the_reader(text):
-    reading = parse_pose(text, prototype())
+    reading = POSE_FILE.parse_text(text, prototype())
     assert (reading.value is None) is bool(select_errors(reading.diagnostics))
     for fault in reading.diagnostics:
         assert fault.span is not None
@@ -82,7 +84,7 @@ def test_no_text_breaks_the_reader(text):
 
 
 def test_very_long_files_and_deep_braces_end():
-    many = parse_pose("joint left_kne { displacement = (1deg); }\n" * 500, prototype())
+    many = POSE_FILE.parse_text("joint left_kne { displacement = (1deg); }\n" * 500, prototype())
     assert len(many.diagnostics) == 100
-    deep = parse_pose("joint left_knee " + "{" * 5000, prototype())
+    deep = POSE_FILE.parse_text("joint left_knee " + "{" * 5000, prototype())
     assert deep.value is None

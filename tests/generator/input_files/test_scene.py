@@ -8,17 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError, Severity
+from generator.diagnostics import InputError, Severity, Source
 from generator.figure_file import read_figure, shipped_figures
 from generator.geometry.contact_spheres import fit_contact_spheres
-from generator.input_files.scene import (
-    find_scene,
-    parse_scene,
-    parse_scene_file,
-    read_scene,
-    shipped_scenes,
-    write_scene,
-)
+from generator.input_files.scene import SCENE_FILE, read_scene, write_scene
 from generator.kinematics.centre_of_mass import centre_of_mass
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
@@ -68,7 +61,7 @@ MATTRESS = Surface(5e3, 0.5, 0.7, 0.01, 0.05)
 
 
 def test_values_defaults_and_order():
-    reading = parse_scene(TEXT)
+    reading = SCENE_FILE.parse_text(TEXT)
     assert reading.diagnostics == ()
     assert reading.value == Scene(
         (
@@ -83,13 +76,13 @@ def test_values_defaults_and_order():
 
 def test_a_plane_is_at_the_origin_by_default():
     text = '[[surface]]\nname = "a"\n[[plane]]\nname = "b"\nnormal = [1, 1, 0]\nsurface = "a"\n'
-    assert parse_scene(text).require_value().props[0].shape == Plane((0, 0, 0), (1, 1, 0))
+    assert SCENE_FILE.parse_text(text).require_value().props[0].shape == Plane((0, 0, 0), (1, 1, 0))
 
 
 @given(scenes(), st.text(st.characters(exclude_categories=["C"])))
 def test_what_is_written_is_read_back(scene: Scene, comment: str):
     text = write_scene(scene, comment)
-    reading = parse_scene(text)
+    reading = SCENE_FILE.parse_text(text)
     assert reading.value == scene
     assert [prop.surface.source for prop in reading.value.props] == [
         prop.surface.source for prop in scene.props
@@ -104,7 +97,7 @@ def test_surfaces_that_differ_in_their_source_alone_are_two():
     props = (Prop("a", box, one), Prop("b", box, other), Prop("c", box, one))
     text = write_scene(Scene(props))
     assert text.count("[[surface]]") == 2
-    read = parse_scene(text).require_value()
+    read = SCENE_FILE.parse_text(text).require_value()
     assert [prop.surface.source for prop in read.props] == ["measured", "assumed", "measured"]
 
 
@@ -139,7 +132,7 @@ def test_a_scene_without_props_is_not_written():
     ],
 )
 def test_immense_texts_are_refused_with_their_place(text, place, message):
-    reading = parse_scene(text, "my.scene.toml")
+    reading = SCENE_FILE.parse(Source("my.scene.toml", text))
     assert reading.value is None
     fault = next(fault for fault in reading.diagnostics if message in fault.message)
     assert fault.span is not None
@@ -152,7 +145,7 @@ def test_immense_texts_are_refused_with_their_place(text, place, message):
     | st.lists(st.sampled_from(TEXT.splitlines(keepends=True)), max_size=40).map("".join)
 )
 def test_no_text_breaks_the_reader(text: str):
-    reading = parse_scene(text)
+    reading = SCENE_FILE.parse_text(text)
     errors = [one for one in reading.diagnostics if one.severity is Severity.ERROR]
     assert (reading.value is None) is bool(errors)
 
@@ -161,21 +154,21 @@ def test_no_text_breaks_the_reader(text: str):
 
 
 def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
-    assert set(shipped_scenes()) == {"bed", "seat", "step"}
-    assert not shipped_scenes().keys() & shipped_figures().keys()
+    assert set(SCENE_FILE.shipped()) == {"bed", "seat", "step"}
+    assert not SCENE_FILE.shipped().keys() & shipped_figures().keys()
     assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
     own = tmp_path / "own.scene.toml"
     own.write_text(TEXT, encoding="utf-8")
-    assert read_scene(own) == read_scene(str(own)) == parse_scene(TEXT).value
+    assert read_scene(own) == read_scene(str(own)) == SCENE_FILE.parse_text(TEXT).value
 
 
 def test_a_file_comes_before_a_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    assert find_scene("seat") == shipped_scenes()["seat"]
+    assert SCENE_FILE.find("seat") == SCENE_FILE.shipped()["seat"]
     Path("seat").mkdir()
-    assert find_scene("seat") == shipped_scenes()["seat"]
+    assert SCENE_FILE.find("seat") == SCENE_FILE.shipped()["seat"]
     Path("bed").write_text(TEXT, encoding="utf-8")
-    assert find_scene("bed") == Path("bed")
+    assert SCENE_FILE.find("bed") == Path("bed")
 
 
 @pytest.mark.parametrize("name", ["sea", "seat.scene.toml", "folder/seats"])
@@ -183,16 +176,16 @@ def test_a_missing_scene_is_a_sentence_with_a_hint(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.chdir(tmp_path)
-    (fault,) = parse_scene_file(name).diagnostics
+    (fault,) = SCENE_FILE.parse_file(name).diagnostics
     assert fault.message == f"there is no file `{name}` and no shipped scene of that name"
     assert "seat" in fault.hint
     with pytest.raises(InputError, match="no shipped scene"):
         read_scene(name)
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
+@pytest.mark.parametrize("name", SCENE_FILE.shipped())
 def test_a_shipped_scene_is_valid_and_has_sources(name: str):
-    reading = parse_scene_file(name)
+    reading = SCENE_FILE.parse_file(name)
     assert reading.diagnostics == ()
     assert all(prop.surface.source for prop in reading.value.props)
 

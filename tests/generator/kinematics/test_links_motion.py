@@ -7,7 +7,7 @@ import pytest
 
 from generator.diagnostics import InputError
 from generator.figure_file import parse_figure, read_figure
-from generator.kinematics.links import Coordinate, Link, parse_links_file, read_links
+from generator.kinematics.links import LINKS_FILE, Coordinate, Link
 from tests.paths import DOCS
 
 PROTOTYPE = read_figure("prototype")
@@ -37,7 +37,7 @@ def slides():
 def reading_of(tmp_path, text, figure=PROTOTYPE):
     path = tmp_path / "my.links.toml"
     path.write_text(text, encoding="utf-8")
-    return parse_links_file(path, figure)
+    return LINKS_FILE.parse_file(path, figure)
 
 
 def links_of(tmp_path, text, figure=PROTOTYPE):
@@ -175,4 +175,4 @@ def test_factors_beyond_reason_are_refused(tmp_path):
 
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(InputError, match="cannot be read: no such file"):
-        read_links(tmp_path / "none.links.toml", PROTOTYPE)
+        LINKS_FILE.read(tmp_path / "none.links.toml", PROTOTYPE)

@@ -11,12 +11,11 @@ from generator.diagnostics import InputError, UsageError
 from generator.named_mapping import UnknownNameError
 from generator.person.measures import (
     MAX_MASS_INDEX,
+    MEASURES_FILE,
     MIN_MASS_INDEX,
     Measures,
     estimate_measures,
     measure_sources,
-    parse_measures_source,
-    read_measures,
 )
 from generator.person.sources import Origin
 from generator.person.survey import Sex, survey
@@ -323,7 +322,7 @@ def test_a_file_has_keys_that_end_in_units(tmp_path: Path):
         "chest_circumference_ft = 3.25\n",
         encoding="utf-8",
     )
-    measured = read_measures(path)
+    measured = MEASURES_FILE.read(path)
     assert measured == {
         "waist_circumference": 0.94,
         "hand_length": 0.19,
@@ -338,7 +337,7 @@ def test_a_wrong_file_raises_all_its_errors(tmp_path: Path):
     path = tmp_path / "me.toml"
     path.write_text("waist_circumference = 94\nfoot_length_cm = -1\n", encoding="utf-8")
     with pytest.raises(InputError) as raised:
-        read_measures(path)
+        MEASURES_FILE.read(path)
     assert [d.span and d.span.line for d in raised.value.diagnostics] == [1, 2]
 
 
@@ -346,7 +345,7 @@ def test_impossible_dimensions_of_a_file_are_shown_in_it(tmp_path: Path):
     path = tmp_path / "me.toml"
     path.write_text("hand_length_cm = 19\nchest_breadth_cm = 289\n", encoding="utf-8")
     with pytest.raises(InputError) as raised:
-        estimate_measures(Sex.MALE, 1.75, 75.0, read_measures(path))
+        estimate_measures(Sex.MALE, 1.75, 75.0, MEASURES_FILE.read(path))
     (diagnostic,) = raised.value.diagnostics
     assert diagnostic.span is not None
     assert (diagnostic.span.line, diagnostic.span.text) == (2, "289")
@@ -357,7 +356,7 @@ def test_contradictions_of_a_file_are_shown_at_the_last_measured_dimension(tmp_p
     path = tmp_path / "me.toml"
     path.write_text("waist_depth_cm = 40\nwaist_breadth_cm = 20\n", encoding="utf-8")
     with pytest.raises(InputError) as raised:
-        estimate_measures(Sex.MALE, 1.75, 75.0, read_measures(path))
+        estimate_measures(Sex.MALE, 1.75, 75.0, MEASURES_FILE.read(path))
     first = raised.value.diagnostics[0]
     assert first.message == "`waist_depth` (0.4 m) does not fit `waist_breadth` (0.2 m)"
     assert first.span is not None
@@ -366,7 +365,7 @@ def test_contradictions_of_a_file_are_shown_at_the_last_measured_dimension(tmp_p
 
 @given(text=st.text(max_size=200) | st.text("abc_cm= 0123456789.[]{}\"'\n", max_size=80))
 def test_any_text_is_dimensions_or_diagnostics(text: str):
-    parsed = parse_text(text, parse_measures_source, "me.toml")
+    parsed = parse_text(text, MEASURES_FILE.parser, "me.toml")
     assert (parsed.value is None) is bool(parsed.diagnostics)
 
 

@@ -10,6 +10,7 @@ from generator import Ending, ModelError, Plan, read_figure, simulate
 from generator.diagnostics import InputError
 from generator.figure import ContactSphere
 from generator.input_files.live import (
+    LIVE_FILE,
     LiveStart,
     SetFloor,
     SetForce,
@@ -18,7 +19,6 @@ from generator.input_files.live import (
     SetScales,
     SetSprings,
     StopMotion,
-    parse_live,
     write_live,
 )
 from generator.motion_files import MOTION_FORMATS, motion_from_recording, motion_writer, read_npz
@@ -117,7 +117,7 @@ def changed_run(figure) -> LiveRun:
 def test_a_log_gives_the_same_motion_bit_by_bit(bars):
     run = changed_run(bars)
     log = run.log("bars.fig", None)
-    read = parse_live(write_live(log)).require_value()
+    read = LIVE_FILE.parse_text(write_live(log)).require_value()
     assert read == log
     times = []
     again = replay(bars, read, times.append)

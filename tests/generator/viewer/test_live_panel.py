@@ -11,8 +11,8 @@ import pytest
 
 from generator import read_figure
 from generator.diagnostics import UsageError
-from generator.input_files.live import SetGravity, SetScales, SetSprings, read_live
-from generator.input_files.pose import parse_pose
+from generator.input_files.live import LIVE_FILE, SetGravity, SetScales, SetSprings
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files import read_action
@@ -82,7 +82,7 @@ def test_the_text_of_a_pose_holds_the_joints_of_the_figure_bit_by_bit():
     displacements = {
         name: np.linspace(0.1, 0.3, len(joint.chain)) / 3.0 for name, joint in figure.joints.items()
     }
-    read = parse_pose(
+    read = POSE_FILE.parse_text(
         pose_text(figure, {**displacements, "lower_torso": np.zeros(6)}), figure
     ).require_value()
     for name, joint in figure.joints.items():
@@ -144,7 +144,7 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
         wait_until(lambda file=file: panel._file.value == file)
         page.get_by_text("Save as", exact=True).click()
         wait_until(lambda file=file: (tmp_path / file).exists(), WAIT)
-    log = read_live(tmp_path / "fall.live.toml")
+    log = LIVE_FILE.read(tmp_path / "fall.live.toml")
     assert [each.change for each in log.changes] == [SetScales(2.0, 1.0)]
     assert log.end_frame == frame.number
     again = tmp_path / "again.action"
@@ -174,7 +174,7 @@ def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path
     step(3)
     running.call(panel._save_file)
     wait_until((tmp_path / "a.live.toml").exists, WAIT)
-    log = read_live(tmp_path / "a.live.toml")
+    log = LIVE_FILE.read(tmp_path / "a.live.toml")
     assert [each.frame for each in log.changes] == [1, 2]
     first, second = (each.change for each in log.changes)
     assert "left_knee" in first.text

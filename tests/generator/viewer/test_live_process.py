@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.input_files.live import (
+    LIVE_FILE,
     LiveStart,
     SetFloor,
     SetForce,
     SetGravity,
     SetScales,
     SetSprings,
-    read_live,
 )
 from generator.motion_files import read_action
 from generator.simulation.live import replay
@@ -175,7 +175,7 @@ def test_a_pull_moves_its_segment_and_is_logged(engine, tmp_path):
     path = tmp_path / "a.live.toml"
     (saved,) = engine.carry_out(Save(path), 0.0)
     assert isinstance(saved, Saved)
-    log = read_live(path)
+    log = LIVE_FILE.read(path)
     forces = [each.change for each in log.changes if isinstance(each.change, SetForce)]
     assert len(forces) == 21
     assert forces[-1].force == (0.0, 0.0, 0.0)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.diagnostics import InputError, UsageError
-from generator.input_files.pose import parse_pose_file
+from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_rotation_vector, pose_matrix
@@ -92,7 +92,7 @@ def test_an_error_in_a_file_is_one_line_without_the_folder(tmp_path: Path):
     file = tmp_path / "bad.pose"
     file.write_text("joint knee { displacement = (3deg); }\njoint hip { }\n")
     with pytest.raises(InputError) as failure:
-        parse_pose_file(file, read_figure("prototype")).require_value()
+        POSE_FILE.parse_file(file, read_figure("prototype")).require_value()
     text = error_text(failure.value, tmp_path)
     assert text.startswith("bad.pose:1:7: the figure has no joint `knee`")
     assert text.endswith("; 1 more error")
