@@ -4,6 +4,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+from urllib.request import HTTPCookieProcessor, build_opener
 
 import numpy as np
 import pytest
@@ -40,6 +41,12 @@ def launch_browser() -> Iterator[Any]:
             yield browser
         finally:
             browser.close()
+
+
+def open_address(address: str) -> bytes:
+    """Return what a client with cookies gets from the address of a page."""
+    with build_opener(HTTPCookieProcessor()).open(address, timeout=30.0) as answer:
+        return answer.read()
 
 
 def node_pose(page: Any, name: str) -> Array | None:

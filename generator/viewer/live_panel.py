@@ -31,7 +31,7 @@ from generator.simulation.preconditions import model_obstacles
 from generator.springs_file.edit import springs_and_text
 from generator.springs_file.parse import SPRINGS_SUFFIX
 from generator.text_io import os_error_reason
-from generator.viewer.folder import path_in_folder
+from generator.viewer.folder import name_in_folder, path_in_folder
 from generator.viewer.live_process import (
     Answer,
     Begin,
@@ -415,6 +415,7 @@ class LivePanel(Panel):
                 self.viewer.tell("Error", answer.sentence, is_error=True)
             case Saved():
                 self._saving = ""
+                self._file.value = name_in_folder(self.viewer.content.folder, answer.path)
                 self.viewer.tell("Saved", answer.sentence)
             case Died():
                 self._is_begun = self._is_compiling = self._is_running = False

@@ -138,6 +138,7 @@ class Viewer:
         self.server, self.content, self.springs = server, content, content.springs
         self._actions: SimpleQueue[tuple[str | None, Action]] = SimpleQueue()
         self._stopped = False
+        server.notify = lambda text: self.post(lambda: self.tell("Error", text, is_error=True))
         self.segment: str | None = None
         self.joint: str | None = None
         self.scene = FigureScene(server.scene, content.figure)
@@ -325,6 +326,7 @@ def error_text(failure: Exception, folder: Path) -> str:
 
 def _camera_of_page(points: Array, width: int, height: int) -> tuple[Array, Array]:
     """Return `camera_position` for a page of a size [pixels]."""
+    width, height = max(width, 1), max(height, 1)  # a hidden page may have no size
     covered = min(CONTROLS_WIDTH / width, 0.5)
     return camera_position(points, width / height, covered)
 
