@@ -84,6 +84,9 @@ class Panel:
     def selection_changed(self, segment: str | None, joint: str | None) -> None:
         """Follow a selection of a segment or a joint."""
 
+    def pages_changed(self, *, is_any_open: bool) -> None:
+        """Follow the first page that is opened, and the last one that is closed."""
+
     def tick(self, now: float) -> None:
         """Do what is due at a time of `time.monotonic` [s]."""
 
@@ -151,6 +154,9 @@ class Viewer:
         for panel in self.panels:
             with tabs.add_tab(panel.title):
                 panel.build()
+        self._is_any_page_open = False
+        for register in (server.on_client_connect, server.on_client_disconnect):
+            register(self._count_pages)
         for name, mesh in self.scene.meshes.items():
             self.listen(mesh.on_click, lambda _, name=name: self.select_segment(name))
         self.show(self.shown)
@@ -234,6 +240,16 @@ class Viewer:
                 self.post(lambda: action(event), key)
 
         register(notify)
+
+    async def _count_pages(self, _client: Any) -> None:
+        self.post(self._follow_pages)
+
+    def _follow_pages(self) -> None:
+        is_any_open = bool(self.server.get_clients())
+        if is_any_open != self._is_any_page_open:
+            self._is_any_page_open = is_any_open
+            for panel in self.panels:
+                panel.pages_changed(is_any_open=is_any_open)
 
     def post(self, action: Action, key: str | None = None) -> None:
         """Add an action to the queue of the loop, from any thread.

@@ -15,11 +15,11 @@ import pytest
 from generator import read_figure, read_springs
 from generator.cli.view import ViewInputs, load_inputs
 from springs import Joining
-from tests.browser import open_address
+from tests.browser import PageClient, open_address
 from tests.command import answer, mover, run
 from tests.motions import clip
 from tests.paths import FIGURES
-from tests.processes import ENVIRONMENT
+from tests.processes import ENVIRONMENT, child_processes, has_ended
 
 # A background job of a shell ignores SIGINT, and its children inherit that.
 START = (
@@ -205,6 +205,24 @@ class TestPage:
         assert (code, rest) == (0, "Ctrl-C ends the page.\n")
         assert '"frames"' in out
         assert '"address"' in out
+
+    @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="the system has no /proc")
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+    def test_a_live_simulation_ends_with_the_page(self, number: signal.Signals):
+        from tests.generator.viewer.conftest import wait_until
+
+        children: list[int] = []
+
+        def end(process: subprocess.Popen[str], address: str) -> None:
+            assert process.stderr is not None
+            assert process.stderr.readline() == "Ctrl-C ends the page.\n"
+            PageClient(address).set("Start", True)
+            wait_until(lambda: children.extend(child_processes(process.pid)) or len(children) > 1)
+            process.send_signal(number)
+
+        code, _, rest = serve(["pendulum", "--no-browser"], end)
+        assert (code, rest) == (-number if number == signal.SIGKILL else 0, "")
+        wait_until(lambda: all(map(has_ended, children)))
 
     @pytest.mark.skipif(os.name != "posix", reason="needs signals")
     def test_a_page_for_others_warns_and_ends_at_ctrl_c_during_its_start(
