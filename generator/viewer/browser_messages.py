@@ -210,15 +210,15 @@ def report(text: str) -> None:
     print(f"page: {line}", file=sys.stderr)
 
 
-_NO_HANDSHAKE = "opening handshake failed"
-"""What websockets reports of a connection without a request: browsers open some in advance."""
+_EMPTY_CONNECTION = "opening handshake failed"
+"""The entry of a connection without a request, of which browsers open some in advance."""
 
 
 class _LineHandler(logging.Handler):
     """Prints an entry in one line, with its exception instead of a traceback."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.getMessage() == _NO_HANDSHAKE:
+        if record.getMessage() == _EMPTY_CONNECTION:
             return
         failure = record.exc_info[1] if record.exc_info else None
         cause = "" if failure is None else f": {type(failure).__name__}: {failure}"
