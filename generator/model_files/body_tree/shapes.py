@@ -110,7 +110,10 @@ def join_shapes(
         listed = [part for part in parts if part.surface.face_count]
         if not listed:
             continue
-        surface = join_surfaces([part.surface for part in listed])
+        surface = join_surfaces([part.surface for part in listed]).with_distinct_corners
+        if not surface.face_count:
+            losses.add("shapes whose faces are all lines or points", segment)
+            continue
         if len(surface.vertices) + surface.face_count + 2 > MAX_LINES:
             losses.add(f"shapes of more than {MAX_LINES:,} vertices and faces", segment)
             continue
