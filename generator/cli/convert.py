@@ -36,6 +36,7 @@ from generator.cli.outputs import (
 )
 from generator.conversion import (
     StartedFigure,
+    check_no_macros,
     check_readable,
     check_scale,
     figure_at_start,
@@ -252,6 +253,7 @@ def convert(
     """
     check_distinct_paths(outputs)
     check_scale(outputs, scale)
+    check_no_macros(source)
     of_figures: dict[str, object] = {
         "--to": to,
         "--springs": springs,

@@ -36,6 +36,19 @@ class Shape:
         return replace(self, surface=self.surface.transformed(pose))
 
 
+NO_SIZE = "shapes of size zero"
+"""Sentence of the loss."""
+
+MAX_LEVELS = 8
+"""Folders, from that of the model upwards, in which mesh files are looked for."""
+
+
+def folders_above(directory: Path) -> list[Path]:
+    """Return the folder of a model and those above it, the nearest first."""
+    here = directory.absolute()
+    return [here, *here.parents][:MAX_LEVELS]
+
+
 MeshReader = Callable[[Path], Surface]
 """Reads a mesh file whose lengths are in m; it may raise InputError."""
 

@@ -196,7 +196,7 @@ def figure_from_urdf(
 def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot:
     robot = _Robot()
     for child in root.children:
-        if ":" in child.tag:
+        if child.tag.startswith("xacro:"):
             diagnostics.error(
                 f"`{shorten(child.tag)}` is a macro",
                 child.span,

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from generator.conversion import convert
+from generator.diagnostics import UsageError
 from generator.figure_file import read_figure
 from generator.geometry.psurf import read_psurf
 from generator.springs_file.read import read_springs
@@ -154,3 +156,13 @@ def test_springs_that_fit_no_file_are_refused_before_anything_is_written(tmp_pat
     assert result.exit_code == 1
     assert "too long for a springs file" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["one.xml"]
+
+
+@pytest.mark.parametrize("name", ["arm.urdf.xacro", "arm.xacro"])
+def test_a_model_with_macros_names_the_program_that_writes_it_out(name: str, tmp_path: Path):
+    (tmp_path / name).write_text("<robot/>")
+    result = mover("convert", tmp_path / name, tmp_path / "arm.fig")
+    assert result.exit_code == 2
+    assert f"xacro {name} -o arm.urdf" in " ".join(result.stderr.split())
+    with pytest.raises(UsageError, match="xacro"):
+        convert(tmp_path / name, tmp_path / "arm.fig")

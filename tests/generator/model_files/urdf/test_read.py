@@ -142,3 +142,9 @@ def test_limits_that_stand_for_none_are_left_out():
     assert knee.lower_limit == (-1.0,)
     assert knee.upper_limit is not None
     assert knee.upper_limit[0] == pytest.approx(200.0 * np.pi)
+
+
+def test_elements_of_other_programs_are_not_macros():
+    text = FIXED_FOOT.replace("</robot>", "<drake:loop_joint name='l'/></robot>")
+    imported = parse_model(Source("r.urdf", text)).require_value()
+    assert lost(imported, "unknown elements") == ("l",)
