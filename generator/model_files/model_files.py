@@ -54,7 +54,7 @@ class ModelFiles:
             if isinstance(parsed.value, Figure):
                 figure = parsed.value
             if parsed.value is None:
-                faults.append(_unreadable_file_error(path, parsed.diagnostics))
+                faults.append(unreadable_file_error(path, parsed.diagnostics))
         if faults:
             raise InputError(faults)
 
@@ -92,7 +92,7 @@ def _parse_again(path: Path, text: str, figure: Figure | None) -> Parsed[Any] | 
     return None
 
 
-def _unreadable_file_error(path: Path, diagnostics: Iterable[Diagnostic]) -> Diagnostic:
+def unreadable_file_error(path: Path, diagnostics: Iterable[Diagnostic]) -> Diagnostic:
     """Return the error of a file that would be refused by its reader."""
     first = next(each for each in diagnostics if each.severity is Severity.ERROR)
     place = "" if first.span is None else f", in line {first.span.line}"
