@@ -43,9 +43,18 @@ def launch_browser() -> Iterator[Any]:
             browser.close()
 
 
+def go_to_page(tab: Any, address: str) -> None:
+    """Open the address of a page, which leads to one without its key."""
+    tab.goto(address)
+    tab.wait_for_url(address.partition("?")[0])
+
+
 def open_address(address: str) -> bytes:
-    """Return what a client with cookies gets from the address of a page."""
-    with build_opener(HTTPCookieProcessor()).open(address, timeout=30.0) as answer:
+    """Return what a client with cookies gets from the address of a page, and then without key."""
+    client = build_opener(HTTPCookieProcessor())
+    with client.open(address, timeout=30.0) as entrance:
+        entrance.read()
+    with client.open(address.partition("?")[0], timeout=30.0) as answer:
         return answer.read()
 
 

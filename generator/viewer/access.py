@@ -4,8 +4,9 @@ Any web page that is open in a browser of this machine can send requests to a se
 address. The server therefore answers only requests that name one of its own hosts (a foreign name
 may lead to this machine: DNS rebinding), that come from its own origin, and that have the key of
 the page. The address that is printed has the key as a parameter; the answer to it is a cookie with
-the key, and the address without it. Cookies are of a host, not of a port: the name of the cookie
-has the port, so that two pages may be open.
+the key, and a text that leads to the address without it. (A redirect would lose a strict cookie
+where the address is a link of another page, as in a terminal in the browser.) Cookies are of a
+host, not of a port: the name of the cookie has the port, so that two pages may be open.
 """
 
 import hmac
@@ -35,6 +36,8 @@ MAX_FRAME = 64 * 1024
 _FOREIGN_HOST = "This page has another address."
 _FOREIGN_ORIGIN = "This page answers no requests of other pages."
 _NO_KEY = "Open the address that `mover view` has printed: it has the key of this page."
+
+_ENTRANCE = '<!doctype html><meta http-equiv="refresh" content="0; url=/"><title>Mover</title>\n'
 
 _KEY_BYTES = 24
 
@@ -67,14 +70,15 @@ class Access:
         if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
             return connection.respond(HTTPStatus.FORBIDDEN, _FOREIGN_ORIGIN)
         port = connection.local_address[1]
-        if self._is_key(_cookies(request, cookie_name(port))):
-            return None
-        if not self._is_key(parse_qs(urlsplit(request.path).query).get(KEY, [])):
+        is_key_in_address = self._is_key(parse_qs(urlsplit(request.path).query).get(KEY, []))
+        if not (is_key_in_address or self._is_key(_cookies(request, cookie_name(port)))):
             return connection.respond(HTTPStatus.FORBIDDEN, _NO_KEY)
-        if "Upgrade" in request.headers:
+        if not is_key_in_address or "Upgrade" in request.headers:
             return None
-        response = connection.respond(HTTPStatus.SEE_OTHER, "")
-        response.headers["Location"] = "/"
+        response = connection.respond(HTTPStatus.OK, _ENTRANCE)
+        del response.headers["Content-Type"]
+        response.headers["Content-Type"] = "text/html; charset=utf-8"
+        response.headers["Referrer-Policy"] = "no-referrer"
         response.headers["Set-Cookie"] = (
             f"{cookie_name(port)}={self.key}; HttpOnly; SameSite=Strict; Path=/"
         )

@@ -30,7 +30,7 @@ from generator.viewer.server import (
     open_server,
 )
 from generator.viewer.viewer import Content, Panel, Viewer
-from tests.browser import WAIT, launch_browser
+from tests.browser import WAIT, go_to_page, launch_browser
 
 SUBPROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
@@ -104,7 +104,7 @@ def open_page(browser: Any) -> Iterator[Callable[[RunningViewer], Any]]:
         contexts.append(browser.new_context(viewport={"width": 1200, "height": 800}))
         page = contexts[-1].new_page()
         page.set_default_timeout(1000.0 * WAIT)
-        page.goto(running.address)
+        go_to_page(page, running.address)
         page.wait_for_function(
             "() => window.__viserMutable?.nodeRefFromName?.['/figure']", timeout=1000.0 * WAIT
         )

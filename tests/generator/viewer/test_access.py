@@ -24,7 +24,7 @@ from generator.viewer.server import (
     open_server,
 )
 from generator.viewer.viewer import Viewer
-from tests.browser import WAIT, node_pose
+from tests.browser import WAIT, go_to_page, node_pose
 from tests.generator.viewer.conftest import SUBPROTOCOL, open_websocket, own_headers, wait_until
 
 REFUSED: dict[str, Mapping[str, str]] = {
@@ -129,8 +129,11 @@ def test_a_client_without_origin_needs_the_key_alone(server: PageServer):
 
 def test_the_printed_address_sets_a_cookie_and_hides_the_key(server: PageServer):
     parts = urlsplit(address(server, LOOPBACK))
-    status, _, headers = status_of(server, {"Host": parts.netloc}, f"{parts.path}?{parts.query}")
-    assert (status, headers["Location"]) == (303, "/")
+    status, text, headers = status_of(server, {"Host": parts.netloc}, f"{parts.path}?{parts.query}")
+    assert status == 200
+    assert b'content="0; url=/"' in text
+    assert server.access.key.encode() not in text
+    assert headers["Referrer-Policy"] == "no-referrer"
     cookie, *attributes = headers["Set-Cookie"].split("; ")
     assert cookie == f"{cookie_name(server.get_port())}={server.access.key}"
     assert set(attributes) == {"HttpOnly", "SameSite=Strict", "Path=/"}
@@ -220,7 +223,7 @@ def test_a_browser_opens_reloads_and_shares_a_page_that_foreign_pages_do_not_rea
     context = browser.new_context(viewport={"width": 600, "height": 400})
     try:
         first = context.new_page()
-        first.goto(running.address)
+        go_to_page(first, running.address)
         wait_until(lambda: node_pose(first, node) is not None)
         assert first.url == f"http://127.0.0.1:{port}/"
         assert first.evaluate("document.cookie") == ""
@@ -238,6 +241,13 @@ def test_a_browser_opens_reloads_and_shares_a_page_that_foreign_pages_do_not_rea
             foreign.close()
         own = second.evaluate(FOREIGN, f"ws://{LOOPBACK}:{port}/")
         assert own == "state received"  # so that the page is what is refused
+        clicking = browser.new_context().new_page()
+        clicking.goto(f"http://localhost:{foreign_port}/")
+        clicking.set_content(f'<a href="{running.address}">the printed address</a>')
+        clicking.click("a")
+        clicking.wait_for_url(f"http://127.0.0.1:{port}/")
+        wait_until(lambda: node_pose(clicking, node) is not None)
+        clicking.context.close()
         stranger = browser.new_context().new_page()
         answer = stranger.goto(f"http://127.0.0.1:{port}/")
         assert answer.status == 403
