@@ -192,9 +192,9 @@ def load_compiled_integrator(*, show_progress: bool, only_to_compile: bool = Fal
     )
 
     with suppress(ImportError), ExitStack() as stack:
-        require_numba()
         if only_to_compile and is_compiled():
             return
+        require_numba()
         if show_progress and not is_compiled():
             how_often = (
                 "once on this machine"
