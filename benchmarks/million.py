@@ -64,6 +64,7 @@ class _Sweep:
         return {
             "event": event,
             "seconds": round(time.monotonic() - self.start, 1),
+            "processor time [s]": round(self._spent_cpu(), 1),
             "memory [MB]": round(self._memory("VmRSS")),
             "peak [MB]": round(self.note_peak()),
         }
@@ -72,6 +73,12 @@ class _Sweep:
         """Return the largest resident memory until now [MB]."""
         self.peak = max(self.peak, self._memory("VmHWM"))
         return self.peak
+
+    def _spent_cpu(self) -> float:
+        """Return the processor time of the process [s]."""
+        status = Path(f"/proc/{self.process.pid}/stat").read_text()
+        user, system = status.rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
     def _memory(self, name: str) -> float:
         """Return a memory of the process [MB]; zero when it has ended."""
