@@ -6,7 +6,9 @@ from math import degrees, sqrt
 
 import numpy as np
 
+from generator.identification.comparison import RELEASE
 from generator.identification.fit import MAX_BIAS, Estimate, Fit
+from generator.identification.law_tails import TORQUE_CHANGE, LawTail
 from generator.identification.residual_tests import SIGNIFICANCE
 
 MAX_UNEXPLAINED = 0.5
@@ -18,6 +20,9 @@ MAX_CORRELATION = 0.95
 
 MAX_FRICTION_CORRELATION = 0.8
 """The same of viscous damping and Coulomb friction of a joint."""
+
+MAX_TAIL_CHANGE = 1.0
+"""Change of an estimate with the torque of a tail above which it is named [sd]."""
 
 GIVEN_MASSES = (
     "These estimates hold given the masses of the figure: a free swing shows only the ratios of\n"
@@ -39,6 +44,7 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
         *_correlation_doubts(fit),
         *_bound_doubts(fit),
         *_start_doubts(fit),
+        *_tail_doubts(fit),
     )
 
 
@@ -65,8 +71,7 @@ def _residual_doubts(fit: Fit) -> Iterator[str]:
             effect, alike = "the intervals are wrong", "not independent"
         yield (
             f"successive residuals are {alike} (autocorrelation {tests.lag_one:.2f}): {effect}; "
-            "a law is wrong, the release is not at the first sample (--start), or the noise is "
-            "not white"
+            "a law is wrong, the release is not from rest, or the noise is not white"
         )
     if tests.misfit is None or fit.options.sd is None:
         return
@@ -113,7 +118,22 @@ def _correlation_doubts(fit: Fit) -> Iterator[str]:
                 f"{value:.2f}; fit one of them, or measure swings of several amplitudes"
             )
         elif abs(value) > MAX_CORRELATION:
-            yield f"{pair} are hardly separated (correlation {value:.3f}): leave out one of them"
+            words = f"{pair} are hardly separated (correlation {value:.3f})"
+            known = _correlation_with_known_release(fit, j, k)
+            if known is not None and abs(known) <= MAX_CORRELATION:
+                yield f"{words} while the release is estimated: state it with --start if known"
+            else:
+                yield f"{words}: leave out one of them"
+
+
+def _correlation_with_known_release(fit: Fit, j: int, k: int) -> float | None:
+    """Correlation of two estimates if the release were known; None where it is not estimated."""
+    names = [one.path for one in fit.estimates]
+    if RELEASE not in names:
+        return None
+    with_release = fit.correlations[names.index(RELEASE)]
+    left = (1.0 - with_release[j] ** 2) * (1.0 - with_release[k] ** 2)
+    return float(fit.correlations[j, k] - with_release[j] * with_release[k]) / sqrt(float(left))
 
 
 def _is_damping_and_friction(one: Estimate, other: Estimate) -> bool:
@@ -138,3 +158,32 @@ def _start_doubts(fit: Fit) -> Iterator[str]:
             f"{best} of {len(fit.starts)} starts found the least sum of squares (rms "
             f"{', '.join(found)} deg): more may find a lower one, with --starts"
         )
+
+
+def _tail_doubts(fit: Fit) -> Iterator[str]:
+    """Doubts about estimates that follow the law where only one swing came."""
+    for tail in fit.tails:
+        ratios = {
+            one.path: abs(change) / one.sd
+            for one, change in zip(fit.estimates, tail.changes, strict=True)
+            if not one.is_start and one.sd > 0.0
+        }
+        moved = [path for path, ratio in ratios.items() if ratio > MAX_TAIL_CHANGE]
+        if not moved:
+            continue
+        worst = max(ratios, key=lambda path: ratios[path])
+        verb = "rests" if len(moved) == 1 else "rest"
+        yield (
+            f"{', '.join(moved)} {verb} on the law of {tail.joint} {_describe_tail(tail)}: "
+            f"{100.0 * TORQUE_CHANGE:.0f} % of the torque at its end moves {worst} by "
+            f"{ratios[worst]:.2g} sd"
+        )
+
+
+def _describe_tail(tail: LawTail) -> str:
+    low, high = sorted((degrees(tail.inner), degrees(tail.end)))
+    words = f"between {low + 0.0:.0f} and {high + 0.0:.0f} deg, where"
+    if tail.known is None or not tail.is_extrapolated:
+        return f"{words} the swing passed once"
+    first, last = (degrees(end) + 0.0 for end in tail.known)
+    return f"{words} it is extrapolated: it is known from {first:.0f} to {last:.0f} deg"
