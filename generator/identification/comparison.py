@@ -182,7 +182,7 @@ class Comparison:
             data: measured angles.
             unknowns: what is fitted.
             watch: called before each run.
-            release: time of it where it is no unknown [s]; None for the first sample.
+            release: time of it, unless it is an unknown [s]; None for the first sample.
             deadline: `time.monotonic` after which no run starts [s].
         """
         first, last = float(data.times[0]), float(data.times[-1])

@@ -10,6 +10,7 @@ from generator.identification.comparison import RELEASE
 from generator.identification.fit import MAX_BIAS, Estimate, Fit
 from generator.identification.law_tails import TORQUE_CHANGE, LawTail
 from generator.identification.residual_tests import SIGNIFICANCE
+from generator.rotations import Array
 
 MAX_UNEXPLAINED = 0.5
 """Rms of the residuals over that of the measured angles about their mean, above which a fit
@@ -107,8 +108,9 @@ def _bias_doubts(fit: Fit) -> Iterator[str]:
 
 
 def _correlation_doubts(fit: Fit) -> Iterator[str]:
+    correlations = _correlations_with_known_release(fit)
     for j, k in combinations(range(len(fit.estimates)), 2):
-        one, other, value = fit.estimates[j], fit.estimates[k], float(fit.correlations[j, k])
+        one, other, value = fit.estimates[j], fit.estimates[k], float(correlations[j, k])
         if one.is_start or other.is_start:
             continue
         pair = f"{one.path} and {other.path}"
@@ -118,22 +120,23 @@ def _correlation_doubts(fit: Fit) -> Iterator[str]:
                 f"{value:.2f}; fit one of them, or measure swings of several amplitudes"
             )
         elif abs(value) > MAX_CORRELATION:
-            words = f"{pair} are hardly separated (correlation {value:.3f})"
-            known = _correlation_with_known_release(fit, j, k)
-            if known is not None and abs(known) <= MAX_CORRELATION:
-                yield f"{words} while the release is estimated: state it with --start if known"
-            else:
-                yield f"{words}: leave out one of them"
+            yield f"{pair} are hardly separated (correlation {value:.3f}): leave out one of them"
 
 
-def _correlation_with_known_release(fit: Fit, j: int, k: int) -> float | None:
-    """Correlation of two estimates if the release were known; None where it is not estimated."""
+def _correlations_with_known_release(fit: Fit) -> Array:
+    """Correlations of the estimates, for a known release, shape (p, p).
+
+    A release that is estimated correlates all others, which widens their intervals but confounds
+    none of them with another.
+    """
     names = [one.path for one in fit.estimates]
     if RELEASE not in names:
-        return None
-    with_release = fit.correlations[names.index(RELEASE)]
-    left = (1.0 - with_release[j] ** 2) * (1.0 - with_release[k] ** 2)
-    return float(fit.correlations[j, k] - with_release[j] * with_release[k]) / sqrt(float(left))
+        return fit.correlations
+    with_release = np.where(
+        [name == RELEASE for name in names], 0.0, fit.correlations[names.index(RELEASE)]
+    )
+    left = np.sqrt(1.0 - with_release**2)
+    return (fit.correlations - np.outer(with_release, with_release)) / np.outer(left, left)
 
 
 def _is_damping_and_friction(one: Estimate, other: Estimate) -> bool:
@@ -186,4 +189,4 @@ def _describe_tail(tail: LawTail) -> str:
     if tail.known is None or not tail.is_extrapolated:
         return f"{words} the swing passed once"
     first, last = (degrees(end) + 0.0 for end in tail.known)
-    return f"{words} it is extrapolated: it is known from {first:.0f} to {last:.0f} deg"
+    return f"{words} it is extrapolated (known from {first:.0f} to {last:.0f} deg)"

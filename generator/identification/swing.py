@@ -244,9 +244,9 @@ def smooth_swing(
     release = find_release(times, angles[:, None])
     if release.time < -_EARLIEST_RELEASE * smoothing_time:
         raise ValueError("the joint already moves in the first sample: record from before release")
-    held = max(1, int(np.searchsorted(times - times[0], release.time)))
+    resting = max(1, int(np.searchsorted(times - times[0], release.time)))
     released = smoothed.copy()
-    released[:held], rates[:held] = release.angles[0], 0.0
+    released[:resting], rates[:resting] = release.angles[0], 0.0
     least_move = _NOISE_FACTOR * noise * sqrt(share) + _RINGING * float(np.ptp(angles))
     swing = Swing(times, released, rates, least_move)
     return MeasuredSwing(swing, noise, smoothing_time, smoothed)
