@@ -3,9 +3,9 @@
     python -m benchmarks.identification [--sets N] [--first N] [--jobs N]
 
 Each data set is a swing of the figure `leg` in MuJoCo (`benchmarks.swinging_leg`) with its own true
-values and its own white noise, 6 s at 50 samples a second. Scale, offset and viscous damping are
-fitted as `mover identify` does. Then models that are wrong in a known way are fitted: the doubts
-about them are counted.
+values and its own white noise, 6 s at 50 samples a second. The leg is held until a release between
+samples. Scale, offset and viscous damping are fitted as `mover identify` does. Then models that are
+wrong in a known way are fitted: the doubts about them are counted.
 """
 
 import argparse
@@ -49,6 +49,9 @@ RANGES = {"scale": (0.6, 1.8), "offset_deg": (-8.0, 8.0), "viscous_Nms_rad": (0.
 START_RANGE = (0.0, 10.0)
 """Ends of that of the angle of the release [deg]."""
 
+LATEST_RELEASE = 0.3
+"""End of the uniform distribution of the time of the release, in whole milliseconds [s]."""
+
 WRONG_SETS = 5
 """Number of data sets of each wrong model."""
 
@@ -63,6 +66,9 @@ FRICTION = 0.4
 
 LINEAR_STIFFNESS, LINEAR_REST = 6.0, 1.2
 """Of a linear law in place of the published curve [N m/rad, rad]."""
+
+NAMES = (*RANGES, "start_deg", "release_s")
+"""Estimates of a fit, in their order."""
 
 PATHS = tuple(f"springs.{JOINT}.{name}" for name in RANGES)
 FRICTION_PATH = f"springs.{JOINT}.coulomb_Nm"
@@ -133,16 +139,17 @@ def with_linear_law(springs: SpringSet) -> SpringSet:
     return replace(springs, joints={JOINT: replace(springs.joints[JOINT], axes=(linear,))})
 
 
-def draw_truth(number: int) -> tuple[Truth, float]:
-    """Return the true values of a data set, and its angle of release [deg]."""
+def draw_truth(number: int) -> tuple[Truth, float, float]:
+    """Return the true values of a data set, and angle [deg] and time [s] of its release."""
     rng = np.random.default_rng(SEED + number)
     scale, offset, viscous = (float(rng.uniform(*ends)) for ends in RANGES.values())
-    return Truth(scale, offset, viscous), float(rng.uniform(*START_RANGE))
+    start = float(rng.uniform(*START_RANGE))
+    return Truth(scale, offset, viscous), start, round(float(rng.uniform(0.0, LATEST_RELEASE)), 3)
 
 
-def make_data(truth: Truth, start: float, number: int) -> MeasuredAngles:
+def make_data(truth: Truth, start: float, release: float, number: int) -> MeasuredAngles:
     """Return the noisy angles of a data set."""
-    times, angles = swing_in_mujoco(truth, start, STOP)
+    times, angles = swing_in_mujoco(truth, start, STOP, release=release)
     noisy = np.radians(add_noise(angles, [SEED, number]))
     return MeasuredAngles(f"set {number}", times, ((JOINT, 0),), noisy[:, None])
 
@@ -150,8 +157,8 @@ def make_data(truth: Truth, start: float, number: int) -> MeasuredAngles:
 def fit_model(number: int, model: Model) -> Fit:
     """Fit a model to a data set."""
     import_exudyn()
-    truth, start = draw_truth(number)
-    data = make_data(replace(truth, coulomb=model.friction), start, number)
+    truth, start, release = draw_truth(number)
+    data = make_data(replace(truth, coulomb=model.friction), start, release, number)
     case = model.case()
     paths = [parse_path(text, case) for text in model.paths]
     return fit_springs(case, data, paths, model.options)
@@ -166,10 +173,10 @@ def is_inside(estimate: Estimate, value: float) -> bool:
 def coverage_row(number: int) -> dict[str, object]:
     """Fit the right model to a data set: truths, estimates, uncertainties and doubts."""
     fit = fit_model(number, RIGHT)
-    truth, start = draw_truth(number)
+    truth, *release = draw_truth(number)
     row: dict[str, object] = {"set": number}
-    values = (truth.scale, truth.offset, truth.viscous, start)
-    for name, value, estimate in zip((*RANGES, "start_deg"), values, fit.estimates, strict=True):
+    values = (truth.scale, truth.offset, truth.viscous, *release)
+    for name, value, estimate in zip(NAMES, values, fit.estimates, strict=True):
         row |= {
             f"{name}: true": value,
             f"{name}: estimate": estimate.value,
@@ -177,17 +184,20 @@ def coverage_row(number: int) -> dict[str, object]:
             f"{name}: inside": int(is_inside(estimate, value)),
         }
     largest = max(abs(estimate.bias) for estimate in fit.estimates)
-    doubts = len(fit_doubts(fit))
-    return {**row, "rms [deg]": float(np.degrees(fit.tests.rms)), "bias": largest, "doubts": doubts}
+    counts = {
+        "doubts": len(fit_doubts(replace(fit, tails=()))),
+        "doubts of tails": len(fit_doubts(fit)) - len(fit_doubts(replace(fit, tails=()))),
+    }
+    return {**row, "rms [deg]": float(np.degrees(fit.tests.rms)), "bias": largest, **counts}
 
 
 def wrong_row(number: int, model: Model) -> dict[str, object]:
     """Fit a wrong model to a data set: errors of the estimates, residuals and doubts."""
     fit = fit_model(number, model)
-    truth, _ = draw_truth(number)
+    truth, *_ = draw_truth(number)
     by_path = {one.path: one for one in fit.estimates}
     scale, offset, viscous = (by_path[path] for path in PATHS)
-    doubts = fit_doubts(fit)
+    doubts = fit_doubts(replace(fit, tails=()))
     return {
         "model": model.name,
         "set": number,
@@ -233,18 +243,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _progress(rows: Iterator[dict[str, object]], count: int) -> Iterator[dict[str, object]]:
     for done, row in enumerate(rows, start=1):
-        errors = ", ".join(f"{_error(row, name):+.2f}" for name in (*RANGES, "start_deg"))
+        errors = ", ".join(f"{_error(row, name):+.2f}" for name in NAMES)
         print(f"{done} of {count}: errors {errors} sd", flush=True)
         yield row
 
 
 def _report_coverage(rows: Sequence[dict[str, object]]) -> None:
     print(f"true values inside the 95 % intervals, of {len(rows)}:")
-    for name in (*RANGES, "start_deg"):
+    for name in NAMES:
         inside = sum(int(str(row[f"{name}: inside"])) for row in rows)
         errors = np.array([_error(row, name) for row in rows])
         print(f"  {name}: {inside}; errors {errors.mean():+.2f} ± {errors.std(ddof=1):.2f} sd")
-    print(f"fits with a doubt: {sum(row['doubts'] != 0 for row in rows)}")
+    for kind in ("doubts", "doubts of tails"):
+        print(f"fits with {kind}: {sum(row[kind] != 0 for row in rows)}")
     print(f"largest bias of the tolerance: {max(float(str(row['bias'])) for row in rows):.2g} sd")
 
 

@@ -174,7 +174,7 @@ def _memory(study: Study, folder: Path) -> tuple[list[dict[str, object]], float]
         steps = max(1, progress.total // 10)
         if progress.finished % steps or not progress.finished:
             return
-        sizes = {pid: _resident(pid) for pid in (os.getpid(), *_children(os.getpid()))}
+        sizes = {pid: _resident(pid) for pid in (os.getpid(), *children(os.getpid()))}
         first = first or sizes
         growth = max(growth, *(size - first[pid] for pid, size in sizes.items()))
         row: dict[str, object] = {
@@ -194,7 +194,7 @@ def _resident(process: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _children(process: int) -> list[int]:
+def children(process: int) -> list[int]:
     """Processes for runs that a process has started."""
     found: list[int] = []
     for path in Path("/proc").glob("[0-9]*"):
@@ -238,7 +238,7 @@ def _disturb(folder: Path) -> str:
                     process.kill()
                     killed_parents += 1
                     break
-                os.kill(generator.choice(_children(process.pid)), signal.SIGKILL)
+                os.kill(generator.choice(children(process.pid)), signal.SIGKILL)
                 killed_workers += 1
         if process.wait() == 0:
             break

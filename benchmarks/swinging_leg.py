@@ -82,7 +82,7 @@ def figure_law(angles: Array) -> Array:
 
 
 def swing_in_mujoco(
-    truth: Truth, start: float, stop: float, figure: Figure | None = None
+    truth: Truth, start: float, stop: float, figure: Figure | None = None, release: float = 0.0
 ) -> tuple[Array, Array]:
     """Return the times [s] and angles [deg] of a swing, without noise.
 
@@ -91,6 +91,7 @@ def swing_in_mujoco(
         start: angle of the release [deg].
         stop: end of the swing [s].
         figure: with the mass of the shank; None for the shipped one.
+        release: time until which the leg is held, a multiple of `STEP` [s].
     """
     import mujoco
 
@@ -98,12 +99,15 @@ def swing_in_mujoco(
     model.opt.timestep = STEP
     data = mujoco.MjData(model)
     data.qpos[0] = radians(start)
-    count, steps = round(stop * RATE), round(1.0 / (RATE * STEP))
+    count, done = round(stop * RATE), 0
     angles = np.empty(count + 1)
     with _passive_torque(truth):
         for k in range(count + 1):
+            steps = max(0, round((k / RATE - release) / STEP))
+            if steps > done:
+                mujoco.mj_step(model, data, nstep=steps - done)
+            done = steps
             angles[k] = data.qpos[0]
-            mujoco.mj_step(model, data, nstep=steps)
     return np.arange(count + 1) / RATE, np.degrees(angles)
 
 

@@ -47,6 +47,7 @@ from springs import SpringSet
 
 ACTION_SUFFIX, NPZ_SUFFIX, COORDINATE_SUFFIXES = ".action", ".npz", (".mot", ".sto")
 BVH_SUFFIX = ".bvh"
+MACRO_SUFFIX = ".xacro"
 READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX, *COORDINATE_SUFFIXES)
 """Motion formats that can be read."""
 
@@ -55,6 +56,17 @@ def is_model(source: str) -> bool:
     """Return whether a source is a model: a file by its suffix, or a folder."""
     path = Path(source)
     return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
+
+
+def check_no_macros(source: str) -> None:
+    """Raise UsageError for a model that is still to be written out."""
+    path = Path(source)
+    if path.suffix.lower() == MACRO_SUFFIX:
+        written = path.stem if Path(path.stem).suffix else f"{path.stem}.urdf"
+        raise UsageError(
+            f"{path}: the macros of xacro are not read; write the model out with "
+            f"`xacro {path.name} -o {written}` and convert {written}"
+        )
 
 
 def check_readable(path: Path) -> None:
@@ -116,6 +128,8 @@ def convert(
     """
     paths = [Path(output) for output in outputs]
     check_scale(paths, scale)
+    if isinstance(source, str | Path):
+        check_no_macros(str(source))
     motion = _motion(source, figure)
     has_model = motion is None and not isinstance(source, Figure) and is_model(str(source))
     starts = springs is not None or displacements is not None or free_root

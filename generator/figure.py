@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from generator.diagnostics import ModelError, Span, format_count, shorten
+from generator.diagnostics import ModelError, Parsed, Span, format_count, shorten
 from generator.named_mapping import Named, NamedMapping
 from generator.notebook import html_table
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
@@ -317,6 +317,8 @@ class Figure:
     unknown name raises UnknownNameError, a KeyError that states the nearest one. `path`
     is the file, beside which psurfs and springs are looked for; None when there is no file.
     `springs_text` is a springs file for a figure without one; a figure file does not hold it.
+    `surfaces` are the contents of psurfs, by name, and `sha256` is the digest of the file, where
+    they were read ahead; otherwise the files are read when they are needed.
     """
 
     segments: Mapping[str, Segment]
@@ -327,6 +329,10 @@ class Figure:
     path: Path | None = field(default=None, compare=False, repr=False)
     springs_text: str | None = field(default=None, compare=False, repr=False)
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
+    surfaces: Mapping[str, Parsed[Any]] = field(
+        default_factory=dict[str, Parsed[Any]], compare=False, repr=False
+    )
+    sha256: str | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check that every part is listed under its own name."""

@@ -7,10 +7,10 @@ import platform
 import re
 import shutil
 import stat
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
 from functools import cache
-from io import BufferedReader
+from io import BufferedReader, BufferedWriter
 from pathlib import Path
 from typing import TypeVar
 from zlib import crc32
@@ -169,7 +169,18 @@ def write_atomic(path: Path, content: str | bytes) -> None:
 
     Raises OSError when the file cannot be written.
     """
-    data = content.encode() if isinstance(content, str) else content
+    with open_atomic(path) as stream:
+        stream.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def open_atomic(path: Path) -> Generator[BufferedWriter]:
+    """Open a file whose content takes the place of `path` at the end of the block.
+
+    An exception in the block leaves the file as it was; see `write_atomic`.
+
+    Raises OSError when the file cannot be written.
+    """
     target = _real_path(path)
     mode = _existing_mode(path)
     remove_stale_parts(target.parent)
@@ -177,7 +188,7 @@ def write_atomic(path: Path, content: str | bytes) -> None:
     descriptor = os.open(part, _CREATE_FLAGS, _DEFAULT_MODE if mode is None else mode)
     try:
         with open(descriptor, "wb") as stream:
-            stream.write(data)
+            yield stream
             stream.flush()
             os.fsync(stream.fileno())
         move_into_place(part, path)

@@ -1,5 +1,6 @@
 """`mover identify`: fit springs to measured joint angles, and write them and a picture."""
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -10,7 +11,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, finite_or_none, format_table
+from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_table
 from generator.cli.inputs import (
     constraints_from_options,
     load_figure,
@@ -36,9 +37,17 @@ from generator.cli.outputs import check_writable, write_files
 from generator.cli.progress import load_compiled_integrator, run_counter
 from generator.diagnostics import UsageError, format_count
 from generator.identification.doubts import GIVEN_MASSES, GIVEN_TORQUES, fit_doubts
-from generator.identification.fit import CONFIDENCE, Estimate, Fit, FitOptions, fit_springs
+from generator.identification.fit import (
+    CONFIDENCE,
+    Estimate,
+    Fit,
+    FitOptions,
+    UnfinishedFitError,
+    fit_springs,
+)
 from generator.identification.fitted_springs import decimals, fitted_springs_text
-from generator.identification.measured_angles import read_measured_angles
+from generator.identification.law_tails import TORQUE_CHANGE
+from generator.identification.measured_angles import format_time, read_measured_angles
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
 from generator.study.parameter_paths import Case, ParameterPath, parse_path
@@ -47,6 +56,10 @@ from plots.plate import PICTURE_FORMATS
 
 NEGLIGIBLE_CHANGE = 1e-3
 """Change of an estimate with the masses that is printed as 0, in standard deviations."""
+
+
+WALL_LIMIT = 3600.0
+"""Limit of the computing time of the command [s]."""
 
 
 class Protocol(StrEnum):
@@ -84,7 +97,8 @@ def identify(
         ),
     ] = None,
     start: Annotated[
-        float | None, typer.Option(help="Time of the release [s]. [default: first sample]")
+        float | None,
+        typer.Option(help="Time of the release [s], if it is known. [default: estimated]"),
     ] = None,
     stop: Annotated[float | None, typer.Option(help="End time [s]. [default: last sample]")] = None,
     springs: SpringsChoice = None,
@@ -106,6 +120,9 @@ def identify(
     step: Annotated[
         float | None, typer.Option(help="Fixed time step [s]; disables error control.")
     ] = None,
+    wall_limit: Annotated[
+        float | None, typer.Option(help="Limit of computing time [s]. [default: 3600]")
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Write a .springs.toml file."),
@@ -118,10 +135,14 @@ def identify(
 ) -> CommandResult:
     """Fit springs to measured joint angles over time.
 
-    The motion starts at the first sample, at rest; its start angle is estimated too, unless --set
-    states it. The options --fit, --set, --velocity and --lock may be repeated.
+    The joints are held, then released; time and start angle are estimated too, unless --start and
+    --set state them. The options --fit, --set, --velocity and --lock may be repeated.
     """
     _check_options(output, plot, tolerance, step)
+    limit = WALL_LIMIT if wall_limit is None else wall_limit
+    if not limit > 0.0:
+        raise UsageError(f"--wall-limit {limit:g}: the limit must be positive")
+    deadline = time.monotonic() + limit
     if not fit and (protocol is None or output is not None or plot is not None):
         raise UsageError("nothing to fit: name a quantity, such as --fit springs.knee.scale")
     options = FitOptions(
@@ -131,6 +152,7 @@ def identify(
         tolerance=tolerance,
         step=step,
         known_starts=tuple(text.partition("=")[0].strip() for text in displacements or ()),
+        release=start,
     )
     figure, diagnostics = load_figure(name)
     spring_set, more = springs_from_option(figure, springs, law)
@@ -175,7 +197,18 @@ def identify(
             count()
             check()
 
-        fitted = fit_springs(case, measured, paths, options, watch)
+        try:
+            fitted = fit_springs(case, measured, paths, options, watch, deadline=deadline)
+        except UnfinishedFitError as unfinished:
+            failure = f"--wall-limit {limit:g}: {unfinished}"
+            best = {"error": failure, "best": unfinished.values}
+            return CommandResult(
+                text="\n\n".join([*texts, "the fit is not finished; nothing was written"]),
+                data={"figure": name, "data": measured.name, **best, **numbers},
+                diagnostics=diagnostics,
+                code=ExitCode.RUN_FAILED,
+                failure=failure,
+            )
     contents: dict[Path, str | bytes] = {}
     if output is not None:
         contents[output] = fitted_springs_text(fitted, output, springs)
@@ -191,6 +224,8 @@ def identify(
         data={**_json_data(name, fitted, files), **numbers},
         diagnostics=diagnostics,
         details=_format_starts(fitted),
+        code=ExitCode.RUN_FAILED if fitted.unfinished else ExitCode.SUCCESS,
+        failure=f"--wall-limit {limit:g}: {fitted.unfinished}" if fitted.unfinished else None,
     )
 
 
@@ -237,7 +272,7 @@ def _format_paragraphs(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
     yield (
         f"{data.name}: {format_count(data.angles.size, 'angle')} of "
         f"{', '.join(dict.fromkeys(joint for joint, _ in data.columns))}, "
-        f"{data.times[0]:g} to {data.times[-1]:g} s"
+        f"{format_time(data.times[0])} to {format_time(data.times[-1])} s"
     )
     yield format_table([*_estimate_rows(fit)], left_columns=2)
     yield "\n".join([*_residual_lines(fit), *_mass_lines(fit)])
@@ -263,7 +298,11 @@ def _omission_lines(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
 def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
     percent = f"{100.0 * CONFIDENCE:.0f} %"
     head = ["quantity", "unit", "estimate", "sd", f"{percent} interval", "by profile"]
-    yield [*head, *([] if fit.has_fitted_masses else ["per +1 % of mass"])]
+    if not fit.has_fitted_masses:
+        head.append("per +1 % of mass")
+    if fit.tails:
+        head.append(f"law tail {100.0 * TORQUE_CHANGE:.0f} %")
+    yield head
     for one in fit.estimates:
         digits = decimals(one.sd)
         ends = [format_rounded(end, digits) for end in one.interval]
@@ -283,6 +322,9 @@ def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
             change = 0.01 * one.mass_slope
             negligible = abs(change) < NEGLIGIBLE_CHANGE * one.sd
             row.append("0" if negligible else f"{change:+.2g}")
+        if fit.tails:
+            change = fit.change_by_tail(one.path) or 0.0
+            row.append(f"{change:.2g} = {change / one.sd:.2g} sd" if one.sd > 0.0 else "-")
         yield row
 
 
@@ -340,9 +382,26 @@ def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
         "figure": name,
         "data": data.name,
         "columns": [f"{joint}.{coordinate + 1}" for joint, coordinate in data.columns],
+        "release_s": fit.release,
         "start_s": float(data.times[0]),
         "stop_s": float(data.times[-1]),
-        "estimates": [_estimate_data(one) for one in fit.estimates],
+        "estimates": [
+            {**_estimate_data(one), "change_by_tail": fit.change_by_tail(one.path)}
+            for one in fit.estimates
+        ],
+        "tails": [
+            {
+                "joint": tail.joint,
+                "inner_deg": degrees(tail.inner),
+                "end_deg": degrees(tail.end),
+                "known_deg": tail.known and [degrees(end) for end in tail.known],
+                "torque_change": TORQUE_CHANGE,
+                "changes": dict(
+                    zip([one.path for one in fit.estimates], tail.changes, strict=True)
+                ),
+            }
+            for tail in fit.tails
+        ],
         "confidence": CONFIDENCE,
         "correlations": fit.correlations.tolist(),
         "condition": fit.condition,
@@ -372,6 +431,7 @@ def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
         ],
         "runs": fit.runs,
         "failed_runs": fit.failed_runs,
+        "unfinished": fit.unfinished,
         "doubts": list(fit_doubts(fit)),
         "samples": [
             {"time_s": time, "measured_deg": measured, "simulated_deg": simulated}

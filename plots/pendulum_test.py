@@ -120,7 +120,7 @@ def pendulum_tests(data: MeasuredAngles) -> tuple[PendulumTest, ...]:
     for k, (joint, coordinate) in enumerate(data.columns):
         name = joint if joints.count(joint) == 1 else f"{joint}.{coordinate + 1}"
         try:
-            measured = smooth_swing(data.times, data.angles[:, k])
+            measured = smooth_swing(data.times - data.times[0], data.angles[:, k])
         except ValueError as reason:
             reasons.append(f"{data.name}: {name} is not a swing: {reason}")
         else:

@@ -4,6 +4,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+from urllib.request import HTTPCookieProcessor, build_opener
 
 import numpy as np
 import pytest
@@ -40,6 +41,68 @@ def launch_browser() -> Iterator[Any]:
             yield browser
         finally:
             browser.close()
+
+
+def go_to_page(tab: Any, address: str) -> None:
+    """Open the address of a page, which leads to one without its key."""
+    tab.goto(address)
+    tab.wait_for_url(address.partition("?")[0])
+
+
+def open_address(address: str) -> bytes:
+    """Return what a client with cookies gets from the address of a page, and then without key."""
+    client = build_opener(HTTPCookieProcessor())
+    with client.open(address, timeout=30.0) as entrance:
+        entrance.read()
+    with client.open(address.partition("?")[0], timeout=30.0) as answer:
+        return answer.read()
+
+
+class PageClient:
+    """A program that does what a page does: it opens the address and sets controls."""
+
+    def __init__(self, address: str) -> None:
+        """Open the websocket of a page with the key of its address."""
+        import viser
+        from websockets.sync.client import connect
+
+        where = address.replace("http://", "ws://", 1)
+        self._socket = connect(where, subprotocols=[f"viser-v{viser.__version__}"],
+                               compression=None, proxy=None)  # fmt: skip
+        self._controls: dict[str, str] = {}
+        self.send(
+            type="ViewerCameraMessage", wxyz=(1.0, 0.0, 0.0, 0.0), position=(0.0, 1.0, 3.0),
+            fov=0.7, near=0.01, far=1e3, image_height=800, image_width=1200,
+            look_at=(0.0, 1.0, 0.0), up_direction=(0.0, 1.0, 0.0),
+        )  # fmt: skip
+
+    def send(self, **message: Any) -> None:
+        """Send a message."""
+        import msgspec
+
+        self._socket.send(msgspec.msgpack.encode(message))
+
+    def set(self, label: str, value: Any) -> None:
+        """Set the control with a label; the value of a button is True."""
+        while label not in self._controls:
+            self._receive()
+        self.send(type="GuiUpdateMessage", uuid=self._controls[label], updates={"value": value})
+
+    def _receive(self) -> None:
+        """Take a message of the server: two lengths, compressed messages, and arrays."""
+        import msgspec
+        import zstandard
+
+        frame = self._socket.recv(WAIT)
+        size = int.from_bytes(frame[8:16], "little")
+        window = msgspec.msgpack.decode(zstandard.decompress(frame[16 : 16 + size]))
+        for message in window["messages"]:
+            if message["type"].startswith("Gui") and "label" in message.get("props", ()):
+                self._controls[message["props"]["label"]] = message["uuid"]
+
+    def close(self) -> None:
+        """Leave the page."""
+        self._socket.close()
 
 
 def node_pose(page: Any, name: str) -> Array | None:

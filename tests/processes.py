@@ -39,3 +39,22 @@ def read_to_end(terminal: int) -> bytes:
         while chunk := os.read(terminal, 1000):
             seen += chunk
     return seen
+
+
+def child_processes(parent: int) -> list[int]:
+    """Return the processes that a process has started and that have not ended; needs /proc."""
+    found: list[int] = []
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, its_parent = status.read_text().rpartition(")")[2].split()[:2]
+            if int(its_parent) == parent and state != "Z":
+                found.append(int(status.parent.name))
+    return found
+
+
+def has_ended(process: int) -> bool:
+    """Return whether a process has ended; needs /proc."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True

@@ -107,7 +107,7 @@ def swing(
     return MeasuredAngles("swing.csv", times, (("left_knee", 0),), angles + noise * drawn)
 
 
-ALONE = FitOptions(starts=1, profiles=False)
+ALONE = FitOptions(starts=1, profiles=False, release=0.0)
 
 
 @cache
@@ -118,7 +118,7 @@ def fitted(texts: tuple[str, ...] = tuple(TRUTH), options: FitOptions = ALONE) -
 
 def standard_fit() -> Fit:
     """The fit from two starts, with profiles."""
-    return fitted(options=FitOptions(starts=2))
+    return fitted(options=FitOptions(starts=2, release=0.0))
 
 
 def coarse_fit() -> Fit:

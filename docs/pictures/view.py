@@ -15,7 +15,7 @@ from generator.cli.view import load_inputs
 from generator.viewer.panels import ordered_panels
 from generator.viewer.server import LOOPBACK, address, close_server, find_port, open_server
 from generator.viewer.viewer import Content, Viewer
-from tests.browser import launch_browser
+from tests.browser import go_to_page, launch_browser
 
 FOLDER = Path(__file__).parent
 SIZE = {"width": 1280, "height": 860}
@@ -51,7 +51,7 @@ def draw(
     Thread(target=viewer.run, daemon=True).start()
     page = browser.new_page(viewport=SIZE)
     try:
-        page.goto(address(server, LOOPBACK))
+        go_to_page(page, address(server, LOOPBACK))
         page.wait_for_timeout(SETTLING_TIME)
         page.locator(".mantine-Notification-closeButton").first.click()
         act(page, viewer)

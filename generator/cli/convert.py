@@ -1,8 +1,7 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from os.path import realpath
 from pathlib import Path
 from typing import Annotated
@@ -36,6 +35,7 @@ from generator.cli.outputs import (
 )
 from generator.conversion import (
     StartedFigure,
+    check_no_macros,
     check_readable,
     check_scale,
     figure_at_start,
@@ -48,11 +48,18 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_SUFFIX
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
+from generator.losses import Losses
 from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import Imported, format_imported_springs, imported_files
-from generator.model_files.model_files import ModelFiles
-from generator.motion_files import MOTION_FORMATS, motion_writer
+from generator.model_files.model_files import ModelFiles, unreadable_file_error
+from generator.motion_files import (
+    MOTION_FORMATS,
+    FigureMotion,
+    motion_writer,
+    parse_coordinates_file,
+    read_action,
+)
 from generator.motion_files.resample import resample
 from springs import Joining
 
@@ -252,6 +259,7 @@ def convert(
     """
     check_distinct_paths(outputs)
     check_scale(outputs, scale)
+    check_no_macros(source)
     of_figures: dict[str, object] = {
         "--to": to,
         "--springs": springs,
@@ -308,13 +316,37 @@ def _convert_motion(
     if fps is not None:
         motion = resample(motion, fps)
     check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
-    written = write_all_or_none(
-        [(out, partial(motion_writer(out, scale), motion)) for out in outputs]
-    )
+    written = write_all_or_none([(out, _motion_writer(out, scale, motion)) for out in outputs])
     frames = format_count(motion.times.size, "frame")
     title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
     head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
     return _conversion_result(title, head, written, warnings, verbose)
+
+
+_MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
+    ".action": read_action,
+    ".mot": lambda path: parse_coordinates_file(path).require_value(),
+    ".sto": lambda path: parse_coordinates_file(path).require_value(),
+}
+"""Readers of what a conversion writes, by suffix."""
+
+
+def _motion_writer(path: Path, scale: float | None, motion: FigureMotion) -> OutputWriter:
+    """Return a writer that raises InputError if the file could not be read again."""
+    write, read = motion_writer(path, scale), _MOTION_READERS.get(path.suffix.lower())
+
+    def write_readable(part: Path) -> Losses:
+        losses = write(motion, part)
+        try:
+            if read is not None:
+                read(part)
+        except InputError as failure:
+            fault = unreadable_file_error(path, failure.diagnostics)
+            message = fault.message.replace(str(part), path.name)
+            raise InputError([replace(fault, message=message)]) from None
+        return losses
+
+    return write_readable
 
 
 @dataclass(frozen=True)
@@ -360,7 +392,7 @@ def _convert_figure(
     frames: list[tuple[Path, OutputWriter]] = []
     for out, each in formats:
         if each is None:
-            frames.append((out, partial(motion_writer(out, scale), start.motion(figure))))
+            frames.append((out, _motion_writer(out, scale, start.motion(figure))))
             continue
         with writing(out):
             models.append(each.format_files(start.figure, start.springs, out))

@@ -151,8 +151,12 @@ def _folder_writer(contents: Mapping[str, str | bytes]) -> "OutputWriter":
 def model_writers(models: Sequence["ModelFiles"]) -> "list[tuple[Path, OutputWriter]]":
     """Return the writers of models with their meshes and tables, by file or folder.
 
-    Raises UsageError for two models with different files of one name.
+    Raises:
+        UsageError: two models have different files of one name.
+        InputError: this program would refuse to read one of the files.
     """
+    for model in models:
+        model.check_readable()
     contents: dict[Path, str | bytes] = {}
     for model in models:
         for path, content in model.contents.items():

@@ -175,8 +175,10 @@ def run_counter(*, show_progress: bool) -> Generator[Callable[[], None]]:
         yield lambda: bar.advance(row)
 
 
-def load_compiled_integrator(*, show_progress: bool) -> None:
+def load_compiled_integrator(*, show_progress: bool, only_to_compile: bool = False) -> None:
     """Import the compiled integrator, with a bar while it is compiled for the first time.
+
+    It takes 200 MB; with `only_to_compile`, one that is compiled is left to other processes.
 
     Where numba cannot be loaded, nothing happens: the run says why it uses Exudyn's integrator.
     """
@@ -190,6 +192,8 @@ def load_compiled_integrator(*, show_progress: bool) -> None:
     )
 
     with suppress(ImportError), ExitStack() as stack:
+        if only_to_compile and is_compiled():
+            return
         require_numba()
         if show_progress and not is_compiled():
             how_often = (

@@ -7,9 +7,9 @@ from functools import partial
 from math import inf, nan
 from os.path import realpath
 from pathlib import Path
-from statistics import median
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+import numpy as np
 import typer
 
 from generator.child_processes import cores
@@ -18,10 +18,12 @@ from generator.cli.interrupts import hold_interrupts
 from generator.cli.outputs import check_writable, writing
 from generator.cli.progress import load_compiled_integrator, no_sweep_monitor, sweep_progress_bar
 from generator.diagnostics import Diagnostic, UsageError
+from generator.recording import Ending
 from generator.rotations import Array
 from generator.simulation.import_exudyn import import_exudyn
 from generator.study.designs import design_points, run_count
-from generator.study.study import RunResult, Study
+from generator.study.run_results import RunResults
+from generator.study.study import Study
 from generator.study.study_file import find_study, parse_study
 from generator.study.sweep import (
     MOTIONS_NAME,
@@ -29,7 +31,6 @@ from generator.study.sweep import (
     Engine,
     Sweep,
     SweepProgress,
-    count_outcomes,
     run_sweep,
 )
 
@@ -118,7 +119,8 @@ def sweep(
     study = parsed.require_value()
     if table is not None:
         check_writable([table], [study.design.file], "study")
-    load_compiled_integrator(show_progress=show_progress)
+    simulates_here = dry_run or output is None
+    load_compiled_integrator(show_progress=show_progress, only_to_compile=not simulates_here)
     if dry_run or output is None:
         return _describe(name, study, workers)
     monitor = sweep_progress_bar if show_progress else no_sweep_monitor
@@ -251,9 +253,9 @@ def _varied_parameters(study: Study, points: Array) -> list[_Varied]:
     for number, path in study_paths(study):
         units.setdefault(number, path.unit)
     return [
-        _Varied(each.name, float(min(column)), float(max(column)), units[number], each.paths)
+        _Varied(each.name, float(column.min()), float(column.max()), units[number], each.paths)
         for number, (each, column) in enumerate(
-            zip(study.parameters.values(), points.T.tolist(), strict=True)
+            zip(study.parameters.values(), points.T, strict=True)
         )
     ]
 
@@ -338,12 +340,9 @@ def _report(
     diagnostics: tuple[Diagnostic, ...],
 ) -> CommandResult:
     """Return the report of a finished sweep."""
-    runs, outcomes = len(result.rows), count_outcomes(result.rows)
+    runs, outcomes = len(result.rows), result.rows.count_outcomes()
     fresh = runs - result.kept
-    values = {
-        measure: [value for row in result.rows if (value := row.measures[measure]) is not None]
-        for measure in result.study.measures
-    }
+    values = {measure: result.rows.numbers(measure) for measure in result.study.measures}
     measures = {measure: _summary(found) for measure, found in values.items()}
     counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.items())
     lines = [f"{name}: {format_count(runs, 'run')} of {result.study.name}: {counts}"]
@@ -398,22 +397,22 @@ def _report(
 _SUMMARY = ("smallest", "median", "largest")
 
 
-def _summary(values: Sequence[float]) -> dict[str, float]:
+def _summary(values: Array) -> dict[str, float]:
     """Return the smallest, the median and the largest value; NaN of none."""
-    numbers = (min(values), median(values), max(values)) if values else (nan, nan, nan)
-    return dict(zip(_SUMMARY, numbers, strict=True))
+    if not len(values):
+        return dict.fromkeys(_SUMMARY, nan)
+    numbers = (values.min(), np.median(values), values.max())
+    return dict(zip(_SUMMARY, map(float, numbers), strict=True))
 
 
-def _failures(rows: Sequence[RunResult]) -> Iterator[str]:
+def _failures(rows: RunResults) -> Iterator[str]:
     """Yield a line for each kind of failure, with the first run that has it."""
-    first: dict[str, tuple[int, str]] = {}
-    for number, row in enumerate(rows):
-        if not row.succeeded:
-            first.setdefault(row.outcome, (number, " ".join(row.message.split())))
+    first = {outcome: int(rows.have_outcome(outcome).argmax()) for outcome in rows.count_outcomes()}
+    first.pop(Ending.DONE.value, None)
     if first:
         yield "\n".join(
-            f"{outcome}, first in run {number}: {message}"
-            for outcome, (number, message) in first.items()
+            f"{outcome}, first in run {number}: {' '.join(rows[number].message.split())}"
+            for outcome, number in first.items()
         )
 
 

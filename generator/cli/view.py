@@ -284,8 +284,9 @@ def _serve(
     except ModuleNotFoundError as failure:
         if failure.name != "viser":
             raise
-        message = "the page needs viser: pip install 'exudyn-mover[viewer]'"
+        message = 'the page needs viser: in the project\'s folder, `pip install -e ".[viewer]"`'
         raise UsageError(message) from None
+    from generator.viewer.access import is_loopback
     from generator.viewer.panels import ordered_panels
     from generator.viewer.viewer import Content, Viewer
 
@@ -314,8 +315,10 @@ def _serve(
         try:
             viewer = Viewer(server, content, ordered_panels(content))
             if not has_ended:
-                open_host = None if page_server.is_loopback(host) else host
-                _announce(where, open_host, inputs.warnings)
+                elsewhere = None
+                if not is_loopback(host):
+                    elsewhere = page_server.address_for_others(server, host)
+                _announce(where, elsewhere, inputs.warnings)
                 if open_browser and _has_display():
                     Thread(target=webbrowser.open, args=(where,), daemon=True).start()
                 viewer.run()
@@ -342,10 +345,18 @@ def _has_display() -> bool:
     return sys.platform in ("win32", "darwin") or any(map(os.environ.get, variables))
 
 
-def _announce(where: str, open_host: str | None, warnings: _Warnings) -> None:
-    """Print the address, the warnings of the files, and one if other machines reach the page."""
+def _announce(where: str, elsewhere: str | None, warnings: _Warnings) -> None:
+    """Print the address and warnings.
+
+    Args:
+        where: address for this machine.
+        elsewhere: address for other machines; None if they do not reach the page.
+        warnings: of the files.
+    """
     typer.echo(f"{where}\nCtrl-C ends the page.", err=True)
     for line in dict.fromkeys(each.first_line for each in warnings):
         typer.echo(line, err=True)
-    if open_host is not None:
-        typer.echo(f"warning: every machine that reaches {open_host} can use the page.", err=True)
+    if elsewhere is not None:
+        message = f"other machines reach the page too, at {elsewhere}"
+        hint = "who has this address, or reads it on the network, can use the page"
+        typer.echo(f"warning: {message}; {hint}", err=True)

@@ -2,13 +2,21 @@
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
-from generator.diagnostics import Diagnostic, InputError, MoverError, error, spelling_hint
+from generator.diagnostics import (
+    Diagnostic,
+    InputError,
+    MoverError,
+    Parsed,
+    error,
+    spelling_hint,
+)
 from generator.figure import Figure, Segment
 from generator.figure_file.resolve import origin_span
 from generator.geometry.psurf import CENTIMETRE, read_psurf
@@ -209,6 +217,8 @@ def read_segment_surface(figure: Figure, segment: Segment, unit: Fraction | None
     if segment.psurf is None:
         message = f"segment `{segment.name}` has no psurf, so it has no shape"
         raise InputError([error(message, place, 'add `psurf = "FILE.pss";`')])
+    if segment.psurf in figure.surfaces and unit is None:
+        return figure.surfaces[segment.psurf].require_value()
     if figure.path is None:
         message = f"the psurf of `{segment.name}` cannot be found: the figure has no file"
         raise InputError([error(message, place)])
@@ -216,6 +226,21 @@ def read_segment_surface(figure: Figure, segment: Segment, unit: Fraction | None
         return read_surface(figure.path.parent / segment.psurf, unit)
     except UnknownSurfaceError as failure:
         raise InputError([error(str(failure), place)]) from None
+
+
+def with_surfaces(figure: Figure) -> Figure:
+    """Return the figure with the surfaces of its psurfs, or with the errors of reading them.
+
+    A later change of the files has no effect on it, nor on its copies in other processes.
+    """
+    surfaces = dict(figure.surfaces)
+    for segment in figure.segments.values():
+        if segment.psurf is not None and segment.psurf not in surfaces:
+            try:
+                surfaces[segment.psurf] = Parsed(read_segment_surface(figure, segment), ())
+            except InputError as failure:
+                surfaces[segment.psurf] = Parsed(None, failure.diagnostics)
+    return replace(figure, surfaces=surfaces)
 
 
 def segment_colour(figure: Figure, segment: Segment) -> tuple[float, float, float]:

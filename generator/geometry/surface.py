@@ -188,6 +188,25 @@ class Surface:
             self.vertices[used], places.reshape(-1).astype(np.int64), self.starts, self.name
         )
 
+    @property
+    def with_distinct_corners(self) -> "Surface":
+        """The surface without faces that pass a vertex twice, as damaged meshes have them.
+
+        Such a face becomes those triangles of its fan that have three vertices, which cover the
+        same area.
+        """
+        order = np.lexsort((self.corners, self.face_of_corner))
+        corners, owner = self.corners[order], self.face_of_corner[order]
+        again = (corners[1:] == corners[:-1]) & (owner[1:] == owner[:-1])
+        if not again.any():
+            return self
+        folded = set(owner[1:][again].tolist())
+        faces: list[tuple[int, ...]] = []
+        for number, face in enumerate(self.faces):
+            fan = [(face[0], *pair) for pair in pairwise(face[1:])] if number in folded else [face]
+            faces += [each for each in fan if len(set(each)) == len(each)]
+        return Surface.from_faces(self.vertices, faces, self.name)
+
     def face_name(self, face: int) -> str:
         """Return the name of a face: its number from 1, and its line where it has one."""
         place = self.face_span(face)

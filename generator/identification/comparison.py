@@ -1,13 +1,14 @@
 """Simulated angles of a case at the times of measured ones, and their derivatives."""
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import ceil, exp, inf, log
 
 import numpy as np
 
 from generator.diagnostics import MoverError
-from generator.figure import Figure
 from generator.identification.measured_angles import MeasuredAngles
 from generator.recording import Ending, RecordingPart
 from generator.rotations import Array
@@ -31,8 +32,16 @@ _MASS_STEP = 2e-3
 """Relative step of the masses in a difference quotient."""
 
 
+RELEASE = "release"
+"""Name of the time of the release among the unknowns."""
+
+
 class FailedRunError(MoverError):
     """A run failed at values from which a fit cannot go on."""
+
+
+class WallLimitReachedError(MoverError):
+    """The computing time of a fit is used up."""
 
 
 @dataclass(frozen=True)
@@ -40,21 +49,36 @@ class Unknown:
     """A quantity that is fitted.
 
     Attributes:
-        path: of the quantity.
-        nominal: value from which the fit starts, in the unit of the path.
+        path: of the quantity; None for the time of the release [s], counted from the first sample.
+        nominal: value from which the fit starts, in its unit.
         lower: smallest value.
         size: typical change.
         factor: by which starts of a fit differ from the nominal value; None where they differ by
             the size.
-        is_start: whether it is the start angle of a measured joint, estimated beside the others.
+        is_start: whether it is the release, or the start angle of a measured joint, which are
+            estimated beside the others.
     """
 
-    path: ParameterPath
+    path: ParameterPath | None
     nominal: float
     lower: float
     size: float
     factor: float | None
     is_start: bool = False
+
+    @property
+    def name(self) -> str:
+        """Path as written, or `RELEASE`."""
+        return RELEASE if self.path is None else str(self.path)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values; "" for a factor."""
+        return "s" if self.path is None else self.path.unit
+
+    def has_quantity(self, *quantities: Quantity) -> bool:
+        """Return whether it is one of some kinds of quantities."""
+        return self.path is not None and self.path.quantity in quantities
 
     def spread(self, quantile: float) -> float:
         """Value of a start of the fit for a number from 0 to 1."""
@@ -78,6 +102,16 @@ _SHIFTS = (Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY)
 
 _SHIFT, _MEASURED_SHIFT = 10.0, 2.0
 """Typical changes of offsets and start angles, and of start angles that are measured [deg]."""
+
+
+def unknown_release(time: float, interval: float) -> Unknown:
+    """Return the time of the release as an unknown [s].
+
+    Args:
+        time: estimate of it, from the first sample.
+        interval: of the samples.
+    """
+    return Unknown(None, time, -inf, 2.0 * interval, None, is_start=True)
 
 
 def make_unknown(path: ParameterPath, case: Case, start_angle: float | None = None) -> Unknown:
@@ -116,13 +150,19 @@ class Accuracy:
 class Comparison:
     """Differences of simulated and measured angles, as functions of the unknowns.
 
+    A motion from rest without loads and drives, which depends on the time since its release only,
+    is simulated from the time 0, whatever the epoch of the samples. Before the release the joints
+    are at their start angles.
+
     Attributes:
         case: figure and plan, before the unknowns change them.
         data: measured angles.
         unknowns: what is fitted.
+        origin: time from which that of the release counts [s].
         runs: number of runs so far.
         failed_runs: those of them that did not reach the last sample.
         failure: sentence about the first of these; "" without one.
+        best: least sum of squares so far, and its values; None before the first complete run.
     """
 
     def __init__(
@@ -131,53 +171,113 @@ class Comparison:
         data: MeasuredAngles,
         unknowns: Sequence[Unknown],
         watch: Callable[[], None] | None = None,
+        *,
+        release: float | None = None,
+        deadline: float = inf,
     ) -> None:
-        """Prepare the comparison; `watch` is called before each run."""
+        """Prepare the comparison.
+
+        Args:
+            case: figure and plan.
+            data: measured angles.
+            unknowns: what is fitted.
+            watch: called before each run.
+            release: time of it, unless it is an unknown [s]; None for the first sample.
+            deadline: `time.monotonic` after which no run starts [s].
+        """
+        first, last = float(data.times[0]), float(data.times[-1])
+        depends_on_time = bool(case.plan.drives or case.plan.loads)
+        self.origin = 0.0 if depends_on_time else first
+        self._release = (first if release is None else release) - self.origin
+        start = self._release if depends_on_time else 0.0
         plan = replace(
             case.plan,
-            start=float(data.times[0]),
-            stop=float(data.times[-1]),
+            start=start,
+            stop=start + last - self.origin - self._release,
             frame=_frame_interval(data.times),
         )
         self.case, self.data, self.unknowns = Case(case.figure, plan), data, tuple(unknowns)
         self.runs = self.failed_runs = 0
         self.failure = ""
-        self._watch, self._longest_run = watch, 0.0
+        self.best: tuple[float, Array] | None = None
+        self._watch, self._longest_run, self._deadline = watch, 0.0, deadline
 
     @property
     def lower_bounds(self) -> Array:
         """Smallest values of the unknowns, shape (p,)."""
         return np.array([one.lower for one in self.unknowns])
 
-    def case_at(self, values: Array, mass_factor: float = 1.0) -> Case:
-        """Return the case with values of the unknowns, and masses and inertias times a factor."""
+    def in_time_of_data(self, values: Array) -> Array:
+        """Return values of the unknowns, with the release in the time of the samples [s]."""
+        return values + np.array(
+            [self.origin if one.path is None else 0.0 for one in self.unknowns]
+        )
+
+    def release(self, values: Array) -> float:
+        """Time of the release at values of the unknowns, counted from the origin [s]."""
+        pairs = zip(self.unknowns, values, strict=True)
+        return next((float(value) for one, value in pairs if one.path is None), self._release)
+
+    def case_at(self, values: Array) -> Case:
+        """Return the case with values of the unknowns; its run lasts to the last sample."""
         assignments = [
-            (one.path, float(value)) for one, value in zip(self.unknowns, values, strict=True)
+            (one.path, float(value))
+            for one, value in zip(self.unknowns, values, strict=True)
+            if one.path is not None
         ]
         case = apply_values(self.case, assignments)
-        if mass_factor != 1.0:
-            case = replace(case, figure=_scale_masses(case.figure, mass_factor))
-        return case
+        if len(assignments) == len(self.unknowns):
+            return case
+        # Whole frames: a small change of the release leaves the frames where they are.
+        plan = case.plan
+        duration = float(self.data.times[-1]) - self.origin - self.release(values)
+        frames = max(1, ceil(duration / plan.frame - 1e-9))
+        return replace(case, plan=replace(plan, stop=plan.start + frames * plan.frame))
 
-    def residuals(self, values: Array, accuracy: Accuracy, mass_factor: float = 1.0) -> Array:
+    def residuals(
+        self,
+        values: Array,
+        accuracy: Accuracy,
+        change: Callable[[Case], Case] | None = None,
+    ) -> Array:
         """Simulated less measured angles, shape (n * k,) [rad].
 
         Samples that a failed run does not reach differ by `FAILED_RUN_ERROR`.
-        """
-        return self._run(values, accuracy, mass_factor)[0]
 
-    def _run(
-        self, values: Array, accuracy: Accuracy, mass_factor: float = 1.0
+        Args:
+            values: of the unknowns.
+            accuracy: of the run.
+            change: of the case at the values; None for none.
+
+        Raises WallLimitReachedError.
+        """
+        return self.run(values, accuracy, change)[0]
+
+    def run(
+        self,
+        values: Array,
+        accuracy: Accuracy,
+        change: Callable[[Case], Case] | None = None,
     ) -> tuple[Array, bool]:
-        """Residuals, and whether the run reached all samples."""
-        differences, failure = self._differences(values, accuracy, mass_factor)
+        """Return what `residuals` does, and whether the run reached all samples."""
+        self._require_time()
+        differences, failure = self._differences(values, accuracy, change)
         if failure is not None:
+            self._require_time()  # a run that the limit has cut has not failed
             self.failed_runs += 1
             self.failure = self.failure or failure
+        elif change is None:
+            squares = float(np.sum(differences**2))
+            if self.best is None or squares < self.best[0]:
+                self.best = squares, values.copy()
         return differences, failure is None
 
+    def _require_time(self) -> None:
+        if time.monotonic() >= self._deadline:
+            raise WallLimitReachedError("the wall-time limit was reached")
+
     def _differences(
-        self, values: Array, accuracy: Accuracy, mass_factor: float
+        self, values: Array, accuracy: Accuracy, change: Callable[[Case], Case] | None
     ) -> tuple[Array, str | None]:
         """Residuals, and the sentence about a failed run."""
         from scipy.interpolate import CubicHermiteSpline
@@ -188,8 +288,14 @@ class Comparison:
             self._watch()
         self.runs += 1
         differences = np.full(self.data.angles.shape, FAILED_RUN_ERROR)
+        start, release = self.case.plan.start, self.release(values)
+        times = np.maximum(start, self.data.times - self.origin - release + start)
+        span = float(self.data.times[-1] - self.data.times[0])
+        if not start < times[-1] <= start + 2.0 * span:
+            return differences.ravel(), f"a release at {release + self.origin:g} s is too far away"
         try:
-            case = self.case_at(values, mass_factor)
+            case = self.case_at(values)
+            case = case if change is None else change(case)
             plan = replace(
                 case.plan,
                 tolerance=accuracy.tolerance,
@@ -199,7 +305,6 @@ class Comparison:
             recording = simulate(case.figure, plan, record={RecordingPart.VELOCITIES})
         except MoverError as failure:
             return differences.ravel(), str(failure)
-        times = self.data.times
         reached = times <= recording.times[-1] + 1e-9
         if len(recording.times) > 1:
             for k, (joint, coordinate) in enumerate(self.data.columns):
@@ -219,7 +324,8 @@ class Comparison:
     @property
     def _wall_limit(self) -> float:
         """Limit of the computing time of the next run [s]."""
-        return max(MIN_WALL_LIMIT, WALL_LIMIT_FACTOR * self._longest_run)
+        left = max(self._deadline - time.monotonic(), 1e-3)
+        return min(left, max(MIN_WALL_LIMIT, WALL_LIMIT_FACTOR * self._longest_run))
 
     def jacobian(
         self,
@@ -250,7 +356,7 @@ class Comparison:
                 moved[j] += sign * step
                 if moved[j] < unknown.lower or (len(sides) == 1 and at_values is not None):
                     continue
-                differences, is_complete = self._run(moved, accuracy)
+                differences, is_complete = self.run(moved, accuracy)
                 if is_complete:
                     sides.append((sign * float(step), differences))
             if len(sides) == 1:
@@ -259,7 +365,7 @@ class Comparison:
                     middle = self.residuals(values, accuracy)
                 sides.append((0.0, middle))
             if not sides:
-                raise FailedRunError(f"the runs beside {unknown.path} = {values[j]:.4g} fail")
+                raise FailedRunError(f"the runs beside {unknown.name} = {values[j]:.4g} fail")
             (far, there), (near, here) = sides
             columns.append((there - here) / (far - near))
         return np.stack(columns, axis=1)
@@ -267,7 +373,8 @@ class Comparison:
     def mass_derivative(self, values: Array, accuracy: Accuracy) -> Array:
         """Derivative of the residuals by a common factor of all masses, shape (n * k,) [rad]."""
         above, below = (
-            self.residuals(values, accuracy, 1.0 + sign * _MASS_STEP) for sign in (1.0, -1.0)
+            self.residuals(values, accuracy, partial(_scale_masses, factor=1.0 + sign * _MASS_STEP))
+            for sign in (1.0, -1.0)
         )
         return (above - below) / (2.0 * _MASS_STEP)
 
@@ -294,8 +401,8 @@ def _frame_interval(times: Array) -> float:
     return min(interval, float(times[-1] - times[0]))
 
 
-def _scale_masses(figure: Figure, factor: float) -> Figure:
-    """Return the figure with all masses and inertias times a factor."""
+def _scale_masses(case: Case, factor: float) -> Case:
+    """Return the case with all masses and inertias times a factor."""
     segments = {
         name: segment
         if segment.mass is None or segment.has_ground_mass
@@ -310,6 +417,6 @@ def _scale_masses(figure: Figure, factor: float) -> Figure:
                 factor * segment.inertia[2],
             ),
         )
-        for name, segment in figure.segments.items()
+        for name, segment in case.figure.segments.items()
     }
-    return replace(figure, segments=segments)
+    return replace(case, figure=replace(case.figure, segments=segments))

@@ -6,8 +6,11 @@ from math import degrees, sqrt
 
 import numpy as np
 
+from generator.identification.comparison import RELEASE
 from generator.identification.fit import MAX_BIAS, Estimate, Fit
+from generator.identification.law_tails import TORQUE_CHANGE, LawTail
 from generator.identification.residual_tests import SIGNIFICANCE
+from generator.rotations import Array
 
 MAX_UNEXPLAINED = 0.5
 """Rms of the residuals over that of the measured angles about their mean, above which a fit
@@ -18,6 +21,9 @@ MAX_CORRELATION = 0.95
 
 MAX_FRICTION_CORRELATION = 0.8
 """The same of viscous damping and Coulomb friction of a joint."""
+
+MAX_TAIL_CHANGE = 1.0
+"""Change of an estimate with the torque of a tail above which it is named [sd]."""
 
 GIVEN_MASSES = (
     "These estimates hold given the masses of the figure: a free swing shows only the ratios of\n"
@@ -39,6 +45,7 @@ def fit_doubts(fit: Fit) -> tuple[str, ...]:
         *_correlation_doubts(fit),
         *_bound_doubts(fit),
         *_start_doubts(fit),
+        *_tail_doubts(fit),
     )
 
 
@@ -65,8 +72,7 @@ def _residual_doubts(fit: Fit) -> Iterator[str]:
             effect, alike = "the intervals are wrong", "not independent"
         yield (
             f"successive residuals are {alike} (autocorrelation {tests.lag_one:.2f}): {effect}; "
-            "a law is wrong, the release is not at the first sample (--start), or the noise is "
-            "not white"
+            "a law is wrong, the release is not from rest, or the noise is not white"
         )
     if tests.misfit is None or fit.options.sd is None:
         return
@@ -102,8 +108,9 @@ def _bias_doubts(fit: Fit) -> Iterator[str]:
 
 
 def _correlation_doubts(fit: Fit) -> Iterator[str]:
+    correlations = _correlations_with_known_release(fit)
     for j, k in combinations(range(len(fit.estimates)), 2):
-        one, other, value = fit.estimates[j], fit.estimates[k], float(fit.correlations[j, k])
+        one, other, value = fit.estimates[j], fit.estimates[k], float(correlations[j, k])
         if one.is_start or other.is_start:
             continue
         pair = f"{one.path} and {other.path}"
@@ -114,6 +121,22 @@ def _correlation_doubts(fit: Fit) -> Iterator[str]:
             )
         elif abs(value) > MAX_CORRELATION:
             yield f"{pair} are hardly separated (correlation {value:.3f}): leave out one of them"
+
+
+def _correlations_with_known_release(fit: Fit) -> Array:
+    """Correlations of the estimates, for a known release, shape (p, p).
+
+    A release that is estimated correlates all others, which widens their intervals but confounds
+    none of them with another.
+    """
+    names = [one.path for one in fit.estimates]
+    if RELEASE not in names:
+        return fit.correlations
+    with_release = np.where(
+        [name == RELEASE for name in names], 0.0, fit.correlations[names.index(RELEASE)]
+    )
+    left = np.sqrt(1.0 - with_release**2)
+    return (fit.correlations - np.outer(with_release, with_release)) / np.outer(left, left)
 
 
 def _is_damping_and_friction(one: Estimate, other: Estimate) -> bool:
@@ -138,3 +161,32 @@ def _start_doubts(fit: Fit) -> Iterator[str]:
             f"{best} of {len(fit.starts)} starts found the least sum of squares (rms "
             f"{', '.join(found)} deg): more may find a lower one, with --starts"
         )
+
+
+def _tail_doubts(fit: Fit) -> Iterator[str]:
+    """Doubts about estimates that follow the law where only one swing came."""
+    for tail in fit.tails:
+        ratios = {
+            one.path: abs(change) / one.sd
+            for one, change in zip(fit.estimates, tail.changes, strict=True)
+            if not one.is_start and one.sd > 0.0
+        }
+        moved = [path for path, ratio in ratios.items() if ratio > MAX_TAIL_CHANGE]
+        if not moved:
+            continue
+        worst = max(ratios, key=lambda path: ratios[path])
+        verb = "rests" if len(moved) == 1 else "rest"
+        yield (
+            f"{', '.join(moved)} {verb} on the law of {tail.joint} {_describe_tail(tail)}: "
+            f"{100.0 * TORQUE_CHANGE:.0f} % of the torque at its end moves {worst} by "
+            f"{ratios[worst]:.2g} sd"
+        )
+
+
+def _describe_tail(tail: LawTail) -> str:
+    low, high = sorted((degrees(tail.inner), degrees(tail.end)))
+    words = f"between {low + 0.0:.0f} and {high + 0.0:.0f} deg, where"
+    if tail.known is None or not tail.is_extrapolated:
+        return f"{words} the swing passed once"
+    first, last = (degrees(end) + 0.0 for end in tail.known)
+    return f"{words} it is extrapolated (known from {first:.0f} to {last:.0f} deg)"

@@ -1,14 +1,15 @@
 """Springs, and other quantities of a figure, fitted to measured joint angles.
 
 The sum of squared differences of simulated and measured angles is minimised from several starts
-(`scipy.optimize.least_squares`). The start angle of each measured joint is estimated beside the
-quantities asked for: the first sample has noise like all others, and a motion that starts there
-would turn its error into errors of the springs.
+(`scipy.optimize.least_squares`). The time of the release and the start angle of each measured joint
+are estimated beside the quantities asked for: a release that is wrong by one sample, or the noise
+of the first angle, would become errors of the springs.
 """
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, inf
+from functools import partial
+from math import degrees, inf, isfinite
 
 import numpy as np
 
@@ -18,9 +19,13 @@ from generator.identification.comparison import (
     Comparison,
     FailedRunError,
     Unknown,
+    WallLimitReachedError,
     make_unknown,
+    unknown_release,
 )
+from generator.identification.law_tails import LawTail, change_tail, find_tails
 from generator.identification.measured_angles import MeasuredAngles
+from generator.identification.release import Release, find_release
 from generator.identification.residual_tests import ResidualTests, check_residuals
 from generator.identification.uncertainty import (
     MAX_CONDITION,
@@ -65,6 +70,9 @@ _SAME_MINIMUM = 1e-3
 
 _MASSES = (Quantity.MASS, Quantity.MASS_SCALE, Quantity.INERTIA_SCALE)
 
+HELD_TIME = 0.2
+"""Time before the release of which samples are used [s]: a hand does not hold still for long."""
+
 _NO_RESPONSE = 1e-7
 """Change of the angles over the typical change of a quantity that counts as none [rad]."""
 
@@ -84,6 +92,8 @@ class FitOptions:
         profiles: whether profiles are computed.
         known_starts: joints whose start angles in the plan are exact; None for those that the
             plan sets. Those of other measured joints are estimated.
+        release: time of the release, if it is known [s]; None estimates it for a motion from rest
+            without loads and drives. Earlier samples are left out.
     """
 
     sd: float | None = None
@@ -93,11 +103,14 @@ class FitOptions:
     step: float | None = None
     profiles: bool = True
     known_starts: tuple[str, ...] | None = None
+    release: float | None = None
 
     def __post_init__(self) -> None:
         """Check the values. Raises UsageError."""
         if self.starts < 1:
             raise UsageError(f"a fit needs one start or more, not {self.starts}")
+        if self.release is not None and not isfinite(self.release):
+            raise UsageError(f"the release of a fit must be finite, not {self.release:g}")
         for name, value in (("sd", self.sd), ("tolerance", self.tolerance), ("step", self.step)):
             if value is not None and not 0.0 < value < inf:
                 raise UsageError(f"the {name} of a fit must be positive, not {value:g}")
@@ -121,7 +134,8 @@ class Estimate:
             fitted.
         bias: change of the estimate with more accurate runs [sd].
         at_bound: whether the estimate is at the smallest value of the quantity.
-        is_start: whether it is the start angle of a measured joint, estimated beside the others.
+        is_start: whether it is the release, or the start angle of a measured joint, which are
+            estimated beside the others.
     """
 
     path: str
@@ -159,9 +173,11 @@ class Fit:
     """Result of a fit.
 
     Attributes:
-        case: figure and plan with the estimates.
+        case: figure and plan with the estimates. The time of the plan begins at the release, but
+            with loads or drives it is that of the samples.
         nominal: the same before the fit.
-        data: measured angles.
+        data: measured angles that were used.
+        release: time of the release [s].
         simulated: angles of the fit at their times, shape (n, k) [rad].
         estimates: of the quantities asked for, then of start angles.
         correlations: of the estimates, shape (p, p).
@@ -173,11 +189,14 @@ class Fit:
         starts: results of all starts.
         runs: number of runs.
         failed_runs: those of them that failed.
+        tails: of the elastic laws of measured joints, with the changes of the estimates.
+        unfinished: sentence about the profiles that the wall-time limit left out; "" for none.
     """
 
     case: Case
     nominal: Case
     data: MeasuredAngles
+    release: float
     simulated: Array
     estimates: tuple[Estimate, ...]
     correlations: Array
@@ -189,6 +208,8 @@ class Fit:
     starts: tuple[StartResult, ...]
     runs: int
     failed_runs: int
+    tails: tuple[LawTail, ...] = ()
+    unfinished: str = ""
 
     @property
     def residuals(self) -> Array:
@@ -205,6 +226,24 @@ class Fit:
         """Estimates by path."""
         return {one.path: one.value for one in self.estimates}
 
+    def change_by_tail(self, path: str) -> float | None:
+        """Largest change of an estimate by a tail, in its unit; None without tails."""
+        place = [one.path for one in self.estimates].index(path)
+        return max((abs(tail.changes[place]) for tail in self.tails), default=None)
+
+
+class UnfinishedFitError(MoverError):
+    """The wall-time limit was reached before the estimates had their uncertainty.
+
+    Attributes:
+        values: best values so far by path, without uncertainty.
+    """
+
+    def __init__(self, message: str, values: Mapping[str, float]) -> None:
+        """Keep the values beside the sentence."""
+        super().__init__(message)
+        self.values = dict(values)
+
 
 def fit_springs(
     case: Case,
@@ -212,11 +251,15 @@ def fit_springs(
     paths: Sequence[ParameterPath | str],
     options: FitOptions | None = None,
     watch: Callable[[], None] | None = None,
+    *,
+    deadline: float = inf,
 ) -> Fit:
     """Fit quantities of a case to measured joint angles.
 
-    The run starts at the first sample, at rest unless the plan has other rates. The start angles of
-    the measured joints are estimated, unless the plan sets them or a path names them.
+    The joints are held until the release, and move from rest unless the plan has other rates. The
+    time of the release is estimated unless the options state it; with loads, drives or rates it is
+    the first sample. The start angles of the measured joints are estimated, unless the plan sets
+    them or a path names them.
 
     Args:
         case: figure and plan; start, stop and frames of the plan are those of the data.
@@ -224,10 +267,12 @@ def fit_springs(
         paths: of the quantities, such as "springs.knee.scale".
         options: of the fit.
         watch: called before each run.
+        deadline: `time.monotonic` after which no run starts [s]. Profiles may be missing then.
 
     Raises:
         UsageError: the data have too few samples.
         ModelError: the data do not determine the quantities; the message names the combination.
+        UnfinishedFitError: the deadline came before the uncertainty was known.
         MoverError: all runs fail.
     """
     options = options or FitOptions()
@@ -236,17 +281,67 @@ def fit_springs(
     case = replace(case, plan=replace(case.plan, springs=resolve_springs(case.figure, case.plan)))
     wanted = [parse_path(path, case) if isinstance(path, str) else path for path in paths]
     unknowns = [make_unknown(path, case) for path in wanted]
-    unknowns += start_angles(case, data, wanted, known)
     if not paths:
         raise UsageError("nothing to fit: name a quantity with --fit")
     if len({str(path) for path in wanted}) < len(wanted):
         raise UsageError("a quantity is fitted twice")
+    release, is_fitted = options.release, False
+    if release is not None:
+        data = data.between(release)
+    found, first = Release(0.0, data.angles[0]), float(data.times[0])
+    if release is None and _starts_from_rest(case, wanted):
+        found, is_fitted = find_release(data.times, data.angles), True
+        data = data.between(first + found.time - HELD_TIME)
+    unknowns += start_angles(case, data, wanted, known, found.angles)
+    if is_fitted:
+        interval = float(np.median(np.diff(data.times)))
+        unknowns.append(unknown_release(found.time - (float(data.times[0]) - first), interval))
     if data.angles.size <= len(unknowns):
         raise UsageError(
             f"{format_count(data.angles.size, 'angle')} cannot determine "
             f"{format_count(len(unknowns), 'unknown')}: measure more samples"
         )
-    comparison = Comparison(case, data, unknowns, watch)
+    comparison = Comparison(case, data, unknowns, watch, release=release, deadline=deadline)
+    try:
+        return _fit(comparison, options)
+    except WallLimitReachedError as failure:
+        raise _unfinished_fit(comparison, str(failure)) from None
+
+
+def _starts_from_rest(case: Case, paths: Sequence[ParameterPath]) -> bool:
+    """Return whether the motion begins at rest, and depends on the time since then only."""
+    plan = case.plan
+    has_rates = any(any(rates) for rates in plan.velocities.values()) or any(
+        path.quantity is Quantity.VELOCITY for path in paths
+    )
+    return not (plan.drives or plan.loads or has_rates)
+
+
+def _unfinished_fit(comparison: Comparison, reason: str) -> UnfinishedFitError:
+    """Return the error of a fit that the deadline ended, with what is known so far."""
+    if comparison.best is None:
+        words = "before a run had reached the last sample: nothing is known yet"
+        return UnfinishedFitError(f"{reason} {words}", {})
+    after = f"{reason} after {format_count(comparison.runs, 'run')}"
+    squares, values = comparison.best
+    named = {
+        unknown.name: float(value)
+        for unknown, value in zip(
+            comparison.unknowns, comparison.in_time_of_data(values), strict=True
+        )
+    }
+    rms = degrees(float(np.sqrt(squares / comparison.data.angles.size)))
+    shown = ", ".join(f"{name} {value:.10g}" for name, value in named.items())
+    return UnfinishedFitError(
+        f"{after}, before any uncertainty was known; the best values so far, with an rms residual "
+        f"of {rms:.3g} deg: {shown}",
+        named,
+    )
+
+
+def _fit(comparison: Comparison, options: FitOptions) -> Fit:
+    """Fit, and return the result. Raises as `fit_springs` does, and WallLimitReachedError."""
+    data, unknowns = comparison.data, comparison.unknowns
     accuracy = Accuracy(options.tolerance or FIRST_TOLERANCE, options.step)
     values, starts = _search(comparison, accuracy, options)
     while True:
@@ -260,14 +355,19 @@ def fit_springs(
         if is_fixed or np.max(np.abs(bias)) <= MAX_BIAS or finer < SMALLEST_TOLERANCE:
             break
         accuracy = replace(accuracy, tolerance=finer)
+    tails = _tails(comparison, accuracy, values, residuals, jacobian)
     estimates = _estimates(
         comparison, accuracy, options, values, residuals, jacobian, uncertainty, noise_sd, bias
+    )
+    estimates, unfinished = _with_profiles(
+        comparison, accuracy, options, values, jacobian, noise_sd, estimates
     )
     shape = data.angles.shape
     return Fit(
         case=comparison.case_at(values),
         nominal=comparison.case,
         data=data,
+        release=comparison.release(values) + comparison.origin,
         simulated=residuals.reshape(shape) + data.angles,
         estimates=estimates,
         correlations=uncertainty.correlations,
@@ -279,13 +379,27 @@ def fit_springs(
         starts=starts,
         runs=comparison.runs,
         failed_runs=comparison.failed_runs,
+        tails=tails,
+        unfinished=unfinished,
     )
 
 
 def start_angles(
-    case: Case, data: MeasuredAngles, paths: Sequence[ParameterPath], known: Container[str]
+    case: Case,
+    data: MeasuredAngles,
+    paths: Sequence[ParameterPath],
+    known: Container[str],
+    angles: Array,
 ) -> list[Unknown]:
-    """Return the start angles of measured joints, without known ones and those of the paths."""
+    """Return the start angles of measured joints, without known ones and those of the paths.
+
+    Args:
+        case: figure and plan.
+        data: measured angles, of k columns.
+        paths: of the quantities that are fitted.
+        known: joints whose start angles are exact.
+        angles: from which the fit starts, shape (k,) [rad].
+    """
     named = {str(path) for path in paths}
     found: list[Unknown] = []
     for k, (joint, coordinate) in enumerate(data.columns):
@@ -294,7 +408,7 @@ def start_angles(
         if joint in known or {text, f"pose.{joint}.{coordinate + 1}"} & named:
             continue
         path = parse_path(text, case)
-        found.append(make_unknown(path, case, degrees(float(data.angles[0, k]))))
+        found.append(make_unknown(path, case, degrees(float(angles[k]))))
     return found
 
 
@@ -331,7 +445,7 @@ def _search(
     count = comparison.data.angles.size
     results = tuple(
         StartResult(
-            tuple(float(value) for value in point),
+            tuple(comparison.in_time_of_data(point).tolist()),
             None if end is None else float(np.sqrt(end[0] / count)),
             end is not None and end[0] <= least * (1.0 + _SAME_MINIMUM),
         )
@@ -426,8 +540,8 @@ def _require_response(comparison: Comparison, jacobian: Array) -> None:
     for unknown, change in zip(comparison.unknowns, response, strict=True):
         if not change > _NO_RESPONSE:
             raise ModelError(
-                f"{unknown.path} does not change the measured angles of {comparison.data.name}: "
-                "leave it out"
+                f"{unknown.name} does not change the measured angles of {comparison.data.name}: "
+                + ("leave it out" if unknown.path else "state its time with --start")
             )
 
 
@@ -454,13 +568,13 @@ def _describe_null_direction(
     masses: list[str] = []
     for k in np.flatnonzero(np.abs(relative) > 0.05):
         unknown = comparison.unknowns[int(k)]
-        names.append(str(unknown.path))
+        names.append(unknown.name)
         if abs(values[k]) >= scales[k]:
             changes.append(f"{10.0 * relative[k] * np.sign(values[k]):+.2g} %")
         else:
-            changes.append(f"{0.1 * relative[k] * scales[k]:+.2g} {unknown.path.unit}".rstrip())
-        if unknown.path.quantity in _MASSES:
-            masses.append(str(unknown.path))
+            changes.append(f"{0.1 * relative[k] * scales[k]:+.2g} {unknown.unit}".rstrip())
+        if unknown.has_quantity(*_MASSES):
+            masses.append(unknown.name)
     hint = (
         f"measure the mass and leave out {masses[0]}"
         if masses
@@ -492,6 +606,25 @@ def _bias(
     return gauss_newton_move(jacobian, finer - residuals)
 
 
+def _tails(
+    comparison: Comparison,
+    accuracy: Accuracy,
+    values: Array,
+    residuals: Array,
+    jacobian: Array,
+) -> tuple[LawTail, ...]:
+    """Return the tails of the laws, with the changes of the estimates: one Gauss-Newton step."""
+    data = comparison.data
+    simulated = residuals.reshape(data.angles.shape) + data.angles
+    tails: list[LawTail] = []
+    for tail in find_tails(comparison.case_at(values), data.columns, simulated):
+        changed, is_complete = comparison.run(values, accuracy, partial(change_tail, tail=tail))
+        if is_complete:
+            moves = gauss_newton_move(jacobian, changed - residuals)
+            tails.append(replace(tail, changes=tuple(moves.tolist())))
+    return tuple(tails)
+
+
 def _estimates(
     comparison: Comparison,
     accuracy: Accuracy,
@@ -503,20 +636,62 @@ def _estimates(
     noise_sd: float,
     bias: Array,
 ) -> tuple[Estimate, ...]:
-    """Return the estimates with their uncertainty."""
-    from scipy.stats import norm, t
-
+    """Return the estimates with their uncertainty, without profiles."""
     sd = noise_sd * uncertainty.sd
-    freedom = residuals.size - len(values)
-    level = 0.5 * (1.0 + CONFIDENCE)
-    quantile = float(t.ppf(level, freedom) if options.sd is None else norm.ppf(level))
+    quantile = _quantile(options, residuals.size - len(values))
     mass_slopes = None
-    if not any(one.path.quantity in _MASSES for one in comparison.unknowns):
+    if not any(one.has_quantity(*_MASSES) for one in comparison.unknowns):
         mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
+    reported = comparison.in_time_of_data(values)
     estimates: list[Estimate] = []
     for k, unknown in enumerate(comparison.unknowns):
-        profile = None
-        if options.profiles and not unknown.is_start and sd[k] > 0.0:
+        value, deviation = float(reported[k]), float(sd[k])
+        estimates.append(
+            Estimate(
+                path=unknown.name,
+                unit=unknown.unit,
+                value=value,
+                sd=deviation,
+                interval=(value - quantile * deviation, value + quantile * deviation),
+                profile=None,
+                profile_interval=None,
+                mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
+                bias=float(bias[k]),
+                at_bound=float(values[k]) - unknown.lower < 0.05 * deviation,
+                is_start=unknown.is_start,
+            )
+        )
+    return tuple(estimates)
+
+
+def _quantile(options: FitOptions, freedom: int) -> float:
+    """Half width of the intervals [sd]."""
+    from scipy.stats import norm, t
+
+    level = 0.5 * (1.0 + CONFIDENCE)
+    return float(t.ppf(level, freedom) if options.sd is None else norm.ppf(level))
+
+
+def _with_profiles(
+    comparison: Comparison,
+    accuracy: Accuracy,
+    options: FitOptions,
+    values: Array,
+    jacobian: Array,
+    noise_sd: float,
+    estimates: tuple[Estimate, ...],
+) -> tuple[tuple[Estimate, ...], str]:
+    """Return the estimates with profiles, and a sentence about those that the deadline left out."""
+    quantile = _quantile(options, comparison.data.angles.size - len(values))
+    sd = np.array([one.sd for one in estimates])
+    wanted = [
+        k
+        for k, one in enumerate(estimates)
+        if options.profiles and not one.is_start and one.sd > 0.0
+    ]
+    made = list(estimates)
+    for done, k in enumerate(wanted):
+        try:
             profile = compute_profile(
                 k,
                 values,
@@ -527,30 +702,20 @@ def _estimates(
                 jacobian,
                 lambda moved: comparison.residuals(moved, accuracy),
             )
-        value, deviation = float(values[k]), float(sd[k])
-        estimates.append(
-            Estimate(
-                path=str(unknown.path),
-                unit=unknown.path.unit,
-                value=value,
-                sd=deviation,
-                interval=(value - quantile * deviation, value + quantile * deviation),
-                profile=profile,
-                profile_interval=_profile_interval(profile, quantile, unknown.lower),
-                mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
-                bias=float(bias[k]),
-                at_bound=value - unknown.lower < 0.05 * deviation,
-                is_start=unknown.is_start,
+        except WallLimitReachedError as failure:
+            missing = _listed([estimates[j].path for j in wanted[done:]])
+            return tuple(made), (
+                f"{failure} after {format_count(comparison.runs, 'run')}: estimates and standard "
+                f"deviations are complete, the profiles of {missing} are missing"
             )
-        )
-    return tuple(estimates)
+        interval = _profile_interval(profile, quantile, comparison.unknowns[k].lower)
+        made[k] = replace(made[k], profile=profile, profile_interval=interval)
+    return tuple(made), ""
 
 
 def _profile_interval(
-    profile: Profile | None, quantile: float, lower: float
-) -> tuple[float | None, float | None] | None:
+    profile: Profile, quantile: float, lower: float
+) -> tuple[float | None, float | None]:
     """Interval of a profile; the end of a profile that reaches the smallest value is that value."""
-    if profile is None:
-        return None
     low, high = profile.interval(quantile)
     return lower if low is None and float(profile.values[0]) <= lower else low, high

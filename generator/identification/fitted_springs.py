@@ -8,6 +8,7 @@ import numpy as np
 
 from generator.diagnostics import ModelError, UsageError, shorten
 from generator.identification.fit import Estimate, Fit
+from generator.identification.measured_angles import format_time
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.edit import check_target, springs_and_text
 from springs import AxisSpring, SpringSet
@@ -50,9 +51,10 @@ def describe_fit(fit: Fit) -> str:
     data, noise = fit.data, degrees(fit.noise_sd)
     count = data.angles.size
     masses = "" if fit.has_fitted_masses else ", given the masses of the figure"
+    first, last = map(format_time, data.times[[0, -1]])
     return (
-        f"Fitted by mover identify to {count} angles of {data.name}, {data.times[0]:g} to "
-        f"{data.times[-1]:g} s{masses}: {values}; noise {noise:.3g} deg."
+        f"Fitted by mover identify to {count} angles of {data.name}, {first} to {last} s{masses}: "
+        f"{values}; noise {noise:.3g} deg."
     )
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, ulp
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +39,7 @@ class MeasuredAngles:
             first, last = float(self.times[0]), float(self.times[-1])
             raise UsageError(
                 f"fewer than two samples of {self.name} are between the start and the stop; "
-                f"it goes from {first:g} s to {last:g} s"
+                f"it goes from {format_time(first)} s to {format_time(last)} s"
             )
         return replace(self, times=self.times[kept], angles=self.angles[kept])
 
@@ -58,6 +58,36 @@ _LARGEST_ANGLE = 360.0
 
 _TIME_ROUNDING = 1e-9
 """Time by which a sample may lie beyond the start or the stop [s]."""
+
+_MAX_ROUNDING = 0.1
+"""Resolution of times, as a share of the interval of the samples, above which it is doubted."""
+
+_MAX_DECIMALS = 9
+
+
+def format_time(time: float) -> str:
+    """Return a time [s] with microseconds, of any epoch: `0.02`, `1700000000.02`."""
+    return f"{round(time, 6) + 0.0:.6f}".rstrip("0").rstrip(".")
+
+
+def time_resolution(times: Array) -> float | None:
+    """Resolution of times that have lost digits [s]; None for times that are exact.
+
+    They have if the last decimal of all is more than a tenth of their interval, and the intervals
+    differ by one or two of it: 30 samples a second with two decimals are 0.03 or 0.04 s apart.
+    """
+    intervals = np.diff(times)
+    median = float(np.median(intervals))
+    rounding = ulp(float(np.abs(times).max()))
+    if rounding > _MAX_ROUNDING * median:
+        return rounding
+    for decimals in range(_MAX_DECIMALS):
+        step = 10.0**-decimals
+        if np.all(np.abs(times - np.round(times, decimals)) <= max(2.0 * rounding, 1e-12)):
+            spread = float(np.ptp(intervals))
+            is_rounded = step > _MAX_ROUNDING * median and 0.5 * step < spread < 2.5 * step
+            return step if is_rounded else None
+    return None
 
 
 def read_measured_angles(
@@ -88,5 +118,15 @@ def read_measured_angles(
         if largest > _LARGEST_ANGLE:
             words = f"{path}: an angle of `{joint}` is {largest:.0f} deg: is its unit right?"
             kept.append(warning(words))
+    resolution = time_resolution(times)
+    if resolution is not None:
+        kept.append(
+            warning(
+                f"{path}: the times are rounded to {resolution:.2g} s, though the samples are "
+                f"{float(np.median(np.diff(times))):.2g} s apart: the angles seem to move by that "
+                "much earlier or later",
+                hint="write the times with more decimals, counted from the first sample",
+            )
+        )
     data = MeasuredAngles(Path(path).name, times, tuple(columns), np.column_stack(angles))
     return data, tuple(kept)

@@ -2,9 +2,10 @@
 
 A simulated swing has rates; a measured one has angles with noise, which are smoothed first
 (`smooth_swing`): at each sample by the cubic that fits the samples within a tenth of a second best
-(Savitzky & Golay, Anal. Chem. 36:1627-1639, 1964), and in the first such interval by a parabola
-whose vertex is the release. Angle and rate are those of the fit. A reversal counts as a turning
-point if the smoothed angle moves on both sides of it by more than noise could.
+(Savitzky & Golay, Anal. Chem. 36:1627-1639, 1964). Angle and rate are those of the fit. The angle
+of the release is the constant one before the swing begins, at a time that is found between samples.
+A reversal counts as a turning point if the smoothed angle moves on both sides of it by more than
+noise could.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,6 +16,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.identification.release import find_release
 from springs.backends import Array
 
 SMOOTHING_TIME = 0.2
@@ -35,8 +37,8 @@ _RINGING = 0.01
 _UNEVEN = 0.1
 """Largest deviation of a time from even spacing, as a share of the interval."""
 
-_EARLY_MOTION = 0.3
-"""Largest share of its rate after the smoothing time that a joint seems to have at first."""
+_EARLIEST_RELEASE = 0.3
+"""Largest time from the release to the first sample, as a share of the smoothing time."""
 
 _LEAST_RANGE = 1e-6
 """Range of the angles of a joint that moves [rad]."""
@@ -171,11 +173,13 @@ class MeasuredSwing:
         swing: smoothed.
         noise: standard deviation of the angles about the smoothed ones [rad], of white noise.
         smoothing_time: interval of the local fits [s].
+        smoothed: angles of the local fits, also before the release, shape (n,) [rad].
     """
 
     swing: Swing
     noise: float
     smoothing_time: float
+    smoothed: Array
 
     def uncertainties(
         self, quantities: Mapping[str, Callable[[Swing], float]], seed: int = 0
@@ -186,7 +190,7 @@ class MeasuredSwing:
         number that more than a tenth of these swings lack has the uncertainty nan.
         """
         rng = np.random.default_rng(seed)
-        times, angles = self.swing.times, self.swing.angles
+        times, angles = self.swing.times, self.smoothed
         drawn: dict[str, list[float]] = {name: [] for name in quantities}
         for _ in range(_RESAMPLES):
             noisy = angles + rng.normal(0.0, self.noise, len(angles))
@@ -213,8 +217,9 @@ def smooth_swing(
 ) -> MeasuredSwing:
     """Return the swing in measured angles.
 
-    The record begins while the joint is at rest: at the release, or before it. The local cubics
-    shorten a swing of the period T by less than 0.1 % where T is five times the smoothing time.
+    The record begins while the joint is at rest, or less than 0.06 s after its release. The local
+    cubics shorten a swing of the period T by less than 0.1 % where T is five times the smoothing
+    time.
 
     Args:
         times: shape (n,) [s], evenly spaced.
@@ -236,10 +241,15 @@ def smooth_swing(
     share = float(_fit_matrix(-half, width, _CUBIC)[0, half])
     residuals = (angles - smoothed)[half:-half]
     noise = sqrt(float(np.mean(residuals**2)) / (1.0 - share))
-    _require_rest(angles[:width], noise)
-    smoothed[: half + 1], rates[: half + 1] = _fit_release(angles[: half + 1], interval)
+    release = find_release(times, angles[:, None])
+    if release.time < -_EARLIEST_RELEASE * smoothing_time:
+        raise ValueError("the joint already moves in the first sample: record from before release")
+    resting = max(1, int(np.searchsorted(times - times[0], release.time)))
+    released = smoothed.copy()
+    released[:resting], rates[:resting] = release.angles[0], 0.0
     least_move = _NOISE_FACTOR * noise * sqrt(share) + _RINGING * float(np.ptp(angles))
-    return MeasuredSwing(Swing(times, smoothed, rates, least_move), noise, smoothing_time)
+    swing = Swing(times, released, rates, least_move)
+    return MeasuredSwing(swing, noise, smoothing_time, smoothed)
 
 
 def _half_window(times: Array, smoothing_time: float) -> int:
@@ -292,24 +302,3 @@ def _fit_cubics(angles: Array, half: int) -> tuple[Array, Array]:
     values = np.sum(fits[used] * place**powers, axis=1)
     slopes = np.sum(fits[used, 1:] * powers[1:] * place ** powers[:-1], axis=1)
     return values, slopes
-
-
-def _require_rest(angles: Array, noise: float) -> None:
-    """Raise ValueError for first samples that are not those of a joint that starts from rest.
-
-    The first rate of the parabola that fits them is compared with its last one and with its own
-    uncertainty.
-    """
-    matrix = _fit_matrix(0, len(angles), (0, 1, 2))
-    _, first, bend = (matrix @ angles).tolist()
-    last = first + 2.0 * bend * (len(angles) - 1)
-    uncertainty = noise * float(np.linalg.norm(matrix[1]))
-    if abs(first) > max(_EARLY_MOTION * abs(last), _NOISE_FACTOR * uncertainty):
-        raise ValueError("the joint already moves in the first sample: record from before release")
-
-
-def _fit_release(angles: Array, interval: float) -> tuple[Array, Array]:
-    """Angles and rates of the parabola from rest that fits the first samples."""
-    level, bend = (_fit_matrix(0, len(angles), (0, 2)) @ angles).tolist()
-    places = np.arange(len(angles))
-    return level + bend * places**2, 2.0 * bend * places / interval

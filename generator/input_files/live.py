@@ -45,6 +45,9 @@ MAX_FRAMES = 216_000
 MAX_LENGTH = 16_000_000
 """Most characters of a file."""
 
+MAX_LOG_LENGTH = 12_000_000
+"""Most characters of the changes of a live simulation: a file has room for its start too."""
+
 MAX_SIZE = 1e3
 """Largest coordinate [m], component of gravity [m/s2] and scale in a file."""
 
@@ -389,13 +392,18 @@ def write_live(log: LiveLog, comment: str = "") -> str:
     if log.sha256 is not None:
         lines.append(f"sha256 = {quote_toml(log.sha256)}")
     lines += [f"end_frame = {log.end_frame}", "", f"[{_START}]", *_start_lines(log.start)]
-    for logged in log.changes:
-        lines += ["", f"[[{_CHANGE}]]", f"frame = {logged.frame}", *_change_lines(logged.change)]
+    lines += map(format_change, log.changes)
     text = "\n".join([*lines, ""])
     errors = select_errors(LIVE_FILE.parse_text(text).diagnostics)
     if errors:
         raise ModelError(f"a {_FILE_KIND} cannot hold this simulation: {errors[0].message}")
     return text
+
+
+def format_change(logged: LoggedChange) -> str:
+    """Return the lines of a change in a live file, after an empty one."""
+    head = ("", f"[[{_CHANGE}]]", f"frame = {logged.frame}")
+    return "\n".join([*head, *_change_lines(logged.change)])
 
 
 def _start_lines(start: LiveStart) -> Iterator[str]:

@@ -1,17 +1,24 @@
 """The files of an exported model, with the meshes of its segments (`.stl`), and their losses."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from generator.diagnostics import Diagnostic, InputError, Parsed, Severity, error
 from generator.figure import Figure
+from generator.figure_file.read import FIGURE_SUFFIX, parse_figure
 from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
+from generator.geometry.psurf import parse_psurf
+from generator.geometry.read import PSURF_SUFFIX
 from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
 from generator.names import plain_names
+from generator.springs_file.parse import SPRINGS_SUFFIX, parse_springs
+from generator.springs_file.read import load_springs
 from generator.text_io import write_atomic
 
 
@@ -30,16 +37,67 @@ class ModelFiles:
     contents: Mapping[Path, str | bytes]
     losses: Losses
 
+    def check_readable(self) -> None:
+        """Check that this program reads its own kinds of files again: figure, springs, psurfs.
+
+        Raises InputError for a file that it would refuse.
+        """
+        figure: Figure | None = None
+        faults: list[Diagnostic] = []
+        for path, content in reversed(list(self.contents.items())):  # the figure is the last
+            if isinstance(content, bytes):
+                continue
+            has_figure = path == self.path.with_name(f"{self.path.stem}{SPRINGS_SUFFIX}")
+            parsed = _parse_again(path, content, figure if has_figure else None)
+            if parsed is None:
+                continue
+            if isinstance(parsed.value, Figure):
+                figure = parsed.value
+            if parsed.value is None:
+                faults.append(unreadable_file_error(path, parsed.diagnostics))
+        if faults:
+            raise InputError(faults)
+
     def write(self) -> Losses:
         """Write the files, each whole or not at all, and return the losses.
 
-        Raises OSError when a file cannot be written.
+        Raises:
+            InputError: this program would refuse to read one of the files; none is written.
+            OSError: a file cannot be written.
         """
+        self.check_readable()
         for path, content in self.contents.items():
             if path.parent != self.path.parent:
                 path.parent.mkdir(exist_ok=True)
             write_atomic(path, content)
         return self.losses
+
+
+def _parse_again(path: Path, text: str, figure: Figure | None) -> Parsed[Any] | None:
+    """Parse the text of a file of this program; None for a file of another one.
+
+    Args:
+        path: of the file.
+        text: of the file.
+        figure: to which springs are bound; None for springs that only extend others.
+    """
+    if path.suffix.lower() == FIGURE_SUFFIX:
+        return parse_figure(text)
+    if path.suffix == PSURF_SUFFIX:
+        return parse_psurf(text)
+    if path.name.endswith(SPRINGS_SUFFIX):
+        return (
+            parse_springs(text) if figure is None else load_springs(figure, choice=path, text=text)
+        )
+    return None
+
+
+def unreadable_file_error(path: Path, diagnostics: Iterable[Diagnostic]) -> Diagnostic:
+    """Return the error of a file that would be refused by its reader."""
+    first = next(each for each in diagnostics if each.severity is Severity.ERROR)
+    place = "" if first.span is None else f", in line {first.span.line}"
+    message = f"`{path}` is not written, because it could not be read again{place}: {first.message}"
+    return error(message, hint=first.hint)
 
 
 def geometry_folder(path: Path) -> Path:

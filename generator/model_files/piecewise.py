@@ -44,6 +44,10 @@ _DIGITS = 15
 _MIN_BREAKPOINT_DISTANCE = 1e-9
 """Closer breakpoints coincide [rad or m]."""
 
+_REACH = 1e6
+"""Largest displacement at which laws are followed [rad or m]. Some models write 1e16 for a joint
+without limits, where two numbers that differ by a turn are the same."""
+
 
 @dataclass(frozen=True)
 class BreakpointTerm:
@@ -96,7 +100,9 @@ def piecewise_cubic(laws: Sequence[Elastic]) -> PiecewiseCubic | None:
     It has none if a piece is not a cubic, if the sum jumps, or if no piece has a zero, as with a
     constant torque.
     """
-    corners = _distinct_breakpoints(sorted({corner for law in laws for corner in law.breakpoints}))
+    corners = _distinct_breakpoints(
+        sorted({x for law in laws for x in law.breakpoints if abs(x) <= _REACH})
+    )
     edges = [(corners or [0.0])[0] - _END_MARGIN, *corners, (corners or [0.0])[-1] + _END_MARGIN]
     pieces: list[_Piece] = []
     for low, high in pairwise(edges):
@@ -119,7 +125,7 @@ def fit_piecewise_cubic(laws: Sequence[Elastic], ends: Range) -> PiecewiseCubic 
     exact = piecewise_cubic(laws)
     if exact is not None:
         return exact
-    low, high = ends
+    low, high = max(ends[0], -_REACH), min(ends[1], _REACH)
     inner = [x for law in laws for x in law.breakpoints if low < x < high]
     edges = _distinct_breakpoints(sorted({low, *inner, high}))
     pieces: list[_Piece] = []

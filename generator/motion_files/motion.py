@@ -69,7 +69,7 @@ def header_from_recording(recording: Recording, figure: Figure) -> Header:
     times, path = recording.times, figure.path
     return Header(
         figure=_one_line(figure.name if path is None else path.name),
-        sha256=None if path is None else file_sha256(path),
+        sha256=figure.sha256 or (None if path is None else file_sha256(path)),
         start=float(times[0]),
         stop=float(times[-1]),
         frame_interval=first_frame_interval(times),

@@ -223,7 +223,7 @@ def estimate_measures(
         sex: of the sample.
         stature: [m].
         mass: [kg].
-        measured: dimensions by name [m], as `read_measures` returns them.
+        measured: dimensions by name [m], as `MEASURES_FILE.read` returns them.
 
     Raises:
         UsageError: for an impossible stature or mass, and for measured dimensions that are unknown,

@@ -18,6 +18,7 @@ from generator.diagnostics import ModelError, Source, format_count
 from generator.figure import Figure, Location, Site, SiteRef
 from generator.input_files.live import (
     MAX_FRAMES,
+    MAX_LOG_LENGTH,
     LiveChange,
     LiveLog,
     LiveStart,
@@ -29,6 +30,7 @@ from generator.input_files.live import (
     SetScales,
     SetSprings,
     StopMotion,
+    format_change,
 )
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.free_root import free_joints
@@ -124,6 +126,7 @@ class LiveRun:
         self._plan = plan_of_start(figure, start)
         self._stepper = Stepper(figure, self._plan, start.tolerance)
         self._log: list[LoggedChange] = []
+        self._log_length = 0
         self._frames: list[_Frame] = []
         self._displacements: dict[str, Array] = {}
         self._steps = 0
@@ -170,10 +173,16 @@ class LiveRun:
         """Make a change and log it.
 
         Raises:
-            MoverError: it cannot be made; everything stays as it is.
+            MoverError: it cannot be made, or the log is full; everything stays as it is.
         """
+        logged = LoggedChange(self.frame, change)
+        length = self._log_length + len(format_change(logged))
+        if length > MAX_LOG_LENGTH:
+            changes = format_count(len(self._log), "change")
+            raise ModelError(f"the log is full after {changes}: save it, and reset the simulation")
         self._make(change)
-        self._log.append(LoggedChange(self.frame, change))
+        self._log.append(logged)
+        self._log_length = length
 
     def _make(self, change: LiveChange) -> None:
         stepper = self._stepper

@@ -11,8 +11,7 @@ import pickle
 import re
 import time
 import warnings
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
@@ -25,7 +24,14 @@ from typing import Any, Protocol, cast
 from generator.child_processes import blocked_interrupt
 from generator.diagnostics import MoverError, NotInstalledError, UsageError, shorten
 from generator.study.study import Study
-from generator.study.worker_pool import FinishedRun, RunFunction, Task, died_run, perform_task
+from generator.study.worker_pool import (
+    FinishedRun,
+    RunFunction,
+    Task,
+    TaskQueue,
+    died_run,
+    perform_task,
+)
 from generator.text_io import os_error_reason
 
 LOCAL = "local"
@@ -255,7 +261,7 @@ class _Runs:
         self._seen_worker = time.monotonic()
 
     def make(
-        self, tasks: Iterable[Task], at_a_time: int | None = None
+        self, tasks: Sequence[Task], at_a_time: int | None = None
     ) -> Iterator[tuple[Task, FinishedRun | None]]:
         """Yield each task when it is finished, with None if its worker died.
 
@@ -265,7 +271,7 @@ class _Runs:
         """
         from distributed import KilledWorker, as_completed
 
-        waiting = deque(tasks)
+        waiting = TaskQueue(tasks)
         running: dict[str, tuple[Task, _Future]] = {}
         completed = cast(
             _Completed, as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
@@ -295,7 +301,7 @@ class _Runs:
                 raise self._explain(failure)
             if failure.task == self._study.key:
                 self._study = self._send_study()
-                waiting.append(task)
+                waiting.put_back([task])
             else:
                 yield task, None
 

@@ -10,9 +10,13 @@ from typing import Any, cast
 import numpy as np
 
 from generator.figure import Figure
-from generator.motion_files.motion import file_sha256
+from generator.geometry.read import with_surfaces
+from generator.geometry.surface import Indices, Surface
 from generator.rotations import Array
 from generator.study.study import Study
+
+_EXACT_INTEGERS = 2**53
+"""Size up to which every whole number is a float."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ def content_key(study: Study, points: Array, versions: Versions) -> str:
         raise ValueError("the plan of a study needs its springs")
     plan = replace(study.plan, springs=replace(springs, origin=""), spring_choice=None)
     counted = replace(study, name="", plan=plan, sensitivity=None)
-    return digest((counted, points, _psurf_digests(study.figure), versions))
+    return digest((counted, points, _surfaces(study.figure), versions))
 
 
 def digest(value: object) -> str:
@@ -69,13 +73,14 @@ def digest(value: object) -> str:
     return summary.hexdigest()
 
 
-def _psurf_digests(figure: Figure) -> dict[str, str | None]:
-    folder = None if figure.path is None else figure.path.parent
-    names = (segment.psurf for segment in figure.segments.values())
+def _surfaces(figure: Figure) -> Mapping[str, tuple[Array, Indices, Indices] | None]:
+    """Return vertices and faces of the psurfs, by name; None for one that cannot be read."""
+    found: dict[str, Surface | None] = {
+        name: parsed.value for name, parsed in with_surfaces(figure).surfaces.items()
+    }
     return {
-        name: None if folder is None else file_sha256(folder / name)
-        for name in names
-        if name is not None
+        name: None if surface is None else (surface.vertices, surface.corners, surface.starts)
+        for name, surface in found.items()
     }
 
 
@@ -98,6 +103,9 @@ def _add(value: object, update: Callable[[bytes], object]) -> None:
     elif isinstance(value, np.ndarray):
         array = cast("np.ndarray[Any, Any]", value)
         update(f"a{array.shape};".encode())
+        if array.dtype.kind in "fiu" and (np.abs(array) <= _EXACT_INTEGERS).all():
+            update((array.astype("<f8") + 0.0).tobytes())  # one form of zero
+            return
         for item in array.ravel().tolist():
             _add(item, update)
     elif isinstance(value, Mapping):

@@ -10,7 +10,6 @@ References:
     Morris, Technometrics 33 (1991) 161: trajectories.
 """
 
-from itertools import product
 from math import log, prod
 from typing import Any
 
@@ -54,8 +53,8 @@ def design_points(study: Study) -> Array:
         case DesignKind.LIST:
             return np.array(study.design.rows, dtype=float).reshape(-1, len(parameters))
         case DesignKind.GRID:
-            rows = product(*map(_grid_values, parameters))
-            return np.array(list(rows), dtype=float).reshape(-1, len(parameters))
+            columns = np.meshgrid(*map(_grid_values, parameters), indexing="ij")
+            return np.stack([column.ravel() for column in columns], axis=1).astype(float)
         case DesignKind.LATIN_HYPERCUBE | DesignKind.SOBOL | DesignKind.MORRIS:
             unit = unit_points(study)
             columns = [

@@ -5,27 +5,39 @@ program leaves all finished runs. The lock belongs to the open file, and the ope
 removes it with the process: a lock file that a killed program leaves locks nothing. Network file
 systems may not offer such locks (NFS before version 4 without its lock daemon, for example); a
 folder on one is then refused.
+
+A line is a JSON object, the last key of which is a checksum: the CRC-32 of the bytes before it. The
+lines of runs continue the checksum of the first line, so that none of another study is taken. The
+line of a run that has one already is marked as its repetition, and takes its place. Two lines of a
+run that differ without this mark are damage, and neither counts.
 """
 
 import errno
 import json
 import os
 import sys
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
 from typing import Any, cast
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
 
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.study.content_key import Versions
-from generator.study.study import RunResult
+from generator.study.run_results import RunResults
+from generator.study.study import OUTCOMES, RunResult
 from generator.study.worker_pool import FinishedRun
 from generator.text_io import open_regular_file, os_error_reason
 
 JOURNAL_NAME = "runs.jsonl"
 LOCK_NAME = ".lock"
+
+_CHECKSUM_KEY = b', "crc32": "'
 
 _LOCK_TAKEN = (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
 
@@ -42,20 +54,30 @@ class JournalHeader:
     study: str
     versions: Versions
 
+    @property
+    def checksum(self) -> int:
+        """Checksum that the lines of runs continue."""
+        return crc32(_format_line(_header_entry(self), 0))
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class JournalContent:
     """Content of a journal.
 
     Attributes:
-        header: None for an empty journal.
-        runs: by index; of several runs of one index the last.
-        damaged_lines: numbers of lines that cannot be read, from 1.
+        header: its first line; None for an empty journal, and where it does not begin as one. That
+            of this study, where the line is damaged and others show that they are of this study.
+        lines: number of sound lines of runs, of the study of the header.
+        results: of the runs of this study.
+        has_line: whether a run of this study has a sound line, shape (runs,).
+        damaged_lines: numbers of lines that cannot be used, from 1.
         size: of the complete lines [bytes].
     """
 
     header: JournalHeader | None
-    runs: Mapping[int, FinishedRun]
+    lines: int
+    results: RunResults
+    has_line: NDArray[np.bool_]
     damaged_lines: tuple[int, ...]
     size: int
 
@@ -103,57 +125,122 @@ else:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def read_journal(path: Path, measures: Mapping[str, object]) -> JournalContent:
-    """Read a journal; a file that is not there is empty.
+def read_journal(
+    path: Path, expected: JournalHeader, measures: Iterable[str], runs: int
+) -> JournalContent:
+    """Read a journal, line by line; a file that is not there is empty.
 
     A last line without its end, which a kill leaves, is not part of the journal.
 
     Args:
         path: of the journal.
-        measures: names of the measures, in their order.
+        expected: header of this study.
+        measures: names of its measures, in their order.
+        runs: number of its runs.
 
     Raises:
         InputError: the file cannot be read.
+        UsageError: it was written before lines had checksums.
     """
+    names, header = tuple(measures), None
+    results, has_line = RunResults(names, runs), np.zeros(runs, bool)
+    contradicted: dict[int, int] = {}  # line by run
+    damaged: list[int] = []
+    size = lines = 0
+    start = expected.checksum
+    for number, line in enumerate(_complete_lines(path), 1):
+        size += len(line)
+        try:
+            if number == 1:
+                header = _parse_header(line, path)
+                start = header.checksum
+                continue
+            entry = _checked_entry(line, start)
+            lines += 1
+            if header not in (None, expected):
+                continue
+            index, result, is_repetition = _parse_run(entry, names, runs)
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
+            damaged.append(number)
+            continue
+        if is_repetition:
+            contradicted.pop(index, None)
+        elif has_line[index] and (index in contradicted or results[index] != result):
+            contradicted[index] = number
+            continue
+        has_line[index] = True
+        results[index] = result
+    for index in contradicted:
+        results.finished[index] = False
+    if header is None and lines:
+        header = expected
+    damaged = sorted([*damaged, *contradicted.values()])
+    return JournalContent(header, lines, results, has_line, tuple(damaged), size)
+
+
+def _complete_lines(path: Path) -> Iterator[bytes]:
+    """Yield the lines of a file that have an end. Raises InputError if it cannot be read."""
     try:
         with open_regular_file(path) as file:
-            data = file.read()
+            yield from (line for line in file if line.endswith(b"\n"))
     except FileNotFoundError:
-        data = b""
+        return
     except OSError as failure:
         reason = os_error_reason(failure)
         raise InputError([error(f"`{path}` cannot be read: {reason}")]) from None
-    lines = data.split(b"\n")[:-1]
-    size = sum(len(line) + 1 for line in lines)
-    header, damaged = None, list[int]()
-    runs: dict[int, FinishedRun] = {}
-    for number, line in enumerate(lines, 1):
-        try:
-            entry = cast("dict[str, Any]", json.loads(line))
-            if number == 1:
-                header = _parse_header(entry)
-            else:
-                run = _parse_run(entry, measures)
-                runs[run.index] = run
-        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
-            damaged.append(number)
-    return JournalContent(header, runs, tuple(damaged), size)
 
 
-def _parse_header(entry: Mapping[str, Any]) -> JournalHeader:
+def _format_line(entry: Mapping[str, object], start: int) -> bytes:
+    """Return the line of an entry with its checksum, which continues another."""
+    body = json.dumps(entry).removesuffix("}").encode()
+    return body + _CHECKSUM_KEY + f'{crc32(body, start):08x}"}}\n'.encode()
+
+
+def _checked_entry(line: bytes, start: int) -> Mapping[str, Any]:
+    """Return the entry of a line. Raises ValueError if it has another checksum."""
+    body, _, _ = line.rpartition(_CHECKSUM_KEY)
+    entry = json.loads(body + b"}")
+    if line != body + _CHECKSUM_KEY + f'{crc32(body, start):08x}"}}\n'.encode():
+        raise ValueError
+    return entry
+
+
+def _parse_header(line: bytes, path: Path) -> JournalHeader:
+    """Parse the first line. Raises one of several errors for a damaged one."""
+    content = json.loads(line)
+    if list(content) == list(_header_entry(JournalHeader("", Versions("", "")))):
+        raise UsageError(
+            f"`{path}` was written by an earlier version of exudyn-mover, and its lines have no "
+            "checksums: choose another folder, or delete this one."
+        )
+    entry = _checked_entry(line, 0)
     versions = Versions(str(entry["exudyn-mover"]), str(entry["exudyn"]))
     return JournalHeader(str(entry["study"]), versions)
 
 
-def _parse_run(entry: Mapping[str, Any], measures: Mapping[str, object]) -> FinishedRun:
-    """Parse the line of a run. Raises one of several errors for a damaged one."""
+def _header_entry(header: JournalHeader) -> dict[str, object]:
+    return {
+        "study": header.study,
+        "exudyn-mover": header.versions.exudyn_mover,
+        "exudyn": header.versions.exudyn,
+    }
+
+
+def _parse_run(
+    entry: Mapping[str, Any], measures: tuple[str, ...], runs: int
+) -> tuple[int, RunResult, bool]:
+    """Return index and result of a run, and whether the line is a repetition.
+
+    Raises one of several errors for a damaged one.
+    """
     index, outcome, message = entry["run"], entry["outcome"], entry["message"]
     values = cast("Mapping[str, Any]", entry["measures"])
-    texts = isinstance(outcome, str) and isinstance(message, str)
-    if type(index) is not int or index < 0 or not texts or values.keys() != measures.keys():
+    is_run = type(index) is int and 0 <= index < runs
+    is_ending = outcome in OUTCOMES and isinstance(message, str)
+    if not is_run or not is_ending or sorted(values) != sorted(measures):
         raise ValueError
     numbers = {name: None if values[name] is None else _number(values[name]) for name in measures}
-    return FinishedRun(index, RunResult(outcome, message, numbers), _number(entry["seconds"]))
+    return index, RunResult(outcome, message, numbers), entry.get("again") is True
 
 
 def _number(value: object) -> float:
@@ -166,34 +253,30 @@ def _number(value: object) -> float:
 class Journal:
     """The open journal of a sweep, to which the process that leads the sweep adds lines."""
 
-    def __init__(self, path: Path, file: FileIO) -> None:
+    def __init__(
+        self, path: Path, file: FileIO, header: JournalHeader, has_line: NDArray[np.bool_]
+    ) -> None:
         """Take the open file."""
         self._path, self._file = path, file
-
-    def begin(self, header: JournalHeader) -> None:
-        """Write the first line. Raises InputError if it cannot be written."""
-        self._write(
-            {
-                "study": header.study,
-                "exudyn-mover": header.versions.exudyn_mover,
-                "exudyn": header.versions.exudyn,
-            }
-        )
+        self._start, self._has_line = header.checksum, has_line.copy()
 
     def add(self, run: FinishedRun) -> None:
         """Write the line of a finished run. Raises InputError if it cannot be written."""
-        self._write(
-            {
-                "run": run.index,
-                "outcome": run.result.outcome,
-                "message": run.result.message,
-                "measures": dict(run.result.measures),
-                "seconds": round(run.seconds, 6),
-            }
-        )
+        entry: dict[str, object] = {
+            "run": run.index,
+            "outcome": run.result.outcome,
+            "message": run.result.message,
+            "measures": dict(run.result.measures),
+            "seconds": round(run.seconds, 6),
+        }
+        if self._has_line[run.index]:
+            entry["again"] = True
+        self._has_line[run.index] = True
+        self.write(_format_line(entry, self._start))
 
-    def _write(self, entry: Mapping[str, object]) -> None:
-        data = memoryview(f"{json.dumps(entry)}\n".encode())
+    def write(self, line: bytes) -> None:
+        """Write a line. Raises InputError if it cannot be written."""
+        data = memoryview(line)
         try:
             while data:
                 data = data[self._file.write(data) :]
@@ -203,23 +286,27 @@ class Journal:
 
 
 @contextmanager
-def open_journal(path: Path, size: int) -> Generator[Journal]:
+def open_journal(path: Path, content: JournalContent, header: JournalHeader) -> Generator[Journal]:
     """Open a journal to add lines after its complete ones.
 
     Args:
         path: of the journal; the file is created where it is missing.
-        size: of the complete lines [bytes]; what follows them is cut.
+        content: that it has. An empty journal gets its first line.
+        header: of this study.
 
     Raises:
         InputError: the file cannot be written.
     """
     try:
         with open(path, "ab", buffering=0) as file:
-            file.truncate(size)
+            file.truncate(content.size)
     except OSError as failure:
         raise InputError([_unwritable(path, failure)]) from None
     with open(path, "ab", buffering=0) as file:
-        yield Journal(path, file)
+        journal = Journal(path, file, header, content.has_line)
+        if content.size == 0:
+            journal.write(_format_line(_header_entry(header), 0))
+        yield journal
 
 
 def _unwritable(path: Path, failure: OSError, hint: str = "") -> Diagnostic:

@@ -15,13 +15,15 @@ from generator.recording import WHOLE_RECORDING, Ending
 from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
 from generator.study.parameter_paths import Case
 from generator.study.parameters import build_case
-from generator.study.study import Measure, RunResult, Study, Take, failed_run
-
-WRONG_INPUT = "wrong input"
-"""Outcome of a case that cannot be built."""
-
-NO_EQUILIBRIUM = "no equilibrium"
-"""Outcome of a run whose figure does not come to rest, where a measure is at rest."""
+from generator.study.study import (
+    NO_EQUILIBRIUM,
+    WRONG_INPUT,
+    Measure,
+    RunResult,
+    Study,
+    Take,
+    failed_run,
+)
 
 
 def run_case(

@@ -4,16 +4,20 @@ import csv
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from importlib.util import find_spec
-from io import StringIO
+from io import BufferedWriter, StringIO, TextIOBase, TextIOWrapper
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from generator.diagnostics import NotInstalledError, UsageError
 from generator.rotations import Array
 from generator.study.study import RunResult, Study
-from generator.text_io import move_into_place, remove_part, temporary_path, write_atomic
+from generator.text_io import open_atomic
 
 Cell = int | float | str | None
+
+_ROWS_AT_ONCE = 100_000
+"""Rows of a .parquet table that are in memory at a time."""
 
 
 def check_table_path(path: Path) -> None:
@@ -34,7 +38,7 @@ def check_table_path(path: Path) -> None:
 
 
 def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
-    """Write the table of runs, whole or not at all.
+    """Write the table of runs, whole or not at all, a part after the other.
 
     Args:
         path: of the .csv or .parquet file.
@@ -45,10 +49,13 @@ def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunR
     Raises:
         OSError: the file cannot be written.
     """
-    if path.suffix.lower() == ".parquet":
-        _write_parquet(path, study, points, rows)
-    else:
-        write_atomic(path, format_run_table(study, points, rows))
+    with open_atomic(path) as stream:
+        if path.suffix.lower() == ".parquet":
+            _write_parquet(stream, study, points, rows)
+            return
+        text = TextIOWrapper(stream, "utf-8", newline="")
+        _write_lines(text, study, points, rows)
+        text.detach()  # which writes the rest of the text
 
 
 def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> str:
@@ -57,13 +64,17 @@ def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> 
     Numbers are written exactly; a measure that a run does not have is blank.
     """
     text = StringIO()
+    _write_lines(text, study, points, rows)
+    return text.getvalue()
+
+
+def _write_lines(text: TextIOBase, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table_titles(study))
     writer.writerows(
         [repr(float(cell)) if isinstance(cell, float) else cell for cell in line]
         for line in _table_rows(study, points, rows)
     )
-    return text.getvalue()
 
 
 def table_titles(study: Study) -> list[str]:
@@ -72,23 +83,25 @@ def table_titles(study: Study) -> list[str]:
 
 
 def _table_rows(study: Study, points: Array, rows: Sequence[RunResult]) -> Iterator[list[Cell]]:
-    for index, (values, row) in enumerate(zip(points.tolist(), rows, strict=True)):
+    for index, (values, row) in enumerate(zip(points, rows, strict=True)):
         measures = [row.measures[name] for name in study.measures]
-        yield [index, *values, *measures, row.outcome, row.message]
+        yield [index, *values.tolist(), *measures, row.outcome, row.message]
 
 
-def _write_parquet(path: Path, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
+def _write_parquet(
+    stream: BufferedWriter, study: Study, points: Array, rows: Sequence[RunResult]
+) -> None:
     pyarrow: Any = import_module("pyarrow")  # has no types
     parquet: Any = import_module("pyarrow.parquet")
     titles = table_titles(study)
     numbers = len(titles) - 3  # beside the run, the outcome and the message
     kinds = [pyarrow.int64(), *[pyarrow.float64()] * numbers, *[pyarrow.string()] * 2]
-    columns = list(zip(*_table_rows(study, points, rows), strict=True)) or [()] * len(titles)
-    arrays = [pyarrow.array(column, kind) for column, kind in zip(columns, kinds, strict=True)]
-    part = temporary_path(path)
-    try:
-        parquet.write_table(pyarrow.Table.from_arrays(arrays, titles), part)
-        move_into_place(part, path)
-    except BaseException:
-        remove_part(part)
-        raise
+    schema = pyarrow.schema(list(zip(titles, kinds, strict=True)))
+    lines = _table_rows(study, points, rows)
+    with parquet.ParquetWriter(stream, schema) as writer:
+        while part := list(islice(lines, _ROWS_AT_ONCE)):
+            columns = zip(*part, strict=True)
+            arrays = [
+                pyarrow.array(column, kind) for column, kind in zip(columns, kinds, strict=True)
+            ]
+            writer.write_table(pyarrow.Table.from_arrays(arrays, schema=schema))

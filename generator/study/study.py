@@ -188,15 +188,31 @@ class Study:
     text: str = field(default="", compare=False, repr=False)
 
 
+WRONG_INPUT = "wrong input"
+"""Outcome of a case that cannot be built."""
+
+NO_EQUILIBRIUM = "no equilibrium"
+"""Outcome of a run whose figure does not come to rest, where a measure is at rest."""
+
+DIED = "died"
+"""Outcome of a run whose process ended twice."""
+
+PROGRAM_ERROR = "program error"
+"""Outcome of a run that ended with an exception of the program."""
+
+OUTCOMES = frozenset(
+    [*(ending.value for ending in Ending), WRONG_INPUT, NO_EQUILIBRIUM, DIED, PROGRAM_ERROR]
+)
+"""All outcomes of runs."""
+
+
 @short_repr
 @dataclass(frozen=True)
 class RunResult:
     """Result of one run of a study.
 
     Attributes:
-        outcome: ending of the run: "done", another `Ending`, "wrong input" where the case cannot be
-            built, "no equilibrium" where a measure at rest has none, "died" where its process ended
-            twice, or "program error".
+        outcome: ending of the run, one of `OUTCOMES`.
         message: sentence about a run that is not done; "" otherwise.
         measures: by name; None where the run has no such number.
     """

@@ -1,13 +1,19 @@
 """Sweep: all runs of a study, in a folder that keeps what is finished."""
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, format_count, warning
+from generator.geometry.read import with_surfaces
+from generator.motion_files.motion import file_sha256
+from generator.recording import Ending
 from generator.rotations import Array
 from generator.study.content_key import content_key, installed_versions
 from generator.study.designs import design_points
@@ -20,8 +26,9 @@ from generator.study.journal import (
     open_journal,
     read_journal,
 )
+from generator.study.run_results import RunResults
 from generator.study.run_table import write_run_table
-from generator.study.study import RunResult, Study
+from generator.study.study import DIED, Study
 from generator.study.worker_pool import FinishedRun, Task, run_locally
 from generator.text_io import os_error_reason, path_exists, remove_stale_parts, write_atomic
 from springs.short_repr import short_repr
@@ -31,6 +38,32 @@ TABLE_NAME = "runs.csv"
 MOTIONS_NAME = "motions"
 
 _MIN_RUN_DIGITS = 5
+
+_MAX_WARNINGS = 10
+"""Largest number of damaged lines that are listed."""
+
+
+class _Tasks(Sequence[Task]):
+    """Tasks of some runs, each made when it is asked for."""
+
+    def __init__(self, points: Array, indices: NDArray[np.int64], motions: Path | None) -> None:
+        self._points, self._indices, self._motions = points, indices, motions
+
+    def __len__(self) -> int:
+        return len(self._indices)
+
+    @overload
+    def __getitem__(self, index: int) -> Task: ...
+    @overload
+    def __getitem__(self, index: slice) -> "_Tasks": ...
+    def __getitem__(self, index: int | slice) -> "Task | _Tasks":
+        if isinstance(index, slice):
+            return _Tasks(self._points, self._indices[index], self._motions)
+        run = int(self._indices[index])
+        folder = self._motions
+        keep = None if folder is None else motion_path(folder, run, len(self._points))
+        return Task(run, tuple(self._points[run].tolist()), keep)
+
 
 Engine: TypeAlias = Callable[[Study, Sequence[Task]], Generator[FinishedRun]]
 """Carries out the tasks of a study, and yields each result as it arrives."""
@@ -66,14 +99,14 @@ class Sweep:
 
     study: Study
     points: Array
-    rows: tuple[RunResult, ...]
+    rows: RunResults
     kept: int = 0
     warnings: tuple[Diagnostic, ...] = ()
 
     @property
     def failed(self) -> int:
         """Number of runs that did not reach their stop time."""
-        return sum(not row.succeeded for row in self.rows)
+        return int((~self.rows.have_outcome(Ending.DONE.value)).sum())
 
 
 def motion_path(folder: Path, index: int, runs: int) -> Path:
@@ -97,8 +130,11 @@ def run_sweep(
     """Carry out the runs of a study that its folder does not have yet, and write their table.
 
     The folder is created. Each finished run is a line of its journal; whatever ends the sweep, the
-    next one continues. A script calls this function below `if __name__ == "__main__":`, since the
-    processes that carry out the runs import it.
+    next one continues. Surfaces are read once, at the start: a change of their files has no effect
+    on a sweep under way. Runs whose process died in an earlier sweep are repeated.
+
+    A script calls this function below `if __name__ == "__main__":`, since the processes that carry
+    out the runs import it.
 
     Args:
         study: to run.
@@ -106,7 +142,8 @@ def run_sweep(
         engine: that carries out the runs, such as `partial(run_locally, jobs=4)` [default: a
             process of this machine for each core].
         keep_motions: whether the motions are written; runs without theirs are repeated.
-        again_failed: whether runs that failed before are repeated.
+        again_failed: whether runs that failed before are repeated; they are as well where a line
+            of the journal is damaged, which may have been that of a repetition.
         watch: called at the start and after each run.
 
     Raises:
@@ -115,44 +152,55 @@ def run_sweep(
         MoverError: the engine cannot start.
     """
     folder, points, versions = Path(folder), design_points(study), installed_versions()
+    study = _with_files(study)
     header = JournalHeader(content_key(study, points, versions), versions)
     journal_path = folder / JOURNAL_NAME
     _create_folder(folder)
     with lock_folder(folder):
-        content = read_journal(journal_path, study.measures)
-        if content.header != header and not (content.runs or content.damaged_lines):
-            content = JournalContent(None, {}, (), 0)  # another study that has finished no run
+        content = read_journal(journal_path, header, study.measures, len(points))
+        if content.header != header and not (content.lines or content.damaged_lines):
+            content = replace(content, header=None, size=0)  # another study without finished runs
         _check_owner(folder, content, header)
         remove_stale_parts(folder)
-        results = _usable_runs(folder, content, len(points), keep_motions, again_failed)
-        kept = len(results)
-        with open_journal(journal_path, content.size) as journal:
-            if content.header is None:
-                journal.begin(header)
+        results = content.results
+        _drop_unusable(
+            results,
+            again_failed=again_failed or bool(content.damaged_lines),
+            motions=folder if keep_motions else None,
+        )
+        kept = int(results.finished.sum())
+        with open_journal(journal_path, content, header) as journal:
             _write(folder / STUDY_NAME, partial(write_atomic, content=study.text))
             if keep_motions:
                 _create_folder(folder / MOTIONS_NAME)
                 remove_stale_parts(folder / MOTIONS_NAME)
-            tasks = [
-                Task(
-                    index,
-                    tuple(values),
-                    motion_path(folder, index, len(points)) if keep_motions else None,
-                )
-                for index, values in enumerate(points.tolist())
-                if index not in results
-            ]
-            _carry_out(study, tasks, engine, journal, results, len(points), watch)
-        rows = tuple(results[index].result for index in range(len(points)))
+            tasks = _Tasks(
+                points, np.flatnonzero(~results.finished), folder if keep_motions else None
+            )
+            _carry_out(study, tasks, engine, journal, results, watch)
         _write(
             folder / TABLE_NAME,
-            partial(write_run_table, study=study, points=points, rows=rows),
+            partial(write_run_table, study=study, points=points, rows=results),
         )
-    warnings = tuple(
-        warning(f"`{journal_path}`: line {number} is damaged and was ignored")
-        for number in content.damaged_lines
-    )
-    return Sweep(study, points, rows, kept, warnings)
+    warnings = tuple(_damage_warnings(journal_path, content.damaged_lines))
+    return Sweep(study, points, results, kept, warnings)
+
+
+def _with_files(study: Study) -> Study:
+    """Return a study whose runs read no file: what the key is made of is what all of them use."""
+    figure = with_surfaces(study.figure)
+    digest = None if figure.path is None else file_sha256(figure.path)
+    return replace(study, figure=replace(figure, sha256=digest))
+
+
+def _damage_warnings(journal: Path, lines: Sequence[int]) -> Iterator[Diagnostic]:
+    """Yield a warning for each of the first damaged lines, and one for the others."""
+    for number in lines[:_MAX_WARNINGS]:
+        effect = "its run was computed again" if number > 1 else "the others show the study"
+        yield warning(f"`{journal}`: line {number} is damaged; {effect}")
+    more = len(lines) - _MAX_WARNINGS
+    if more > 0:
+        yield warning(f"`{journal}`: {format_count(more, 'more line')} are damaged")
 
 
 def _carry_out(
@@ -160,13 +208,13 @@ def _carry_out(
     tasks: Sequence[Task],
     engine: Engine,
     journal: Journal,
-    results: dict[int, FinishedRun],
-    total: int,
+    results: RunResults,
     watch: Callable[[SweepProgress], None] | None,
 ) -> None:
     """Carry out tasks, and add each result to the journal and to the others."""
+    finished, total = int(results.finished.sum()), len(results)
     if watch is not None:
-        watch(SweepProgress(len(results), total))
+        watch(SweepProgress(finished, total))
     if not tasks:
         return
     motions = None if tasks[0].keep is None else tasks[0].keep.parent
@@ -181,24 +229,27 @@ def _carry_out(
             if run is None:
                 return
             journal.add(run)
-            results[run.index] = run
+            results[run.index] = run.result
+            finished += 1
             if watch is not None:
-                watch(SweepProgress(len(results), total, run))
+                watch(SweepProgress(finished, total, run))
 
 
-def _usable_runs(
-    folder: Path, content: JournalContent, total: int, keep_motions: bool, again_failed: bool
-) -> dict[int, FinishedRun]:
-    """Select the runs of a journal that need no repetition."""
+def _drop_unusable(results: RunResults, *, again_failed: bool, motions: Path | None) -> None:
+    """Drop the results of the runs that are repeated.
 
-    def is_usable(index: int, run: FinishedRun) -> bool:
-        if not run.result.succeeded:
-            return not again_failed
-        return not keep_motions or path_exists(motion_path(folder, index, total))
-
-    return {
-        index: run for index, run in content.runs.items() if index < total and is_usable(index, run)
-    }
+    Args:
+        results: of all runs.
+        again_failed: whether those that failed are repeated.
+        motions: folder of the sweep, where motions are kept; runs without theirs are repeated.
+    """
+    results.finished[results.have_outcome(DIED)] = False
+    succeeded = results.have_outcome(Ending.DONE.value)
+    if again_failed:
+        results.finished[~succeeded] = False
+    if motions is not None:
+        for index in np.flatnonzero(succeeded).tolist():
+            results.finished[index] = path_exists(motion_path(motions, index, len(results)))
 
 
 def _check_owner(folder: Path, content: JournalContent, header: JournalHeader) -> None:
@@ -213,7 +264,7 @@ def _check_owner(folder: Path, content: JournalContent, header: JournalHeader) -
         )
     if content.header is not None:
         raise UsageError(
-            f"`{folder}` has {format_count(len(content.runs), 'run')} of another study, or of this "
+            f"`{folder}` has {format_count(content.lines, 'run')} of another study, or of this "
             "one before it was changed: choose another folder, or delete this one."
         )
     if content.size:
@@ -247,11 +298,3 @@ def _write(path: Path, write: Callable[[Path], None]) -> None:
 def _unwritable(path: Path, failure: OSError) -> InputError:
     hint = "the finished runs are kept, and the same command continues"
     return InputError([error(f"`{path}` cannot be written: {os_error_reason(failure)}", hint=hint)])
-
-
-def count_outcomes(rows: Sequence[RunResult]) -> Mapping[str, int]:
-    """Number of rows of each outcome, in order of appearance."""
-    counts: dict[str, int] = {}
-    for row in rows:
-        counts[row.outcome] = counts.get(row.outcome, 0) + 1
-    return counts

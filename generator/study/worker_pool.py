@@ -12,7 +12,7 @@ import os
 import pickle
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
@@ -28,14 +28,8 @@ from generator.child_processes import (
     single_threaded_libraries,
 )
 from generator.diagnostics import MoverError
-from generator.study.study import RunResult, Study, failed_run
+from generator.study.study import DIED, PROGRAM_ERROR, RunResult, Study, failed_run
 from generator.text_io import os_error_reason
-
-DIED = "died"
-"""Outcome of a run whose process ended twice."""
-
-PROGRAM_ERROR = "program error"
-"""Outcome of a run that ended with an exception of the program."""
 
 _DIED_MESSAGE = "The process of this run ended twice before the run did."
 
@@ -77,6 +71,30 @@ class FinishedRun:
     index: int
     result: RunResult
     seconds: float
+
+
+class TaskQueue:
+    """Tasks that wait, of which each is made when its turn comes: a million take no memory."""
+
+    def __init__(self, tasks: Sequence[Task]) -> None:
+        """Take the tasks in their order."""
+        self._tasks, self._next = tasks, 0
+        self._returned: deque[Task] = deque()
+
+    def __len__(self) -> int:
+        """Return the number of tasks that wait."""
+        return len(self._returned) + len(self._tasks) - self._next
+
+    def popleft(self) -> Task:
+        """Return the next task, one that was put back before all others."""
+        if self._returned:
+            return self._returned.popleft()
+        self._next += 1
+        return self._tasks[self._next - 1]
+
+    def put_back(self, tasks: Iterable[Task]) -> None:
+        """Put tasks back, behind others that were put back."""
+        self._returned.extend(tasks)
 
 
 RunFunction: TypeAlias = Callable[[Study, Sequence[float], Path | None, int], RunResult]
@@ -149,7 +167,7 @@ class _Pool:
         self._study, self._run, self._jobs = study, run, jobs
         self._threads = 2 if 2 * jobs <= cores() else 1
         self._pickled = pickle.dumps(study, pickle.HIGHEST_PROTOCOL)
-        self._waiting = deque(tasks)
+        self._waiting = TaskQueue(tasks)
         self._suspects: deque[Task] = deque()
         """Tasks during which a worker died."""
         self._workers: dict[Connection, _Worker] = {}
@@ -239,7 +257,7 @@ class _Pool:
         if not worker.tasks:
             return
         suspect = worker.tasks.popleft()
-        self._waiting.extendleft(reversed(worker.tasks))
+        self._waiting.put_back(worker.tasks)
         if worker.retry is None:
             self._suspects.append(suspect)
         else:

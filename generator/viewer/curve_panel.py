@@ -25,7 +25,13 @@ from generator.viewer.curve_editor import (
     sources_html,
     torque_limit,
 )
-from generator.viewer.folder import path_in_folder, save_text
+from generator.viewer.folder import (
+    free_path,
+    name_in_folder,
+    path_in_folder,
+    save_text,
+    written_text,
+)
 from generator.viewer.viewer import Panel, Shown, Viewer, html_lines, value_in_range
 from springs import Linear, SpringSet
 
@@ -274,9 +280,12 @@ class CurvePanel(Panel):
         name = self._file.value.strip()
         if name and not name.endswith(SPRINGS_SUFFIX):
             name = name.removesuffix(".toml") + SPRINGS_SUFFIX
-        path = path_in_folder(self.viewer.content.folder, name, (".toml",))
+        folder = self.viewer.content.folder
+        requested = path_in_folder(folder, name, (".toml",))
+        path = free_path(requested)
         save_text(path, self.editor.text(path))
-        self.viewer.tell("Springs saved", path.name)
+        self._file.value = name_in_folder(folder, path)
+        self.viewer.tell("Springs saved", written_text(requested, path))
 
     def shown_changed(self, shown: Shown) -> None:
         """Move the point in the next tick."""

@@ -1,7 +1,9 @@
-"""Files that the page reads and writes: names typed on the page stay inside its folder."""
+"""Files that the page reads and writes: inside its folder, and never in place of another file."""
 
 import os
+import re
 from collections.abc import Collection
+from itertools import count
 from pathlib import Path
 
 from generator.diagnostics import UsageError, shorten
@@ -37,12 +39,35 @@ def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
     return target
 
 
+def free_path(path: Path) -> Path:
+    """Return a path at which there is no file: this one, or with a number, such as `new-2.pose`."""
+    if not os.path.lexists(path):
+        return path
+    suffix = "".join(path.suffixes[-2:]) if path.suffix.lower() == ".toml" else path.suffix
+    stem = path.name.removesuffix(suffix)
+    numbered = re.fullmatch(r"(.+)-([1-9]\d{0,5})", stem)
+    stem, first = (numbered[1], int(numbered[2]) + 1) if numbered else (stem, 2)
+    names = (path.with_name(f"{stem}-{number}{suffix}") for number in count(first))
+    return next(name for name in names if not os.path.lexists(name))
+
+
+def written_text(requested: Path, written: Path) -> str:
+    """Return the name of a file that was written, and why it is not the one that was requested."""
+    reason = "" if written == requested else f"; {requested.name} exists and was kept"
+    return written.name + reason
+
+
 def save_text(path: Path, text: str) -> None:
     """Write a file, whole or not at all. Raises UsageError if it cannot be written."""
     try:
         write_atomic(path, text)
     except OSError as failure:
         raise UsageError(f"`{path.name}` cannot be saved: {os_error_reason(failure)}") from None
+
+
+def name_in_folder(folder: Path, path: Path) -> str:
+    """Return the name by which the page finds a file of its folder."""
+    return path.relative_to(os.path.realpath(folder)).as_posix()
 
 
 def names_in_folder(folder: Path, suffix: str) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ from generator.simulation.preconditions import model_obstacles
 from generator.springs_file.edit import springs_and_text
 from generator.springs_file.parse import SPRINGS_SUFFIX
 from generator.text_io import os_error_reason
-from generator.viewer.folder import path_in_folder
+from generator.viewer.folder import name_in_folder, path_in_folder
 from generator.viewer.live_process import (
     Answer,
     Begin,
@@ -155,7 +155,7 @@ class LivePanel(Panel):
         self._start_shown = viewer.shown
         self._frame: LiveFrame | None = None
         self._is_begun = self._is_compiling = self._is_running = False
-        self._is_covered = False
+        self._is_covered = self._waits_for_page = False
         self._notice = self._saving = ""
         self._is_own_height = False
         self._pulled: tuple[str, Vector] | None = None
@@ -313,7 +313,7 @@ class LivePanel(Panel):
         self._generation += 1
         self._frame, self._notice, self._pulled = None, "", None
         self._is_begun = self._is_compiling = True
-        self._is_covered = False
+        self._is_covered = self._waits_for_page = False
         try:
             self.process.send(Begin(self._generation, start, tuple(changes)))
         except OSError as failure:
@@ -417,9 +417,11 @@ class LivePanel(Panel):
                 self.viewer.tell("Error", answer.sentence, is_error=True)
             case Saved():
                 self._saving = ""
+                self._file.value = name_in_folder(self.viewer.content.folder, answer.path)
                 self.viewer.tell("Saved", answer.sentence)
             case Died():
                 self._is_begun = self._is_compiling = self._is_running = False
+                self._waits_for_page = False
                 self._frame, self._pulled, self._saving = None, None, ""
                 self._line.visible = False
                 self._notice = death_text(answer.exit_code)
@@ -464,6 +466,14 @@ class LivePanel(Panel):
         if self._is_running:
             self._is_running = False
             self.process.send(Run(is_running=False))
+            self._label_start()
+
+    def pages_changed(self, *, is_any_open: bool) -> None:
+        """Pause while no page is open; a page that is opened then, or again, continues."""
+        must_wait = not is_any_open and self._is_running
+        if must_wait or (is_any_open and self._waits_for_page):
+            self._waits_for_page, self._is_running = must_wait, not must_wait
+            self.process.send(Run(is_running=self._is_running))
             self._label_start()
 
     def springs_changed(self, springs: SpringSet) -> None:

@@ -34,6 +34,7 @@ from generator.motion_files import motion_from_recording, motion_writer
 from generator.motion_files.motion import file_sha256
 from generator.rotations import Array
 from generator.text_io import os_error_reason, write_atomic
+from generator.viewer.folder import free_path, written_text
 
 REAL_TIME_RATE = 0.97
 """Rate from which a simulation counts as running in real time."""
@@ -193,7 +194,10 @@ class Pull:
 
 @dataclass(frozen=True)
 class Save:
-    """Command: write the motion so far, or its log, in the format of the path's suffix."""
+    """Command: write the motion so far, or its log, in the format of the path's suffix.
+
+    Where there is a file already, the name gets a number.
+    """
 
     path: Path
 
@@ -419,17 +423,19 @@ class Engine:
             None if self._pull is None else self._pulled_point(self._pull),
         )
 
-    def _save(self, path: Path) -> Saved:
+    def _save(self, requested: Path) -> Saved:
         assert self._run is not None
         run, figure = self._run, self._figure
+        path = free_path(requested)
+        written = written_text(requested, path)
         digest = None if figure.path is None else file_sha256(figure.path)
         name = figure.name if figure.path is None else figure.path.name
         if path.name.endswith(LIVE_FILE.suffix):
             write_atomic(path, write_live(run.log(name or "", digest)))
-            return Saved(path, f"{path.name}: {run.time:.4g} s and its changes")
+            return Saved(path, f"{written}: {run.time:.4g} s and its changes")
         recording = run.recording()
         motion_writer(path)(motion_from_recording(recording, figure, run.springs), path)
-        return Saved(path, f"{path.name}: {recording.outcome.message}")
+        return Saved(path, f"{written}: {recording.outcome.message}")
 
 
 def serve(connection: Connection, figure: Figure, folder: Path) -> None:

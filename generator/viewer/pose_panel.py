@@ -14,7 +14,14 @@ from generator.kinematics.links import Coordinate
 from generator.kinematics.shoulder import Side
 from generator.passive_curve import joint_label
 from generator.springs_file.axes import axis_label
-from generator.viewer.folder import names_in_folder, path_in_folder, save_text
+from generator.viewer.folder import (
+    free_path,
+    name_in_folder,
+    names_in_folder,
+    path_in_folder,
+    save_text,
+    written_text,
+)
 from generator.viewer.limb_drag import LimbDrag
 from generator.viewer.pose_editor import (
     CoordinateRange,
@@ -311,11 +318,14 @@ class PosePanel(Panel):
             self._show()
 
     def _save(self) -> None:
-        path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_FILE.suffix,))
+        folder = self.viewer.content.folder
+        requested = path_in_folder(folder, self._name.value, (POSE_FILE.suffix,))
+        path = free_path(requested)
         self._begin()
         save_text(path, self.editor.text())
         self._files_read = -1e9
-        self.viewer.tell("Pose saved", path.name)
+        self._name.value = name_in_folder(folder, path)  # which `Load` reads
+        self.viewer.tell("Pose saved", written_text(requested, path))
 
     def _load(self) -> None:
         path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_FILE.suffix,))

@@ -84,6 +84,9 @@ class Panel:
     def selection_changed(self, segment: str | None, joint: str | None) -> None:
         """Follow a selection of a segment or a joint."""
 
+    def pages_changed(self, *, is_any_open: bool) -> None:
+        """Follow the first page that is opened, and the last one that is closed."""
+
     def tick(self, now: float) -> None:
         """Do what is due at a time of `time.monotonic` [s]."""
 
@@ -138,6 +141,7 @@ class Viewer:
         self.server, self.content, self.springs = server, content, content.springs
         self._actions: SimpleQueue[tuple[str | None, Action]] = SimpleQueue()
         self._stopped = False
+        server.notify = lambda text: self.post(lambda: self.tell("Error", text, is_error=True))
         self.segment: str | None = None
         self.joint: str | None = None
         self.scene = FigureScene(server.scene, content.figure)
@@ -150,6 +154,9 @@ class Viewer:
         for panel in self.panels:
             with tabs.add_tab(panel.title):
                 panel.build()
+        self._is_any_page_open = False
+        for register in (server.on_client_connect, server.on_client_disconnect):
+            register(self._count_pages)
         for name, mesh in self.scene.meshes.items():
             self.listen(mesh.on_click, lambda _, name=name: self.select_segment(name))
         self.show(self.shown)
@@ -233,6 +240,16 @@ class Viewer:
                 self.post(lambda: action(event), key)
 
         register(notify)
+
+    async def _count_pages(self, _client: Any) -> None:
+        self.post(self._follow_pages)
+
+    def _follow_pages(self) -> None:
+        is_any_open = bool(self.server.get_clients())
+        if is_any_open != self._is_any_page_open:
+            self._is_any_page_open = is_any_open
+            for panel in self.panels:
+                panel.pages_changed(is_any_open=is_any_open)
 
     def post(self, action: Action, key: str | None = None) -> None:
         """Add an action to the queue of the loop, from any thread.
@@ -325,6 +342,7 @@ def error_text(failure: Exception, folder: Path) -> str:
 
 def _camera_of_page(points: Array, width: int, height: int) -> tuple[Array, Array]:
     """Return `camera_position` for a page of a size [pixels]."""
+    width, height = max(width, 1), max(height, 1)  # a hidden page may have no size
     covered = min(CONTROLS_WIDTH / width, 0.5)
     return camera_position(points, width / height, covered)
 

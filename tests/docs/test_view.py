@@ -10,7 +10,7 @@ EXAMPLE, *_ = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 
 
 def test_the_live_file_is_read_and_written_again() -> None:
-    log = live.parse_live(EXAMPLE).require_value()
+    log = live.LIVE_FILE.parse_text(EXAMPLE).require_value()
     assert len(log.changes) == 3
     assert live.write_live(log).strip() == EXAMPLE.strip()
 

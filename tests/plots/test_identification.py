@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from generator.figure_file import read_figure
@@ -30,7 +31,13 @@ def test_springs_and_a_picture_are_written(tmp_path: Path):
     assert "pose.left_knee (start)" in text
     assert "given the masses of the figure" in text
     assert "chi-square" in text
-    assert "doubt:" not in text
+    (*_, doubt) = [line for line in text.splitlines() if line.startswith("doubt:")]
+    assert "on the law of left_knee between -34 and -21 deg, where the swing passed once" in doubt
+    (title,) = [line for line in text.splitlines() if line.startswith("quantity")]
+    assert title.endswith("law tail 10 %")
+    (release,) = [line for line in text.splitlines() if line.startswith("release (start)")]
+    assert release.endswith(" sd")
+    assert len(text.partition("\nstart ")[0].splitlines()) <= 24
     assert f"wrote {springs}" in text
     assert "correlation" in text
     assert picture.read_text(encoding="utf-8").startswith("<?xml")
@@ -52,6 +59,14 @@ def test_the_json(tmp_path: Path):
     assert len(scale["profile"]["values"]) >= 7
     assert start["is_start"]
     assert start["profile"] is None
+    assert data["release_s"] == 0.0
+    low, high = data["tails"]
+    assert low["end_deg"] == pytest.approx(-34.0, abs=1.0)
+    assert (high["inner_deg"], high["end_deg"]) == pytest.approx((32.0, 50.0), abs=1.0)
+    assert list(low["changes"]) == [*TRUTH, "pose.left_knee"]
+    largest = max(abs(tail["changes"][SCALE]) for tail in (low, high))
+    assert scale["change_by_tail"] == largest > scale["sd"]
+    assert data["unfinished"] == ""
     assert len(data["samples"]) == 101
     assert data["noise_sd_deg"] == pytest.approx(0.5, rel=0.2)
     assert not data["noise_is_stated"]
@@ -74,12 +89,45 @@ def test_the_json(tmp_path: Path):
         (["--fit", SCALE, "--start", "99"], 2, "fewer than two samples"),
         (["--fit", SCALE, "--lock", "left_knee"], 2, "locked or prescribed"),
         (["--fit", SCALE, "--stop", "nan"], 2, "must be finite"),
+        (["--fit", SCALE, "--wall-limit", "0"], 2, "--wall-limit 0: the limit must be positive"),
     ],
 )
 def test_what_is_wrong_is_a_sentence(tmp_path: Path, words: list[str], code: int, message: str):
     result = mover("identify", write_leg(tmp_path), data_file(tmp_path), *words)
     assert result.exit_code == code, result.output
     assert message in result.output
+
+
+def test_times_of_a_device_are_epoch_seconds(tmp_path: Path):
+    """Held for half a second, and written with milliseconds."""
+    epoch, release = 1_700_000_000, 0.507
+    times = np.arange(100) * 0.02
+    fine = swing(noise=0.0, frame=0.001, stop=2.0)
+    angles = np.interp(np.maximum(times - release, 0.0), fine.times, fine.angles[:, 0])
+    noisy = np.degrees(angles + NOISE * np.random.default_rng(3).standard_normal(100))
+    rows = [f"{epoch + t:.3f},{a:.3f}" for t, a in zip(times.tolist(), noisy.tolist(), strict=True)]
+    data = tmp_path / "device.csv"
+    data.write_text("\n".join(["time [s],left_knee [deg]", *rows]), encoding="utf-8")
+    words = ("identify", write_leg(tmp_path), data, *FITS, "--starts", 1)
+    found = answer(*words, "--stop", f"{epoch + 1.5}")
+    scale, _, _, start, released = found["estimates"]
+    assert scale["estimate"] == pytest.approx(TRUTH[SCALE], abs=3.0 * scale["sd"])
+    assert start["estimate"] == pytest.approx(50.0, abs=3.0 * start["sd"])
+    assert released["estimate"] == found["release_s"]
+    assert released["estimate"] - epoch == pytest.approx(release, abs=3.0 * released["sd"])
+    assert found["start_s"] - epoch == pytest.approx(release - 0.2, abs=0.03)
+    assert found["stop_s"] == epoch + 1.5
+    assert len(found["samples"]) == pytest.approx(60, abs=2)
+
+
+def test_the_wall_limit_ends_the_command_with_what_is_known(tmp_path: Path):
+    figure, data = write_leg(tmp_path), data_file(tmp_path)
+    springs = tmp_path / "leg.mine.springs.toml"
+    result = mover("identify", figure, data, *FITS, "--wall-limit", "1e-6", "-o", springs)
+    assert result.exit_code == 3
+    assert "--wall-limit 1e-06: the wall-time limit was reached before a run" in result.stderr
+    assert "nothing was written" in result.stdout
+    assert not springs.exists()
 
 
 def test_masses_that_are_fitted_are_named_beside_the_file(tmp_path: Path):

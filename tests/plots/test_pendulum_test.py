@@ -79,6 +79,16 @@ def test_a_knee_is_compared_with_the_published_numbers() -> None:
     assert "1.678 ± 0.09 1.5 .. 1.9 within" in " ".join(text.split())
 
 
+def test_the_epoch_of_the_times_does_not_matter() -> None:
+    """Times and epoch are multiples of 1/128 s, so that the shifted times are exact."""
+    data = oscillation()
+    binary = replace(data, times=np.arange(len(data.times)) / 128.0)
+    shifted = replace(binary, times=binary.times + 2.0**30)
+    assert [test.as_json() for test in pendulum_tests(shifted)] == [
+        test.as_json() for test in pendulum_tests(binary)
+    ]
+
+
 def test_an_elbow_is_compared_with_elbows_and_a_hip_with_nothing() -> None:
     (elbow,) = pendulum_tests(oscillation(joint="right_elbow"))
     assert {one.fact.key for one in elbow.numbers if one.fact} == {

@@ -18,8 +18,9 @@ from generator.losses import Losses
 from generator.model_files.body_tree.tree import Curve, DegreeOfFreedom
 from generator.model_files.fit_error import FitError, format_range
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
-from generator.springs_file.laws import CubicEntry, EntryLaw
+from generator.springs_file.laws import CubicEntry, EntryLaw, is_finite
 from generator.springs_file.parse import SpringEntry
+from generator.springs_file.toml_table import MAX_TEXT_LENGTH
 from springs import Cubic, Damping, Linear, NotRestoringError, passive_cubic
 from springs.elastic import Range
 from springs.exponential import Exponential
@@ -81,10 +82,23 @@ def group_dofs(
             current = joined.dofs
             continue
         alone = _joint_group(unit, separate=False)
-        assert alone is not None, "a freedom, or those of a ball, make one joint"
-        groups.append(alone)
-        current = alone.dofs
+        split = _split_free_joint(unit) if alone is None else (alone,)
+        groups += split
+        current = split[-1].dofs
     return tuple(groups)
+
+
+def _split_free_joint(dofs: tuple[DegreeOfFreedom, ...]) -> tuple[JointGroup, JointGroup]:
+    """Return the translations and the rotations of a free joint with springs or damping.
+
+    Springs along translations act on a joint without rotations only. That of the translations
+    leads to the world, so its three springs lose no moment.
+    """
+    slides = tuple(freedom for freedom in dofs if freedom.kind is AxisKind.TRANSLATION)
+    turns = tuple(freedom for freedom in dofs if freedom.kind is AxisKind.ROTATION)
+    ball = _joint_group(turns, separate=False)
+    assert ball is not None, "the rotations of a free joint are those of a ball"
+    return JointGroup(slides, (0.0, 0.0, 0.0), np.eye(3)), ball
 
 
 def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | None:
@@ -177,6 +191,29 @@ UNLIMITED_LENGTH = 1000.0
 FieldValues = tuple[float, ...] | None
 
 
+def with_reachable_limits(dof: DegreeOfFreedom, losses: Losses) -> DegreeOfFreedom:
+    """Return the degree of freedom without limits that stand for none, such as 1e16."""
+    most = _unlimited(dof.kind)
+    if (dof.lower or 0.0) > most or (dof.upper or 0.0) < -most:
+        return dof
+    lower = None if dof.lower is None or dof.lower < -most else dof.lower
+    upper = None if dof.upper is None or dof.upper > most else dof.upper
+    if (lower, upper) != (dof.lower, dof.upper):
+        losses.add("limits beyond 100 turns or 1 km are left out", dof.name)
+    return replace(dof, lower=lower, upper=upper)
+
+
+def _unlimited(kind: AxisKind) -> float:
+    """Return the limit of a displacement without any, in a joint that has others [rad or m]."""
+    match kind:
+        case AxisKind.ROTATION:
+            return UNLIMITED_ANGLE
+        case AxisKind.TRANSLATION:
+            return UNLIMITED_LENGTH
+        case _:
+            assert_never(kind)
+
+
 @dataclass(frozen=True)
 class JointFields:
     """The fields of a joint in a figure file, each in the order of its chain, or None."""
@@ -205,15 +242,7 @@ def joint_fields(group: JointGroup, joint: str, losses: Losses) -> JointFields:
 
 
 def _limit_or_unlimited(dof: DegreeOfFreedom, bound: float | None, sign: float) -> float:
-    if bound is not None:
-        return bound
-    match dof.kind:
-        case AxisKind.ROTATION:
-            return sign * UNLIMITED_ANGLE
-        case AxisKind.TRANSLATION:
-            return sign * UNLIMITED_LENGTH
-        case _:
-            assert_never(dof.kind)
+    return sign * _unlimited(dof.kind) if bound is None else bound
 
 
 def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFreedom:
@@ -249,8 +278,11 @@ def spring_entries(
 
 def max_table_points(dofs: Iterable[DegreeOfFreedom]) -> int:
     """Return the number of points with which all tables of a springs file fit into it."""
-    count = sum(bool(dof.laws or any(dof.cubic)) for dof in dofs)
-    return max(min(MAX_TABLE_POINTS, MAX_FILE_POINTS // max(count, 1)), 2)
+    listed = [dof for dof in dofs if needs_table(dof)]
+    count = sum(bool(dof.laws or any(dof.cubic)) for dof in listed)
+    names = sum(len(dof.name) for dof in listed)  # of the joint, and of the motion
+    room = MAX_TEXT_LENGTH - ENTRY_LENGTH * len(listed) - 2 * names
+    return max(min(MAX_TABLE_POINTS, room // POINT_LENGTH // max(count, 1)), 2)
 
 
 def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
@@ -293,10 +325,11 @@ def _stated_law(law: Curve) -> EntryLaw | None:
             rule = passive_cubic(law.coefficients, law.dead_zone, law.rest)
         except NotRestoringError:
             return None
-        if rule.sense != law.sense:  # every reading would warn
+        if rule.sense != law.sense or not is_finite(law):  # every reading would warn, or fail
             return None
         return CubicEntry(law.coefficients, law.sense, law.dead_zone, True, law.rest)
-    return law if isinstance(law, Linear | SmoothLimit | Exponential | Interpolated) else None
+    stated = isinstance(law, Linear | SmoothLimit | Exponential | Interpolated)
+    return law if stated and is_finite(law) else None
 
 
 FIRST_INTERVALS = 24
@@ -305,14 +338,17 @@ FIRST_INTERVALS = 24
 MAX_TABLE_POINTS = 120
 """Points of the finest table of a law."""
 
-MAX_FILE_POINTS = 2000
-"""Points of all tables of a springs file, whose length is limited."""
+ENTRY_LENGTH, POINT_LENGTH = 160, 32
+"""Characters of a table of a springs file without names and points, and of a point, at most."""
 
 SAMPLING_TOLERANCE = 1e-4
 """Error below which an interval of a table is not halved, relative to the largest torque."""
 
 MAX_SAMPLED_TORQUE = 1e4
 """Torque above which a law is sampled over a smaller range [N m]."""
+
+MAX_TABLE_TORQUE = 1e9
+"""Largest torque of a table [N m]: steeper ones overflow beyond their last point."""
 
 CORNER_WIDTH = 0.05
 """Distance of the points on both sides of a corner, which a table rounds off [deg]."""
@@ -328,18 +364,20 @@ def _sampled_law(
 
     None, with a loss, for a sum that is not finite.
     """
+    most = MAX_TABLE_TORQUE
 
     def torque(angles: Array) -> Array:
         with np.errstate(all="ignore"):
-            return np.sum([law.torque(angles) * np.ones_like(angles) for law in laws], axis=0)
+            total: Array = np.sum([law.torque(angles) * np.ones_like(angles) for law in laws], 0)
+        return np.where(np.isfinite(total), np.clip(total, -most, most), total)
 
     low, high = ends = _sampled_range(dof, torque)
     corners = [degrees(point) for law in laws for point in law.breakpoints if low < point < high]
-    wanted = [
-        *np.linspace(degrees(low), degrees(high), FIRST_INTERVALS + 1).tolist(),
-        *(corner + side for corner in corners for side in (-CORNER_WIDTH, 0.0, CORNER_WIDTH)),
-    ]
-    angles = np.unique(np.round(wanted, ANGLE_DIGITS))
+    coarse = np.linspace(degrees(low), degrees(high), min(FIRST_INTERVALS + 1, max_points))
+    sides = [corner + side for corner in corners for side in (-CORNER_WIDTH, 0.0, CORNER_WIDTH)]
+    angles = np.unique(np.round([*coarse.tolist(), *sides], ANGLE_DIGITS))
+    if len(angles) > max_points:
+        angles = np.unique(np.round(coarse, ANGLE_DIGITS))
     while True:
         checks = np.linspace(angles[:-1], angles[1:], 6)[1:-1]
         values, exact = torque(np.radians(angles)), torque(np.radians(checks))
@@ -353,14 +391,16 @@ def _sampled_law(
         table = Interpolated(points)
         differences = table.torque(np.radians(checks)) - exact
         errors = np.abs(differences).max(axis=0)
-        coarse = np.flatnonzero(errors > SAMPLING_TOLERANCE * float(np.abs(exact).max()))
-        coarse = coarse[np.diff(angles)[coarse] > 2.0 * CORNER_WIDTH]
+        poor = np.flatnonzero(errors > SAMPLING_TOLERANCE * float(np.abs(exact).max()))
+        poor = poor[np.diff(angles)[poor] > 2.0 * CORNER_WIDTH]
         room = max_points - len(angles)
-        if not len(coarse) or room <= 0:
+        if not len(poor) or room <= 0:
             break
-        worst = coarse[np.argsort(errors[coarse])[::-1][:room]]
+        worst = poor[np.argsort(errors[poor])[::-1][:room]]
         middles = 0.5 * (angles[worst] + angles[worst + 1])
         angles = np.unique(np.round(np.concatenate([angles, middles]), ANGLE_DIGITS))
+    if max(np.abs(values).max(), np.abs(exact).max()) >= most:
+        losses.add(f"springs of more than {most:g} N m are bounded there", dof.name)
     losses.add(
         "springs that become tables of points",
         f"{dof.name}: {FitError.from_differences(differences)} over {format_range(ends)}",

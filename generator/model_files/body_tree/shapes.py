@@ -36,6 +36,19 @@ class Shape:
         return replace(self, surface=self.surface.transformed(pose))
 
 
+NO_SIZE = "shapes of size zero"
+"""Sentence of the loss."""
+
+MAX_LEVELS = 8
+"""Folders, from that of the model upwards, in which mesh files are looked for."""
+
+
+def folders_above(directory: Path) -> list[Path]:
+    """Return the folder of a model and those above it, the nearest first."""
+    here = directory.absolute()
+    return [here, *here.parents][:MAX_LEVELS]
+
+
 MeshReader = Callable[[Path], Surface]
 """Reads a mesh file whose lengths are in m; it may raise InputError."""
 
@@ -110,7 +123,10 @@ def join_shapes(
         listed = [part for part in parts if part.surface.face_count]
         if not listed:
             continue
-        surface = join_surfaces([part.surface for part in listed])
+        surface = join_surfaces([part.surface for part in listed]).with_distinct_corners
+        if not surface.face_count:
+            losses.add("shapes whose faces are all lines or points", segment)
+            continue
         if len(surface.vertices) + surface.face_count + 2 > MAX_LINES:
             losses.add(f"shapes of more than {MAX_LINES:,} vertices and faces", segment)
             continue

@@ -6,7 +6,7 @@ between them: segments with a tiny share of the body's mass.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import permutations, takewhile
 
 import numpy as np
@@ -34,11 +34,14 @@ from generator.model_files.body_tree.joints import (
     joint_fields,
     max_table_points,
     spring_entries,
+    with_reachable_limits,
 )
 from generator.model_files.body_tree.shapes import Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import (
+    CHANGED_NAMES,
     Body,
     BodyTree,
+    format_new_name,
     merge_massless_bodies,
     merge_rigid_bodies,
     swap_massless_parents,
@@ -260,21 +263,24 @@ def figure_from_tree(
     if diagnostics.has_errors:
         # What seems to be missing may be in a part that could not be read.
         return None
-    whole = merge_rigid_bodies(swap_massless_parents(tree), fixed_bodies)
+    whole = merge_rigid_bodies(swap_massless_parents(tree), losses, fixed_bodies)
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
         losses.add("bodies without a joint become parts of those that they are fixed to", *merged)
-    carried = {body.name: body.shapes for body in whole.bodies}
+    carried = {body.name: body for body in whole.bodies}
     whole, gone = merge_massless_bodies(whole)
     for name in gone:
-        if carried[name]:
+        if carried[name].shapes:
             losses.add("shapes of bodies without mass", name)
+        if np.any(carried[name].extra_inertia):
+            losses.add("inertia of bodies without mass", name)
     if gone:
         losses.add("bodies without mass: their joints become parts of the next body's joint", *gone)
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
+    whole = replace(whole, bodies=tuple(_with_reachable_limits(b, losses) for b in whole.bodies))
     max_points = max_table_points(dof for body in whole.bodies for dof in body.dofs)
     draft = _FigureDraft(losses, separate, max_points)
     draft.segment_names.protect(body.name for body in whole.bodies)
@@ -295,6 +301,10 @@ def figure_from_tree(
     surfaces, colours = join_shapes(shapes, losses)
     figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
     return Imported(figure, springs, losses, draft.coordinates, surfaces)
+
+
+def _with_reachable_limits(body: Body, losses: Losses) -> Body:
+    return replace(body, dofs=tuple(with_reachable_limits(dof, losses) for dof in body.dofs))
 
 
 def _segment_shapes(draft: _FigureDraft, bodies: Iterable[Body]) -> dict[str, tuple[Shape, ...]]:
@@ -446,8 +456,7 @@ def _add_name_losses(draft: _FigureDraft) -> None:
         renamed |= changed
     if renamed:
         draft.losses.add(
-            "changed names",
-            *(f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()),
+            CHANGED_NAMES, *(format_new_name(name, word) for name, word in renamed.items())
         )
     for name, joint in draft.joints.items():
         if len(joint.chain) > 1:

@@ -11,9 +11,10 @@ from typing import Protocol, assert_never
 
 import numpy as np
 
-from generator.diagnostics import Span
+from generator.diagnostics import Span, shorten
 from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
+from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
@@ -139,7 +140,8 @@ class Body:
         span: where the model says it.
         joint: name of its joint if the model has one for the whole row.
         extra_inertia: part of the inertia about the centre of mass [kg m2] that is impossible by
-            itself: a model may have such numbers for a part that is fixed to a larger one.
+            itself: a model may have such numbers for a part that is fixed to a larger one. Without
+            mass it is the whole inertia.
         shapes: in the body's frame.
     """
 
@@ -166,11 +168,13 @@ class Body:
 
 def split_extra_inertia(
     mass: float, centre: Array, inertia: Array, pose: Array
-) -> tuple[MassProperties, Array]:
+) -> tuple[MassProperties | None, Array]:
     """Return `Body.mass` and `Body.extra_inertia` from values in a frame with `pose` (4, 4).
 
-    Raises ValueError for a mass that is not positive.
+    Raises ValueError for a negative mass.
     """
+    if mass == 0.0:
+        return None, pose[:3, :3] @ inertia @ pose[:3, :3].T
     try:
         return MassProperties(mass, centre, inertia).transform(pose), np.zeros((3, 3))
     except ValueError:
@@ -245,11 +249,14 @@ def swap_massless_parents(tree: BodyTree) -> BodyTree:
     return replace(tree, bodies=tuple(swapped.values()))
 
 
-def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()) -> BodyTree:
+def merge_rigid_bodies(
+    tree: BodyTree, losses: Losses, kept_bodies: frozenset[str] = frozenset()
+) -> BodyTree:
     """Merge bodies without degrees of freedom into their parents; their frames become sites.
 
     Args:
         tree: the tree.
+        losses: collects the names that change.
         kept_bodies: names of bodies that are not merged.
     """
     homes: dict[str, tuple[str | None, Array]] = {}
@@ -262,29 +269,44 @@ def merge_rigid_bodies(tree: BodyTree, kept_bodies: frozenset[str] = frozenset()
             kept[body.name] = replace(body, parent=parent, pose=pose)
             continue
         homes[body.name] = (parent, pose)
-        sites = {body.name: pose, **{name: pose @ site for name, site in body.sites.items()}}
+        own = {name: pose @ site for name, site in body.sites.items()}
+        sites = _merge_sites({body.name: pose}, own, losses)
         shapes = tuple(shape.transformed(pose) for shape in body.shapes)
         if parent is None:
-            world = _merge_sites(world, sites)
+            world = _merge_sites(world, sites, losses)
             world_shapes += shapes
             continue
         home = kept[parent]
         moved = None if body.mass is None else body.mass.transform(pose)
         mass = home.mass if moved is None else moved if home.mass is None else home.mass + moved
         loose = home.extra_inertia + pose[:3, :3] @ body.extra_inertia @ pose[:3, :3].T
-        sites = _merge_sites(home.sites, sites)
+        sites = _merge_sites(home.sites, sites, losses)
         kept[parent] = replace(
             home, mass=mass, extra_inertia=loose, sites=sites, shapes=(*home.shapes, *shapes)
         )
     return replace(tree, bodies=tuple(kept.values()), sites=world, shapes=world_shapes)
 
 
-def _merge_sites(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, Array]:
+def _merge_sites(
+    first: Mapping[str, Array], second: Mapping[str, Array], losses: Losses
+) -> dict[str, Array]:
     """Return both, with new names for sites of `second` whose names are taken."""
     joined = dict(first)
     for name, pose in second.items():
-        joined[free_name(name, joined)] = pose
+        word = free_name(name, joined)
+        joined[word] = pose
+        if word != name:
+            losses.add(CHANGED_NAMES, format_new_name(name, word))
     return joined
+
+
+CHANGED_NAMES = "changed names"
+"""Sentence of the loss."""
+
+
+def format_new_name(name: str, word: str) -> str:
+    """Return the place in the loss of a changed name."""
+    return f"`{shorten(name)}` is `{shorten(word)}`"
 
 
 def own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:

@@ -137,7 +137,7 @@ class BodyReader:
         if fixed:
             self._fixed.add(name)
         needless = fixed and not self._number_setting("settotalmass") > 0.0
-        mass = None if needless else self._body_mass(contents)
+        mass, inertia = (None, np.zeros((3, 3))) if needless else self._body_mass(contents)
         self.bodies.append(
             Body(
                 name,
@@ -147,6 +147,7 @@ class BodyReader:
                 mass,
                 own_site_names(name, contents.sites),
                 element.span_of("name"),
+                extra_inertia=inertia,
                 shapes=self.geoms.shapes(contents.geoms),
             )
         )
@@ -235,22 +236,25 @@ class BodyReader:
         self._add_unread_losses(whole)
         contents.joints.append(whole)
 
-    def _body_mass(self, contents: _BodyContents) -> MassProperties | None:
-        """The mass properties of a body: its `inertial`, or the sum of its geoms."""
+    def _body_mass(self, contents: _BodyContents) -> tuple[MassProperties | None, Array]:
+        """Return the mass properties of a body, and its inertia if that has no mass.
+
+        They are those of its `inertial` or the sum of its geoms, within the compiler's bounds.
+        """
         choice = self.document.setting("inertiafromgeom", "auto")
         if contents.inertial is not None and choice != "true":
-            return self._with_mass_bounds(self._parse_inertial(contents.inertial))
-        if choice == "false":
-            return self._with_mass_bounds(None)
+            return self._parse_inertial(contents.inertial)
         total: MassProperties | None = None
-        for element, before in contents.geoms:
+        for element, before in contents.geoms if choice != "false" else ():
             if not self._is_in_inertia_group(element):
                 continue
             part = geom_mass(element, self.document.angle_convention, self.diagnostics)
             if part is not None:
                 moved = part.transform(before)
                 total = moved if total is None else total + moved
-        return self._with_mass_bounds(total)
+        if total is None:
+            return self._with_bounds(0.0, np.zeros(3), np.zeros((3, 3)))
+        return self._with_bounds(total.mass, total.centre, total.inertia)
 
     def _is_in_inertia_group(self, geom: XmlElement) -> bool:
         written = self.document.compiler.get("inertiagrouprange")
@@ -260,47 +264,51 @@ class BodyReader:
             or bounds[0] <= parse_number(geom, "group", self.diagnostics) <= bounds[1]
         )
 
-    def _parse_inertial(self, element: XmlElement) -> MassProperties | None:
-        diagnostics = self.diagnostics
+    def _parse_inertial(self, element: XmlElement) -> tuple[MassProperties | None, Array]:
+        diagnostics, nothing = self.diagnostics, (None, np.zeros((3, 3)))
         if "mass" not in element.attributes:
             diagnostics.error("`inertial` has no mass", element.span, "add `mass`")
-            return None
+            return nothing
         mass = parse_number(element, "mass", diagnostics)
-        if mass == 0.0:
-            return None
         turn = parse_orientation(element, self.document.angle_convention, diagnostics)
         tensor = np.diag(parse_vector(element, "diaginertia", diagnostics))
         full = element.attributes.get("fullinertia")
         if full is not None:
             xx, yy, zz, xy, xz, yz = parse_numbers(full, diagnostics, 6) or (1.0,) * 3 + (0.0,) * 3
             tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        elif "diaginertia" not in element.attributes:
+        elif "diaginertia" not in element.attributes and mass != 0.0:
             diagnostics.error(
                 "`inertial` has no inertia", element.span, "add `diaginertia` or `fullinertia`"
             )
-            return None
-        moments, axes = np.linalg.eigh(tensor)
-        balance = self.document.setting("balanceinertia", "false") == "true"
-        if balance and moments[2] > moments[0] + moments[1]:
-            moments = np.full(3, moments.mean())
-        tensor = turn @ axes @ np.diag(moments) @ axes.T @ turn.T
+            return nothing
+        place = np.array(parse_vector(element, "pos", diagnostics))
         try:
-            return MassProperties(mass, np.array(parse_vector(element, "pos", diagnostics)), tensor)
+            return self._with_bounds(mass, place, turn @ tensor @ turn.T)
         except ValueError as failure:
             diagnostics.error(str(failure), element.span, "MuJoCo refuses it as well")
-            return None
+            return nothing
 
-    def _with_mass_bounds(self, mass: MassProperties | None) -> MassProperties | None:
-        """Return the mass properties with the lower bounds of the compiler settings."""
-        least = self._number_setting("boundmass")
-        least_inertia = self._number_setting("boundinertia")
-        if mass is None:
-            if not (least > 0.0 and least_inertia > 0.0):
-                return None
-            return MassProperties(least, np.zeros(3), least_inertia * np.eye(3))
-        moments, axes = np.linalg.eigh(mass.inertia)
-        tensor = axes @ np.diag(np.maximum(moments, least_inertia)) @ axes.T
-        return MassProperties(max(mass.mass, least), mass.centre, tensor)
+    def _with_bounds(
+        self, mass: float, centre: Array, tensor: Array
+    ) -> tuple[MassProperties | None, Array]:
+        """Return mass properties within the compiler's bounds, and inertia without mass.
+
+        As in MuJoCo the lower bounds apply first: with them the moments may need no balance.
+        Raises ValueError for numbers that no body has.
+        """
+        least, least_inertia = map(self._number_setting, ("boundmass", "boundinertia"))
+        moments, axes = np.linalg.eigh(tensor)
+        if least > 0.0:
+            mass = max(mass, least)
+        if least_inertia > 0.0:
+            moments = np.maximum(moments, least_inertia)
+        balance = self.document.setting("balanceinertia", "false") == "true"
+        if balance and moments.max() > moments.sum() - moments.max():
+            moments = np.full(3, moments.mean())
+        tensor = axes @ np.diag(moments) @ axes.T
+        if mass == 0.0:
+            return None, tensor
+        return MassProperties(mass, centre, tensor), np.zeros((3, 3))
 
     def _number_setting(self, name: str) -> float:
         written = self.document.compiler.get(name)
@@ -322,9 +330,8 @@ class BodyReader:
 
 
 def _scale_mass(body: Body, factor: float) -> Body:
-    if body.mass is None:
-        return body
-    return replace(body, mass=body.mass.with_mass(body.mass.mass * factor))
+    mass = None if body.mass is None else body.mass.with_mass(body.mass.mass * factor)
+    return replace(body, mass=mass, extra_inertia=body.extra_inertia * factor)
 
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)

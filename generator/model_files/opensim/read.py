@@ -224,7 +224,7 @@ def _build_bodies(
     return list(bodies.values())
 
 
-def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, Array] | None:
+def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties | None, Array] | None:
     """The mass properties of a body, and loose inertia; None without any."""
     (mass,) = child_numbers(body, "mass", (0.0,), diagnostics)
     if mass == 0.0:

@@ -12,7 +12,14 @@ from generator.diagnostics import Diagnostics, InputError, error
 from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
 from generator.geometry.surface import Surface, join_surfaces
 from generator.losses import Losses
-from generator.model_files.body_tree.shapes import Colour, MeshFiles, Shape, scaled
+from generator.model_files.body_tree.shapes import (
+    NO_SIZE,
+    Colour,
+    MeshFiles,
+    Shape,
+    folders_above,
+    scaled,
+)
 from generator.model_files.opensim.frames import FrameIndex
 from generator.model_files.opensim.joints import child_number, child_numbers, child_text
 from generator.model_files.xml import XmlElement, parse_xml
@@ -23,7 +30,7 @@ WHITE = (1.0, 1.0, 1.0)
 """Colour of a geometry without any."""
 
 GEOMETRY_FOLDER = "Geometry"
-"""Folder beside a model in which OpenSim looks for its mesh files."""
+"""Folder of mesh files: OpenSim looks for it beside a model, and repositories have one for all."""
 
 _READ: Final = ("Mesh", "Brick", "Sphere", "Cylinder", "Ellipsoid")
 
@@ -93,30 +100,36 @@ class GeometryReader:
         match element.tag:
             case "Mesh":
                 name = child_text(element, "mesh_file").replace("\\", "/")
-                folders = (self.directory, self.directory / GEOMETRY_FOLDER)
+                above = folders_above(self.directory)
+                folders = (self.directory, *(folder / GEOMETRY_FOLDER for folder in above))
                 return self._files.find(folders, name) if name else None
             case "Brick":
                 sizes = child_numbers(element, "half_lengths", unit, self._diagnostics)
-                return box(*sizes) if self._are_positive(element, *sizes) else None
+                return box(*sizes) if self._have_size(element, *sizes) else None
             case "Ellipsoid":
                 sizes = child_numbers(element, "radii", unit, self._diagnostics)
-                return ellipsoid(*sizes) if self._are_positive(element, *sizes) else None
+                return ellipsoid(*sizes) if self._have_size(element, *sizes) else None
             case "Sphere":
                 radius = child_number(element, "radius", self._diagnostics)
-                return sphere(radius) if self._are_positive(element, radius) else None
+                return sphere(radius) if self._have_size(element, radius) else None
             case _:
                 radius = child_number(element, "radius", self._diagnostics)
                 half = child_number(element, "half_height", self._diagnostics)
-                if not self._are_positive(element, radius, half):
+                if not self._have_size(element, radius, half):
                     return None
                 upright = pose_matrix(_Z_ALONG_Y, np.zeros(3))
                 return cylinder(radius, half).transformed(upright)
 
-    def _are_positive(self, element: XmlElement, *sizes: float) -> bool:
+    def _have_size(self, element: XmlElement, *sizes: float) -> bool:
+        """Return whether a geometry has a size; report one that has none."""
         if all(size > 0.0 for size in sizes):
             return True
-        message = f"the sizes of this {element.tag.lower()} are not positive"
-        self._diagnostics.error(message, element.span)
+        if min(sizes) < 0.0:
+            self._diagnostics.error(
+                f"a size of this {element.tag.lower()} is negative", element.span
+            )
+        else:
+            self.losses.add(NO_SIZE, element.get("name") or element.tag)
         return False
 
     def _colour(self, appearance: XmlElement | None) -> Colour:

@@ -196,7 +196,7 @@ def figure_from_urdf(
 def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot:
     robot = _Robot()
     for child in root.children:
-        if ":" in child.tag:
+        if child.tag.startswith("xacro:"):
             diagnostics.error(
                 f"`{shorten(child.tag)}` is a macro",
                 child.span,
@@ -308,7 +308,7 @@ def _body(robot: _Robot, name: str, visuals: VisualReader) -> Body:
     return Body(name, parent, pose, freedoms, mass, {}, place, title, loose, shapes)
 
 
-def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, Array] | None:
+def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties | None, Array] | None:
     """The mass properties of a link in its frame, and loose inertia; None without any."""
     inertial = link.find("inertial")
     if inertial is None:
@@ -318,7 +318,7 @@ def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties, A
         diagnostics.error("this inertial has no mass", inertial.span, 'write `<mass value="..."/>`')
         return None
     value = parse_number(mass, "value", diagnostics)
-    if value == 0.0:
+    if value == 0.0 and inertia is None:
         return None
     if inertia is None:
         diagnostics.error(

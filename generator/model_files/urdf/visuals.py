@@ -10,7 +10,14 @@ from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.geometry.primitives import box, capsule, cylinder, sphere
 from generator.geometry.surface import Surface
 from generator.losses import Losses
-from generator.model_files.body_tree.shapes import Colour, MeshFiles, Shape, scaled
+from generator.model_files.body_tree.shapes import (
+    NO_SIZE,
+    Colour,
+    MeshFiles,
+    Shape,
+    folders_above,
+    scaled,
+)
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
@@ -22,9 +29,6 @@ from generator.rotations import Array, matrix_from_xyz, pose_matrix
 SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 
 PACKAGE, FILE = "package://", "file://"
-
-MAX_PACKAGE_LEVELS = 8
-"""Folders above the model in which a package is looked for."""
 
 
 def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
@@ -64,47 +68,52 @@ class VisualReader:
         visuals, collisions = list(link.find_all("visual")), list(link.find_all("collision"))
         if collisions:
             self.losses.add("contact: `mover simulate --floor` and `--scene` have their own")
-        return tuple(self._read(visuals or collisions))
+        return tuple(self._read(link.get("name") or "", visuals or collisions))
 
-    def _read(self, elements: list[XmlElement]) -> Iterator[Shape]:
+    def _read(self, link: str, elements: list[XmlElement]) -> Iterator[Shape]:
         for element in elements:
             geometry = element.find("geometry")
             for shape in () if geometry is None else geometry.children:
-                surface = self._surface(shape)
+                surface = self._surface(link, shape)
                 if surface is not None:
                     pose = parse_origin(element, self.diagnostics)
                     yield Shape(surface.transformed(pose), self._colour(element))
 
-    def _surface(self, shape: XmlElement) -> Surface | None:
+    def _surface(self, link: str, shape: XmlElement) -> Surface | None:
         match shape.tag:
             case "box":
                 sizes = parse_vector(shape, "size", self.diagnostics)
-                if self._are_positive(shape, *sizes):
+                if self._have_size(link, shape, *sizes):
                     return box(*(0.5 * size for size in sizes))
             case "sphere":
                 radius = parse_number(shape, "radius", self.diagnostics)
-                if self._are_positive(shape, radius):
+                if self._have_size(link, shape, radius):
                     return sphere(radius)
             case "cylinder" | "capsule":
                 radius, length = (
                     parse_number(shape, word, self.diagnostics) for word in ("radius", "length")
                 )
-                if self._are_positive(shape, radius, length):
+                if self._have_size(link, shape, radius, length):
                     return (cylinder if shape.tag == "cylinder" else capsule)(radius, 0.5 * length)
             case "mesh":
                 surface = self._mesh(shape.get("filename") or "")
                 scale = parse_vector(shape, "scale", self.diagnostics, (1.0, 1.0, 1.0))
-                return surface if surface is None or not all(scale) else scaled(surface, scale)
+                if surface is not None and self._have_size(link, shape, *map(abs, scale)):
+                    return scaled(surface, scale)
             case tag:
                 self.diagnostics.error(
                     f"unknown shape `{shorten(tag)}`", shape.span, spelling_hint(tag, SHAPES)
                 )
         return None
 
-    def _are_positive(self, shape: XmlElement, *sizes: float) -> bool:
+    def _have_size(self, link: str, shape: XmlElement, *sizes: float) -> bool:
+        """Return whether a shape has a size; report one that has none."""
         if all(size > 0.0 for size in sizes):
             return True
-        self.diagnostics.error(f"the sizes of this {shape.tag} are not positive", shape.span)
+        if min(sizes) < 0.0:
+            self.diagnostics.error(f"a size of this {shape.tag} is negative", shape.span)
+        else:
+            self.losses.add(NO_SIZE, f"{shape.tag} of {link}")
         return False
 
     def _mesh(self, name: str) -> Surface | None:
@@ -115,8 +124,7 @@ class VisualReader:
         if not name.startswith(PACKAGE):
             return self._files.find((self.directory,), name.removeprefix(FILE))
         package, _, rest = name.removeprefix(PACKAGE).partition("/")
-        here = self.directory.absolute()
-        above = [here, *here.parents][:MAX_PACKAGE_LEVELS]
+        above = folders_above(self.directory)
         folders = [folder for each in above for folder in (each / package, each)]
         return self._files.find(folders, rest, name)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from generator import read_action, read_figure
+from generator import read_action, read_figure, text_io
 from generator.motion_files import MOTION_FORMATS, format_action, motion_from_action, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.glb import write as write_glb
@@ -151,3 +151,18 @@ def test_a_folder_without_permission_is_reported(swing: Path):
     swing.parent.chmod(0o700)
     assert result.exit_code == 1
     assert "permission denied" in result.stderr
+
+
+@pytest.mark.parametrize("suffix", [".action", ".mot", ".sto"])
+def test_a_motion_that_is_too_long_to_be_read_again_is_not_written(
+    swing: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+):
+    """With a smaller bound of the reader: 32 MB take half a minute."""
+    monkeypatch.setattr(text_io, "MAX_FILE_BYTES", 30_000)
+    long, other = swing.with_name(f"long{suffix}"), swing.with_name("long.glb")
+    run("convert", swing, long)
+    long.unlink()
+    result = mover("convert", swing, other, long, "--fps", "5000")
+    assert result.exit_code == 1
+    assert f"`{long.name}` is larger than" in result.stderr
+    assert [path.name for path in swing.parent.iterdir()] == [swing.name]

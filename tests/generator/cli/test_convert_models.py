@@ -1,10 +1,17 @@
 """`mover convert` of another program's model."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 
+from generator.conversion import convert
+from generator.diagnostics import UsageError
 from generator.figure_file import read_figure
+from generator.geometry.psurf import read_psurf
+from generator.springs_file.read import read_springs
 from tests.command import answer, mover, run
 from tests.generator.model_files.imported_models import MODELS
 
@@ -62,3 +69,100 @@ def test_a_figure_is_not_written_over_its_model(tmp_path: Path):
     (tmp_path / "one.fig").symlink_to(model)
     assert mover("convert", model, tmp_path / "one.fig").exit_code == 1
     assert model.read_bytes() == PIN.read_bytes()
+
+
+def mjcf(bodies: str) -> str:
+    return f"<mujoco><worldbody>{bodies}</worldbody></mujoco>"
+
+
+def chained(joints: list[str], geom: str = "") -> str:
+    """Bodies one behind the other, on joints with these attributes."""
+    mass = f'<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{geom}'
+    return "".join(f'<body pos="0 0 0.1"><joint {words}/>{mass}</body>' for words in joints)
+
+
+SIZES = st.sampled_from([0.0, 1e-9, 0.3, 5.0, 1e4, 1e16, 1e30, 1e50])
+NUMBERS = st.tuples(SIZES, st.sampled_from([1, -1])).map(lambda parts: parts[0] * parts[1])
+
+
+@st.composite
+def joint_attributes(draw: st.DrawFn) -> str:
+    """Springs, damping, friction and limits, some of them of no use."""
+    stiffness = f"{draw(SIZES)} {draw(NUMBERS)} {draw(NUMBERS)}"
+    words = {
+        "type": draw(st.sampled_from(["hinge", "slide", "ball", "free"])),
+        "axis": draw(st.sampled_from(["1 0 0", "0.6 0.8 0"])),
+        "stiffness": draw(st.sampled_from(["0", "3", stiffness])),
+        "springref": str(draw(NUMBERS)),
+        "damping": str(draw(SIZES)),
+        "frictionloss": str(draw(SIZES)),
+        "range": " ".join(map(str, sorted([draw(NUMBERS), draw(NUMBERS)]))),
+    }
+    kept = draw(st.sets(st.sampled_from(sorted(words))))
+    return " ".join(f'{key}="{words[key]}"' for key in sorted(kept))
+
+
+@st.composite
+def models(draw: st.DrawFn) -> str:
+    """Chains of bodies with a mesh whose faces may be lines."""
+    joints = draw(st.lists(joint_attributes(), min_size=1, max_size=4))
+    corners = draw(st.lists(st.integers(0, 3), min_size=3, max_size=12))
+    faces = " ".join(map(str, corners[: len(corners) // 3 * 3]))
+    points = " ".join(str(draw(NUMBERS)) for _ in range(3)) + " 1 0 0 0 1 0 0 0 1"
+    asset = f'<asset><mesh name="m" vertex="{points}" face="{faces}"/></asset>'
+    geom = '<geom type="mesh" mesh="m" contype="0" conaffinity="0"/>'
+    return mjcf(chained(joints, geom)).replace("<worldbody>", f"{asset}<worldbody>")
+
+
+CROWD = mjcf(chained([f'name="j{k}" stiffness="1 -5 0"' for k in range(250)]))
+LONG_NAMES = mjcf(chained([f'name="{k:0180d}" frictionloss="1"' for k in range(250)]))
+STEEP = mjcf(chained(['stiffness="1 1e49 0" springref="1e30"']))
+FAR = mjcf(chained(['stiffness="1e50" springref="1e50" frictionloss="1"']))
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(models())
+@example(CROWD)
+@example(LONG_NAMES)
+@example(STEEP)
+@example(FAR)
+def test_what_is_written_is_read_again_or_nothing_is_written(model: str):
+    with TemporaryDirectory() as folder:
+        source, path = Path(folder, "one.xml"), Path(folder, "one.fig")
+        source.write_text(model)
+        result = mover("convert", source, path)
+        if result.exit_code != 0:
+            assert result.exit_code == 1
+            assert isinstance(result.exception, SystemExit), result.exception
+            assert list(Path(folder).iterdir()) == [source]
+            return
+        figure = read_figure(path)
+        read_springs(None, figure)
+        for segment in figure.segments.values():
+            assert segment.psurf is None or read_psurf(path.parent / segment.psurf).face_count
+
+
+def test_tables_of_many_joints_are_thinned_and_steep_springs_bounded(tmp_path: Path):
+    for name, text, word in (("crowd", CROWD, "become tables"), ("far", FAR, "are bounded there")):
+        (tmp_path / f"{name}.xml").write_text(text)
+        said = answer("convert", tmp_path / f"{name}.xml", tmp_path / f"{name}.fig")
+        losses = [loss["what"] for loss in said["losses"][str(tmp_path / f"{name}.fig")]]
+        assert any(word in loss for loss in losses)
+
+
+def test_springs_that_fit_no_file_are_refused_before_anything_is_written(tmp_path: Path):
+    (tmp_path / "one.xml").write_text(LONG_NAMES)
+    result = mover("convert", tmp_path / "one.xml", tmp_path / "one.fig")
+    assert result.exit_code == 1
+    assert "too long for a springs file" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["one.xml"]
+
+
+@pytest.mark.parametrize("name", ["arm.urdf.xacro", "arm.xacro"])
+def test_a_model_with_macros_names_the_program_that_writes_it_out(name: str, tmp_path: Path):
+    (tmp_path / name).write_text("<robot/>")
+    result = mover("convert", tmp_path / name, tmp_path / "arm.fig")
+    assert result.exit_code == 2
+    assert f"xacro {name} -o arm.urdf" in " ".join(result.stderr.split())
+    with pytest.raises(UsageError, match="xacro"):
+        convert(tmp_path / name, tmp_path / "arm.fig")

@@ -5,9 +5,12 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from statistics import median
 
@@ -19,6 +22,7 @@ from generator.study.study import RunResult
 from generator.study.sweep import SweepProgress
 from generator.study.worker_pool import FinishedRun
 from tests.command import answer, mover, run
+from tests.processes import ENVIRONMENT
 
 STUDY = """\
 figure = "pendulum"
@@ -197,3 +201,28 @@ def test_the_table_does_not_replace_the_list_of_the_study(tmp_path: Path) -> Non
     assert "points.csv` cannot be written: the study reads it" in result.stderr
     assert points.read_text() == "pull,stiffness\n1,1\n"
     assert not (tmp_path / "out").exists()
+
+
+LEADING_PROCESS = """
+import sys
+from generator.cli.app import main
+try:
+    main()
+finally:
+    print(sorted({"numba", "generator.simulation.compiled_run"} & sys.modules.keys()))
+"""
+
+
+def test_the_leading_process_does_not_load_the_compiled_integrator(tmp_path: Path) -> None:
+    """It takes 200 MB, and the processes of the runs load it."""
+    import_module("generator.simulation.compiled_run")  # which compiles it
+    (tmp_path / "swing.study.toml").write_text(STUDY.replace("runs = 16", "runs = 8"))
+    words = ["sweep", str(tmp_path / "swing.study.toml"), "-o", str(tmp_path / "runs")]
+    printed = subprocess.run(
+        [sys.executable, "-c", LEADING_PROCESS, *words, "--jobs", "1"],
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+    ).stdout
+    assert "32 runs of pendulum" in printed
+    assert printed.splitlines()[-1] == "[]"

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -16,10 +15,11 @@ import pytest
 from generator import read_figure, read_springs
 from generator.cli.view import ViewInputs, load_inputs
 from springs import Joining
+from tests.browser import PageClient, open_address
 from tests.command import answer, mover, run
 from tests.motions import clip
 from tests.paths import FIGURES
-from tests.processes import ENVIRONMENT
+from tests.processes import ENVIRONMENT, child_processes, has_ended
 
 # A background job of a shell ignores SIGINT, and its children inherit that.
 START = (
@@ -154,7 +154,9 @@ def test_a_page_is_exported_without_viser(folder: Path, tmp_path: Path):
     assert (tmp_path / "hang.html").read_text(encoding="utf-8").startswith("<!")
     done = subprocess.run([*MOVER, "pendulum"], cwd=tmp_path, env=environment,
                           capture_output=True, text=True)  # fmt: skip
-    expected = "error: the page needs viser: pip install 'exudyn-mover[viewer]'\n"
+    expected = (
+        'error: the page needs viser: in the project\'s folder, `pip install -e ".[viewer]"`\n'
+    )
     assert (done.returncode, done.stdout, done.stderr) == (2, "", expected)
 
 
@@ -196,14 +198,31 @@ class TestPage:
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_signals_end_the_page(self, folder: Path, number: signal.Signals):
         def end(process: subprocess.Popen[str], address: str) -> None:
-            with urlopen(address, timeout=30.0) as page:
-                assert b"<html" in page.read(2000)
+            assert b"<html" in open_address(address)[:2000]
             process.send_signal(number)
 
         code, out, rest = serve([folder / "hang.npz", "--no-browser", "--json"], end)
         assert (code, rest) == (0, "Ctrl-C ends the page.\n")
         assert '"frames"' in out
         assert '"address"' in out
+
+    @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="the system has no /proc")
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+    def test_a_live_simulation_ends_with_the_page(self, number: signal.Signals):
+        from tests.generator.viewer.conftest import wait_until
+
+        children: list[int] = []
+
+        def end(process: subprocess.Popen[str], address: str) -> None:
+            assert process.stderr is not None
+            assert process.stderr.readline() == "Ctrl-C ends the page.\n"
+            PageClient(address).set("Start", True)
+            wait_until(lambda: children.extend(child_processes(process.pid)) or len(children) > 1)
+            process.send_signal(number)
+
+        code, _, rest = serve(["pendulum", "--no-browser"], end)
+        assert (code, rest) == (-number if number == signal.SIGKILL else 0, "")
+        wait_until(lambda: all(map(has_ended, children)))
 
     @pytest.mark.skipif(os.name != "posix", reason="needs signals")
     def test_a_page_for_others_warns_and_ends_at_ctrl_c_during_its_start(
@@ -218,7 +237,9 @@ class TestPage:
         variables = {"PYTHONPATH": path, "BROWSER": "one"}
         code, out, rest = serve(line, lambda *_: None, variables)
         assert code == 0
-        assert "warning: every machine that reaches 0.0.0.0 can use the page.\n" in rest
+        assert (
+            f"warning: other machines reach the page too, at http://{socket.gethostname()}:" in rest
+        )
         assert rest.count("warning: the springs of the motion, `my.springs.toml`, are not") == 1
         assert "Traceback" not in rest
         assert out.count("\n") == 1

@@ -1,6 +1,7 @@
 """Mesh files, as trimesh writes and reads them, and colours of segments."""
 
 import json
+import pickle
 import struct
 import tracemalloc
 from dataclasses import replace
@@ -12,10 +13,18 @@ import trimesh
 
 from generator.diagnostics import InputError
 from generator.figure import Attribute
+from generator.figure_file.read import read_figure
 from generator.geometry import build_solid, mass_properties, read_surface
-from generator.geometry.read import GREY, UnknownSurfaceError, segment_colour
+from generator.geometry.read import (
+    GREY,
+    UnknownSurfaceError,
+    read_segment_surface,
+    segment_colour,
+    with_surfaces,
+)
 from generator.rotations import matrix_from_rotation_vector, pose_matrix
 from tests.chains import BALL, body, figure, ground, joint
+from tests.paths import FIGURES
 
 MILLIMETRE = Fraction(1, 1000)
 SIZE = (0.5, 0.25, 2.0)
@@ -214,3 +223,21 @@ def test_counts_that_are_none_are_refused(tmp_path, count):
     gltf(tmp_path / "count.glb", count=count)
     with pytest.raises(InputError, match=r"count\.glb"):
         read_surface(tmp_path / "count.glb")
+
+
+def test_surfaces_that_were_read_ahead_stay_as_they_were(tmp_path):
+    for name in ("pendulum.fig", "floor.pss", "link1.pss"):
+        (tmp_path / name).write_bytes((FIGURES / name).read_bytes())
+    (tmp_path / "floor.pss").unlink()
+    read = pickle.loads(pickle.dumps(with_surfaces(read_figure(tmp_path / "pendulum.fig"))))
+    link, floor = read.segments["link1"], read.segments["floor"]
+    (tmp_path / "link1.pss").unlink()
+    (tmp_path / "floor.pss").write_bytes((FIGURES / "floor.pss").read_bytes())
+    expected = read_surface(FIGURES / "link1.pss")
+    assert (read_segment_surface(read, link).vertices == expected.vertices).all()
+    with pytest.raises(InputError, match=r"floor\.pss"):
+        read_segment_surface(read, floor)
+    other = replace(link, psurf="floor.pss", name="other")
+    again = with_surfaces(read.with_parts(replace(link, psurf="other.pss"), other))
+    assert again.surfaces.keys() == {"link1.pss", "floor.pss", "other.pss"}
+    assert read_figure("pendulum").surfaces == {}

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from generator.geometry.primitives import box, sphere
+from generator.geometry.psurf import format_psurf, parse_psurf
 from generator.geometry.surface import Surface, join_surfaces
 from generator.geometry.validate import build_solid
 from generator.rotations import matrix_from_xyz, pose_matrix
@@ -35,3 +38,32 @@ def test_vertices_without_a_face_are_left_out():
     np.testing.assert_array_equal(kept.vertices, surface.vertices[[0, 1, 3]])
     assert kept.faces == ((0, 1, 2),)
     assert kept.without_unused_vertices is kept
+
+
+FACES = st.lists(st.lists(st.integers(0, 5), min_size=3, max_size=7), min_size=1, max_size=6)
+
+
+@given(FACES)
+def test_faces_that_pass_a_vertex_twice_become_triangles_of_the_same_area(faces):
+    """The sum of the area vectors, and the volume that the faces add up to, stay."""
+    corners = np.random.default_rng(8).uniform(-1.0, 1.0, (6, 3))
+    surface = Surface.from_faces(corners, faces)
+    sound = surface.with_distinct_corners
+    assert all(len(set(face)) == len(face) for face in sound.faces)
+    kept = [face for face in surface.faces if len(set(face)) == len(face)]
+    assert [face for face in sound.faces if face in kept] != [] or not kept
+    for one, other in zip(sums(surface), sums(sound), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+    again = parse_psurf(format_psurf(sound)).value
+    assert (again is not None) == bool(sound.face_count)
+
+
+def sums(surface: Surface):
+    one, two, three = (surface.vertices[k] for k in surface.fan_triangles[0])
+    area = np.cross(two - one, three - one).sum(axis=0)
+    return area, np.einsum("ij,ij->", one, np.cross(two, three))
+
+
+def test_sound_faces_stay_as_they_are():
+    surface = box(1.0, 2.0, 3.0)
+    assert surface.with_distinct_corners is surface

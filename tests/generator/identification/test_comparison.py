@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from generator.identification.comparison import (
     FAILED_RUN_ERROR,
@@ -11,6 +13,7 @@ from generator.identification.comparison import (
     Comparison,
     FailedRunError,
     make_unknown,
+    unknown_release,
 )
 from tests.swings import NOISE, OFFSET, SCALE, TRUTH, VISCOUS, leg_case, paths, swing
 
@@ -37,6 +40,34 @@ def test_samples_between_frames_are_interpolated():
     uneven = replace(data, times=times, angles=data.angles[np.searchsorted(data.times, times)])
     truth = np.array(list(TRUTH.values()))
     assert np.abs(comparison(uneven).residuals(truth, FINE)).max() < 2e-6
+
+
+@settings(max_examples=10)
+@given(
+    epoch=st.integers(-(2**37), 2**37).map(lambda count: count / 64.0),
+    release=st.floats(-0.1, 0.1),
+)
+def test_residuals_do_not_depend_on_the_epoch(epoch: float, release: float):
+    """Times and epoch are multiples of 1/64 s, so that the shifted times are exact."""
+    data = swing(frame=1.0 / 64.0, stop=0.5)
+    texts = [make_unknown(path, leg_case()) for path in paths(SCALE)]
+    unknowns = [*texts, unknown_release(release, 1.0 / 64.0)]
+    values = np.array([1.3, release])
+    here, there = (
+        Comparison(leg_case(), replace(data, times=times), unknowns)
+        for times in (data.times, data.times + epoch)
+    )
+    assert np.array_equal(here.residuals(values, FINE), there.residuals(values, FINE))
+    assert there.in_time_of_data(values)[1] == epoch + release
+    assert there.failed_runs == 0
+
+
+def test_a_release_at_the_wrong_end_of_the_data_fails():
+    unknowns = [unknown_release(0.0, 0.02)]
+    one = Comparison(leg_case(), swing(), unknowns)
+    for release in (3.5, -3.5):
+        assert np.all(one.residuals(np.array([release]), FINE) == FAILED_RUN_ERROR)
+    assert "is too far away" in one.failure
 
 
 def test_derivatives_agree_with_wide_differences():

@@ -1,15 +1,26 @@
 """Fits to swings whose springs are known."""
 
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from generator.diagnostics import ModelError, UsageError
 from generator.figure_file import parse_figure
-from generator.identification.comparison import _scale_masses
-from generator.identification.fit import MAX_BIAS, FitOptions, fit_springs, start_angles
+from generator.identification.comparison import RELEASE, _scale_masses
+from generator.identification.fit import (
+    HELD_TIME,
+    MAX_BIAS,
+    Fit,
+    FitOptions,
+    UnfinishedFitError,
+    fit_springs,
+    start_angles,
+)
 from generator.identification.measured_angles import MeasuredAngles
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
@@ -32,6 +43,8 @@ from tests.swings import (
 )
 
 START = "pose.left_knee"
+
+FREE = replace(ALONE, release=None)
 
 
 def test_the_truth_is_within_the_uncertainty():
@@ -70,7 +83,7 @@ def test_the_bias_of_the_runs_is_small():
 
 def test_a_wrong_mass_moves_the_estimates_as_stated_and_leaves_the_residuals():
     fit, case = standard_fit(), leg_case()
-    heavier = replace(case, figure=_scale_masses(case.figure, 1.05))
+    heavier = _scale_masses(case, 1.05)
     other = fit_springs(heavier, swing(), paths(*TRUTH), ALONE)
     assert other.tests.rms == pytest.approx(fit.tests.rms, rel=1e-4)
     for one, moved in zip(fit.estimates, other.estimates, strict=True):
@@ -100,10 +113,11 @@ def test_noise_of_the_first_sample_does_not_bias_the_fit():
 def test_a_start_angle_of_a_posture_is_estimated():
     case, data = leg_case(), swing()
     case = replace(case, plan=replace(case.plan, displacements={"left_knee": (0.5,)}))
-    estimated = start_angles(case, data, paths(SCALE), known=())
+    angles = data.angles[0]
+    estimated = start_angles(case, data, paths(SCALE), known=(), angles=angles)
     assert [str(one.path) for one in estimated] == [START]
     assert estimated[0].nominal == pytest.approx(np.degrees(data.angles[0, 0]))
-    assert start_angles(case, data, paths(SCALE), known=("left_knee",)) == []
+    assert start_angles(case, data, paths(SCALE), ("left_knee",), angles) == []
 
 
 def test_a_start_angle_that_is_named_is_a_quantity():
@@ -186,7 +200,7 @@ def test_stated_noise_scales_the_standard_deviations():
 
 def test_wrong_choices_are_refused():
     case = leg_case()
-    with pytest.raises(UsageError, match="2 angles cannot determine 2 unknowns"):
+    with pytest.raises(UsageError, match="2 angles cannot determine 3 unknowns"):
         fit_springs(case, swing().between(0.0, 0.02), paths(SCALE))
     with pytest.raises(UsageError, match="fitted twice"):
         fit_springs(case, swing(), paths(SCALE, SCALE))
@@ -196,14 +210,101 @@ def test_wrong_choices_are_refused():
         FitOptions(starts=0)
     with pytest.raises(UsageError, match="the sd of a fit must be positive"):
         FitOptions(sd=0.0)
+    with pytest.raises(UsageError, match="the release of a fit must be finite"):
+        FitOptions(release=float("nan"))
     locked = replace(case, plan=replace(case.plan, locked=("left_knee",)))
     with pytest.raises(UsageError, match="locked or prescribed"):
         fit_springs(locked, swing(), paths(SCALE))
 
 
+def held_swing(release: float, seed: int = 2, stop: float = 3.0) -> MeasuredAngles:
+    """A swing that is sampled from 0 s on, whose release may lie before, between and after."""
+    times = np.arange(round(stop / 0.02) + 1) * 0.02
+    fine = swing(noise=0.0, frame=0.005, stop=stop + 1.0)
+    curve = CubicSpline(fine.times, fine.angles[:, 0])
+    angles = curve(np.maximum(times - release, 0.0))
+    noise = NOISE * np.random.default_rng(seed).standard_normal(len(times))
+    return MeasuredAngles("held.csv", times, (("left_knee", 0),), (angles + noise)[:, None])
+
+
+@pytest.mark.parametrize("release", [-0.04, -0.013, 0.0, 0.027, 0.04, 0.731])
+def test_the_release_does_not_bias_the_estimates(release: float):
+    """It may be two samples off, between samples, or after a time in which the leg is held."""
+    fit = fit_springs(leg_case(), held_swing(release), paths(*TRUTH), FREE)
+    truth = {**TRUTH, START: 50.0, RELEASE: release}
+    assert list(fit.values) == list(truth)
+    assert fit.release == fit.values[RELEASE]
+    for one in fit.estimates:
+        assert abs(one.value - truth[one.path]) < 3.0 * one.sd, one.path
+    assert fit.estimates[-1].sd < 0.003
+    assert fit.data.times[0] >= release - HELD_TIME - 0.04
+    assert not fit.tests.are_autocorrelated
+
+
+def test_a_release_that_is_stated_wrongly_biases_the_estimates():
+    data = held_swing(0.027)
+    wrong = fit_springs(leg_case(), data, paths(*TRUTH), ALONE)
+    assert abs(wrong.estimates[0].value - TRUTH[SCALE]) > 5.0 * wrong.estimates[0].sd
+    right = fit_springs(leg_case(), data, paths(*TRUTH), replace(ALONE, release=0.027))
+    assert right.data.times[0] == pytest.approx(0.04)
+    assert abs(right.estimates[0].value - TRUTH[SCALE]) < 3.0 * right.estimates[0].sd
+
+
+def test_with_rates_the_release_is_the_first_sample():
+    case, data = leg_case(), swing().between(0.0, 1.0)
+    fit = fit_springs(case, data, paths(SCALE, "velocity.left_knee"), FREE)
+    assert RELEASE not in fit.values
+    assert fit.release == 0.0
+
+
+@pytest.mark.parametrize("epoch", [2.0**30 + 0.25, -(2.0**21)])
+def test_a_shift_of_all_times_leaves_the_fit_as_it_is(epoch: float):
+    """The samples are a power of two apart, so that the shifted times are exact."""
+    exact = swing(frame=1.0 / 64.0, stop=1.5)
+    here = fit_springs(leg_case(), exact, paths(SCALE), FREE)
+    shifted = replace(exact, times=exact.times + epoch)
+    there = fit_springs(leg_case(), shifted, paths(SCALE), FREE)
+    assert np.array_equal(there.simulated, here.simulated)
+    *others, release = here.estimates
+    *others_there, release_there = there.estimates
+    assert others_there == others
+    assert release_there.sd == release.sd
+    assert release_there.value - epoch == pytest.approx(release.value, abs=1e-6)
+    assert there.starts[0].values[-1] - epoch == pytest.approx(here.starts[0].values[-1], abs=1e-6)
+
+
+def fit_with_time_for(runs: int, patch: pytest.MonkeyPatch, options: FitOptions = ALONE) -> Fit:
+    """Fit with a clock that passes the deadline during the n-th run."""
+    done, deadline = count(), 1e6
+    latest = -1
+
+    def watch() -> None:
+        nonlocal latest
+        latest = next(done)
+
+    clock = SimpleNamespace(monotonic=lambda: 0.0 if latest + 1 < runs else deadline)
+    patch.setattr("generator.identification.comparison.time", clock)
+    return fit_springs(leg_case(), swing(), paths(*TRUTH), options, watch, deadline=deadline)
+
+
+def test_a_deadline_ends_a_fit_with_what_is_known(monkeypatch: pytest.MonkeyPatch):
+    whole = standard_fit()
+    with pytest.raises(UnfinishedFitError, match="nothing is known yet") as caught:
+        fit_with_time_for(0, monkeypatch)
+    assert caught.value.values == {}
+    with pytest.raises(UnfinishedFitError, match="after 30 runs, before any uncertainty") as caught:
+        fit_with_time_for(30, monkeypatch)
+    assert list(caught.value.values) == [*TRUTH, START]
+    assert caught.value.values[SCALE] == pytest.approx(TRUTH[SCALE], abs=0.1)
+    late = fit_with_time_for(whole.runs - 3, monkeypatch, whole.options)
+    assert late.unfinished.endswith(f"the profiles of {VISCOUS} are missing")
+    assert [one.profile is None for one in late.estimates] == [False, False, True, True]
+    assert late.values == whole.values
+
+
 def test_an_interval_by_profile_ends_at_the_smallest_value():
     data = swing({**TRUTH, VISCOUS: 0.0, COULOMB: 0.0}, stop=1.0)
-    options = FitOptions(starts=1, sd=NOISE)
+    options = FitOptions(starts=1, sd=NOISE, release=0.0)
     fit = fit_springs(leg_case(), data, paths(COULOMB), options)
     (one, _) = fit.estimates
     assert one.profile_interval is not None
@@ -224,4 +325,5 @@ def test_a_fit_from_python_needs_figure_data_and_words():
     )
     assert warnings == ()
     assert [one.path for one in fit.estimates] == [*words, "pose.knee"]
+    assert fit.release == 0.0
     assert fit.tests.rms < np.radians(2.0)

@@ -8,7 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import InputError, UsageError
-from generator.identification.measured_angles import MeasuredAngles, read_measured_angles
+from generator.identification.measured_angles import (
+    MeasuredAngles,
+    format_time,
+    read_measured_angles,
+)
 from tests.motions import slides
 from tests.swings import leg_case, swing, swing_text
 
@@ -37,6 +41,60 @@ def test_a_table_is_read_back(tmp_path_factory: pytest.TempPathFactory, rows, in
     assert data.columns == (("left_knee", 0),)
     assert data.times.tolist() == times.tolist()
     np.testing.assert_allclose(np.degrees(data.angles[:, 0]), angles, rtol=1e-14, atol=1e-12)
+
+
+@given(
+    epoch=st.sampled_from((0.0, -40.0, 1e6, 1.7e9, -1.7e9, 4e9)),
+    decimals=st.integers(2, 5),
+    interval=st.integers(1, 10),
+)
+def test_times_of_any_epoch_keep_their_differences(
+    tmp_path_factory: pytest.TempPathFactory, epoch: float, decimals: int, interval: int
+):
+    """Written with decimals, as devices do; a sample each 1 to 10 units of the last one."""
+    steps = range(0, 40 * interval, interval)
+    times = [f"{int(epoch) + k * 10**-decimals:.{decimals}f}" for k in steps]
+    lines = [f"{time},{k % 7}" for k, time in enumerate(times)]
+    text = "\n".join(["time [s],left_knee [deg]", *lines])
+    data, warnings = read(tmp_path_factory.mktemp("data"), text)
+    exact = np.array(steps) * 10.0**-decimals
+    np.testing.assert_allclose(data.times - data.times[0], exact, rtol=0.0, atol=1e-6)
+    assert warnings == ()
+    assert float(format_time(float(data.times[1]))) == data.times[1]
+
+
+@pytest.mark.parametrize(
+    ("epoch", "rate", "decimals", "lost"),
+    [
+        (0.0, 30.0, 2, "0.01 s"),
+        (1.7e9, 30.0, 2, "0.01 s"),
+        (1.7e9, 100.0, 3, None),
+        (1.7e9, 30.0, 3, None),
+        (0.0, 100.0, 6, None),
+        (9e11, 1000.0, 4, "0.00012 s"),
+    ],
+)
+def test_times_that_have_lost_digits_are_named(
+    tmp_path: Path, epoch: float, rate: float, decimals: int, lost: str | None
+):
+    times = [f"{round(epoch + k / rate, decimals):.{decimals}f}" for k in range(60)]
+    text = "\n".join(
+        ["time [s],left_knee [deg]", *(f"{time},{k % 5}" for k, time in enumerate(times))]
+    )
+    data, warnings = read(tmp_path, text)
+    assert len(data.times) == 60
+    if lost is None:
+        assert warnings == ()
+        return
+    (found,) = warnings
+    assert f"the times are rounded to {lost}, though the samples are" in found.message
+    assert found.hint == "write the times with more decimals, counted from the first sample"
+
+
+def test_samples_at_uneven_times_have_lost_nothing(tmp_path: Path):
+    times = np.round(np.cumsum(np.random.default_rng(1).uniform(0.01, 0.05, 60)), 4)
+    text = "\n".join(["time [s],left_knee [deg]", *(f"{time:.4f},1" for time in times)])
+    assert read(tmp_path, text)[1] == ()
 
 
 def test_a_noisy_table_gives_no_warnings_of_splines(tmp_path: Path):

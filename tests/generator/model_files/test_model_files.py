@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.diagnostics import InputError
 from generator.geometry.appearance import segment_appearances
+from generator.geometry.psurf import format_psurf
 from generator.geometry.read import read_mesh
 from generator.geometry.surface import Surface
 from generator.losses import Losses
@@ -75,3 +77,46 @@ def test_a_concave_face_becomes_triangles_within_it():
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert 0.5 * cross[:, 2].sum() == pytest.approx(2.5)
     assert np.all(cross[:, 2] > 0.0)
+
+
+SHOULDER = '[[spring]]\njoints = ["shoulder"]\naxis = "x"\n'
+
+
+def pendulum_files(folder: Path, **others: str) -> ModelFiles:
+    """The files of a figure, the texts of some of which are others; a name's `__` is a dot."""
+    figure = Path(str(read_figure("pendulum").path)).read_text(encoding="utf-8")
+    texts = {
+        "arm.springs.toml": f"{SHOULDER}viscous_Nms_rad = 1.0\n",
+        "arm.pss": format_psurf(CONCAVE),
+        "arm.fig": figure,
+    } | {name.replace("__", "."): text for name, text in others.items()}
+    contents = {folder / name: text for name, text in texts.items()}
+    return ModelFiles(folder / "arm.fig", contents, Losses("figure"))
+
+
+STEEP = f"{SHOULDER}points_deg_Nm = [[0.0, 0.0], [1e-5, 1e99], [1.0, 0.0]]\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("arm__springs__toml", STEEP, "in line 4: this curve is too steep"),
+        ("arm__springs__toml", STEEP + "#\n" * 50_000, "too long for a springs file"),
+        ("arm__springs__toml", STEEP.replace('"shoulder"', '"knee"'), "the figure has no joint"),
+        ("arm__other__springs__toml", STEEP, "in line 4: this curve is too steep"),
+        ("arm__pss", "0 0 0\n1 0 0\n;;\n1 2 1;\n;;\n", "in line 4: vertex 1 is twice"),
+        ("arm__fig", "figure arm {", "in line 1"),
+    ],
+)
+def test_files_that_would_not_be_read_again_are_not_written(
+    name: str, text: str, reason: str, tmp_path: Path
+):
+    with pytest.raises(InputError, match=reason) as failure:
+        pendulum_files(tmp_path, **{name: text}).write()
+    assert str(tmp_path / name.replace("__", ".")) in str(failure.value)
+    assert not any(tmp_path.iterdir())
+
+
+def test_files_that_are_read_again_are_written(tmp_path: Path):
+    pendulum_files(tmp_path).write()
+    assert len(list(tmp_path.iterdir())) == 3

@@ -163,3 +163,14 @@ def test_infinite_torques_cannot_be_fitted() -> None:
     law = Exponential((ExponentialTerm(3.0, 900.0),))
     assert piecewise_cubic((law,)) is None
     assert fit_piecewise_cubic((law,), (-1.0, 1.0)) is None
+
+
+@pytest.mark.parametrize("limit", [1e7, 1e12, 1e16, 1e40])
+def test_stops_that_nothing_reaches_have_no_torque(limit: float) -> None:
+    for laws in ((Stop(-limit, limit),), (Linear(3.0), Stop(-limit, limit))):
+        exact, fitted = piecewise_cubic(laws), fit_piecewise_cubic(laws, (-limit, limit))
+        assert exact is not None
+        assert fitted is not None
+        for found in (exact, fitted):
+            expected = total_torque(laws, FITTED)
+            np.testing.assert_allclose(found.torque(FITTED), expected, atol=1e-9)

@@ -245,3 +245,26 @@ def test_floors_are_horizontal():
     assert floor_scene(None).props == ()
     shape = floor_scene(0.4).props[0].shape
     assert shape.pose[:3, 3].tolist() == [0.0, 0.4, 0.0]
+
+
+def test_a_full_log_is_refused_and_can_still_be_replayed(bars, monkeypatch):
+    monkeypatch.setattr("generator.simulation.live.MAX_LOG_LENGTH", 1000)
+    run = LiveRun(bars, LiveStart())
+
+    def change_often() -> None:
+        for changes in range(100):
+            run.apply(SetGravity((0.1 * changes, -9.81, 0.0)))
+            advance(run, 1)
+
+    with pytest.raises(ModelError, match=r"the log is full after \d\d changes: save it, and reset"):
+        change_often()
+    frame = run.frame
+    advance(run, 2)
+    log = run.log("bars", None)
+    assert len(log.changes) == frame
+    written = write_live(log)
+    starts = [written.index("[[change]]")]
+    assert len(written) - starts[0] <= 1000
+    again = replay(bars, LIVE_FILE.parse_text(written).require_value())
+    assert again.frame == frame + 2
+    assert_same(again.recording(), run.recording())

@@ -26,8 +26,8 @@ from generator.study.cluster import (
     run_on_cluster,
 )
 from generator.study.run_case import run_case
-from generator.study.study import RunResult
-from generator.study.worker_pool import DIED, PROGRAM_ERROR, Task
+from generator.study.study import DIED, PROGRAM_ERROR, RunResult
+from generator.study.worker_pool import Task
 from tests.processes import ENVIRONMENT
 from tests.study_runs import (
     BEGIN,

@@ -87,6 +87,9 @@ def test_names_of_files_have_no_effect_but_their_content_has(tmp_path: Path) -> 
     assert key(moved()) == key(study)
     with (tmp_path / "link1.pss").open("a") as file:
         file.write("\n")
+    assert key(moved()) == key(study)
+    text = (tmp_path / "link1.pss").read_text().replace("153.000", "154.000")
+    (tmp_path / "link1.pss").write_text(text)
     assert key(moved()) != key(study)
 
 

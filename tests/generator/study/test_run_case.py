@@ -17,8 +17,10 @@ from generator import Figure, Plan, read_figure, read_npz
 from generator.recording import Ending, Integrator
 from generator.simulation.plan import resolve_springs
 from generator.study.parameter_paths import Case
-from generator.study.run_case import NO_EQUILIBRIUM, WRONG_INPUT, measure_case, run_case
+from generator.study.run_case import measure_case, run_case
 from generator.study.study import (
+    NO_EQUILIBRIUM,
+    WRONG_INPUT,
     Design,
     DesignKind,
     Measure,

@@ -1,8 +1,11 @@
 import errno
 import os
+import re
 import signal
 import subprocess
 import sys
+import tracemalloc
+from collections import Counter
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,10 +13,22 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.journal import REPEATED, WARNED, damage_journals
 from generator.diagnostics import InputError, UsageError
+from generator.study.content_key import Versions
+from generator.study.designs import design_points
 from generator.study.journal import JOURNAL_NAME, LOCK_NAME, lock_folder
 from generator.study.run_case import run_case
-from generator.study.study import Study
+from generator.study.study import (
+    DIED,
+    Design,
+    DesignKind,
+    Parameter,
+    RunResult,
+    Study,
+    Uniform,
+)
+from generator.study.study_file import parse_study_text
 from generator.study.sweep import (
     STUDY_NAME,
     TABLE_NAME,
@@ -23,12 +38,21 @@ from generator.study.sweep import (
     motion_path,
     run_sweep,
 )
-from generator.study.worker_pool import FinishedRun, RunFunction, Task, perform_task, run_locally
+from generator.study.worker_pool import (
+    FinishedRun,
+    RunFunction,
+    Task,
+    died_run,
+    perform_task,
+    run_locally,
+)
+from tests.paths import FIGURES
 from tests.processes import ENVIRONMENT
 from tests.study_runs import FAULTY, POISON, list_study, quick_run
 
 VALUES = (0.1, 0.2, FAULTY, 0.4, 0.5)
 STUDY = list_study(*VALUES)
+FAULTY_RUN = VALUES.index(FAULTY)
 
 
 class Serial:
@@ -48,6 +72,13 @@ class Serial:
                 raise KeyboardInterrupt
             yield perform_task(self.run, study, task)
             self.done.append(task.index)
+
+
+def shifted_run(
+    study: Study, values: Sequence[float], keep: Path | None, threads: int = 1
+) -> RunResult:
+    """Return other numbers than quick runs do."""
+    return quick_run(study, [value + 1.0 for value in values], keep)
 
 
 def sweep(
@@ -95,15 +126,84 @@ def test_a_torn_line_is_cut_and_a_damaged_one_repeated(tmp_path: Path) -> None:
     sweep(tmp_path)
     table = (tmp_path / TABLE_NAME).read_bytes()
     header, first, second, *rest, last = journal_lines(tmp_path)
-    damaged = second.replace(b'"run"', b'"rum"')
+    damaged = second.replace(b"0.13", b"0.14")
+    assert damaged != second
     (tmp_path / JOURNAL_NAME).write_bytes(b"".join([header, first, damaged, *rest, last[:-5]]))
     engine = Serial()
     result = sweep(tmp_path, engine)
-    assert sorted(engine.done) == [0, 3]  # the last and the second of the first sweep
+    assert sorted(engine.done) == [0, 2, 3]  # the last, the second of the first sweep, the failed
     assert [each.message for each in result.warnings] == [
-        f"`{tmp_path / JOURNAL_NAME}`: line 3 is damaged and was ignored"
+        f"`{tmp_path / JOURNAL_NAME}`: line 3 is damaged; its run was computed again"
     ]
     assert (tmp_path / TABLE_NAME).read_bytes() == table
+
+
+def test_two_lines_of_a_run_are_damage_where_they_differ(tmp_path: Path) -> None:
+    """A line that another sweep of the same study has written is sound by itself."""
+    sweep(tmp_path / "one")
+    sweep(tmp_path / "two", Serial(run=shifted_run))
+    ones, twos = journal_lines(tmp_path / "one"), journal_lines(tmp_path / "two")
+    table = (tmp_path / "one" / TABLE_NAME).read_bytes()
+    (tmp_path / "one" / JOURNAL_NAME).write_bytes(b"".join([*ones, ones[2], twos[1]]))
+    engine = Serial()
+    result = sweep(tmp_path / "one", engine)
+    assert sorted(engine.done) == [FAULTY_RUN, 4]
+    assert [each.message.split(":")[-1] for each in result.warnings] == [
+        " line 8 is damaged; its run was computed again"
+    ]
+    assert (tmp_path / "one" / TABLE_NAME).read_bytes() == table
+    engine = Serial()
+    assert sweep(tmp_path / "one", engine).warnings == ()
+    assert engine.done == []
+
+
+def test_a_damaged_first_line_costs_no_run(tmp_path: Path) -> None:
+    sweep(tmp_path)
+    table = (tmp_path / TABLE_NAME).read_bytes()
+    header, *lines = journal_lines(tmp_path)
+    (tmp_path / JOURNAL_NAME).write_bytes(b"".join([header.replace(b"study", b"stuff"), *lines]))
+    engine = Serial()
+    result = sweep(tmp_path, engine)
+    assert engine.done == [FAULTY_RUN]
+    assert [each.message.split(":")[-1] for each in result.warnings] == [
+        " line 1 is damaged; the others show the study"
+    ]
+    assert (tmp_path / TABLE_NAME).read_bytes() == table
+    with pytest.raises(UsageError, match="does not begin as a journal"):
+        sweep(tmp_path, study=list_study(0.7))
+
+
+def test_a_journal_without_checksums_is_refused(tmp_path: Path) -> None:
+    sweep(tmp_path)
+    lines = [re.sub(rb', "crc32": "[0-9a-f]{8}"', b"", line) for line in journal_lines(tmp_path)]
+    (tmp_path / JOURNAL_NAME).write_bytes(b"".join(lines))
+    with pytest.raises(UsageError, match=r"an earlier version.*: choose another folder, or delete"):
+        sweep(tmp_path)
+
+
+def test_each_damage_to_a_journal_is_seen(tmp_path: Path) -> None:
+    found = Counter(consequence for _, consequence in damage_journals(tmp_path, 200))
+    assert found[WARNED] + found[REPEATED] == 200
+
+
+def killed_from_outside(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
+    """Carry out the first task; the processes of the others die."""
+    yield perform_task(quick_run, study, tasks[0])
+    yield from (died_run(study, task) for task in tasks[1:])
+
+
+def test_a_run_that_died_is_tried_again_in_the_next_sweep(tmp_path: Path) -> None:
+    """One that kills its process each time ends as a row in each sweep."""
+    study = list_study(0.1, 0.2, POISON)
+    result = sweep(tmp_path, killed_from_outside, study, keep_motions=True)
+    assert [row.outcome for row in result.rows] == ["done", DIED, DIED]
+    engine = partial(run_locally, jobs=1, run=quick_run)
+    for tries in (2, 4):
+        result = sweep(tmp_path, engine, study, keep_motions=True)
+        assert [row.outcome for row in result.rows] == ["done", "done", DIED]
+        assert result.warnings == ()
+        assert len(motion_path(tmp_path, 2, 3).read_text().split()) == tries
+    assert len(motion_path(tmp_path, 1, 3).read_text().split()) == 1
 
 
 def test_failed_runs_are_repeated_on_demand(tmp_path: Path) -> None:
@@ -144,10 +244,11 @@ def test_another_study_in_the_folder_is_refused(
     changed = replace(STUDY, plan=replace(STUDY.plan, stop=0.4))
     with pytest.raises(UsageError, match=r"5 runs of another study.*: choose another folder"):
         sweep(tmp_path, study=changed)
-    lines = [before[0].replace(b'"exudyn": "', b'"exudyn": "0.'), *before[1:]]
-    (tmp_path / JOURNAL_NAME).write_bytes(b"".join(lines))
-    with pytest.raises(UsageError, match=r"and Exudyn 0\..*, and this is .*: choose another"):
-        sweep(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr("generator.study.sweep.installed_versions", lambda: Versions("1", "0.1"))
+        with pytest.raises(UsageError, match=r"and this is .* and Exudyn 0\.1: choose another"):
+            sweep(tmp_path)
+    assert journal_lines(tmp_path) == before
     (tmp_path / JOURNAL_NAME).write_bytes(b"no journal\n")
     with pytest.raises(UsageError, match="does not begin as a journal"):
         sweep(tmp_path)
@@ -193,6 +294,89 @@ def test_the_table_of_two_processes_is_that_of_this_one(tmp_path: Path) -> None:
     assert two.startswith(one)
     (last,) = two.removeprefix(one).splitlines()
     assert last.startswith(f"{len(VALUES) + 1},{POISON},,,died,".encode())
+
+
+FLOOR_STUDY = """
+figure = "pendulum.fig"
+stop = 0.1
+floor = true
+self_contact = true
+height = 0.5
+[design]
+kind = "grid"
+[parameters]
+g = { path = "gravity", low = 0.9, high = 1.1, points = 4 }
+[measures]
+height = { column = "centre_of_mass_height [cm]", take = "last" }
+"""
+
+
+@pytest.mark.parametrize("engine", [partial(run_locally, jobs=1), Serial(run=run_case)])
+def test_a_psurf_that_is_edited_during_a_sweep_has_no_effect(
+    tmp_path: Path, engine: Engine
+) -> None:
+    for name in ("pendulum.fig", "floor.pss", "link1.pss"):
+        (tmp_path / name).write_bytes((FIGURES / name).read_bytes())
+    study = parse_study_text(FLOOR_STUDY, tmp_path).require_value()
+    whole = sweep(tmp_path / "whole", Serial(run=run_case), study)
+    psurf = tmp_path / "link1.pss"
+
+    def edit(progress: SweepProgress) -> None:
+        if progress.finished < 2:
+            psurf.write_text(psurf.read_text().replace("-3.000", "-9.000"))
+        else:
+            psurf.unlink(missing_ok=True)
+
+    run_sweep(study, tmp_path / "edited", engine, watch=edit)
+    tables = [(tmp_path / name / TABLE_NAME).read_bytes() for name in ("whole", "edited")]
+    assert tables[0] == tables[1]
+    assert whole.failed == 0
+    with pytest.raises(UsageError, match="of this one before it was changed"):
+        sweep(tmp_path / "edited", engine, study)
+
+
+RECORD_OPENED_FILES = """
+import sys
+from pathlib import Path
+import generator.study.run_case as cases
+from generator.study.study_file import read_study
+from generator.study.sweep import run_sweep
+from generator.study.worker_pool import perform_task
+
+folder = Path(sys.argv[1])
+opened = []
+
+def engine(study, tasks):
+    for task in tasks:
+        opened.clear()
+        yield perform_task(cases.run_case, study, task)
+        for path in opened:
+            if path.startswith(str(folder)) and "motions" not in path:
+                print(path)
+
+sys.addaudithook(lambda event, args: event == "open" and opened.append(str(args[0])))
+study = read_study(folder / "floor.study.toml")
+sweep = run_sweep(study, folder / "runs", engine, keep_motions=True)
+print(sweep.failed, "failed")
+"""
+
+
+def test_no_run_opens_a_file_of_the_study(tmp_path: Path) -> None:
+    for name in ("pendulum.fig", "floor.pss", "link1.pss", "seat.scene.toml"):
+        (tmp_path / name).write_bytes((FIGURES / name).read_bytes())
+    (tmp_path / "points.csv").write_text("g\n0.9\n1.0\n")
+    text = FLOOR_STUDY.replace('"grid"', '"list"\nfile = "points.csv"')
+    text = text.replace(", low = 0.9, high = 1.1, points = 4", "")
+    text = text.replace("floor = true", 'scene = "seat.scene.toml"')
+    (tmp_path / "floor.study.toml").write_text(text)
+    printed = subprocess.run(
+        [sys.executable, "-c", RECORD_OPENED_FILES, str(tmp_path)],
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert printed.stdout.splitlines() == ["0 failed"]
 
 
 SWEEP = """
@@ -261,3 +445,35 @@ def test_another_study_takes_a_folder_without_runs(tmp_path: Path) -> None:
     sweep(tmp_path, study=list_study(0.7))
     assert len(journal_lines(tmp_path)) == 2
     assert sweep(tmp_path, study=list_study(0.7)).kept == 1
+
+
+def computed(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
+    """Compute rows without a simulation."""
+    for task in tasks:
+        (value,) = task.values
+        result = RunResult("done", "", {"swing": value / 3.0, "end": value * value})
+        yield FinishedRun(task.index, result, 0.01)
+
+
+def test_many_runs_take_little_memory(tmp_path: Path) -> None:
+    """A sweep, its continuation and the table have no object for each run at a time."""
+    count, base = 10_000, list_study()
+    bare = [replace(segment, psurf=None) for segment in base.figure.segments.values()]
+    study = replace(
+        base,
+        figure=base.figure.with_parts(*bare),  # a buffer for the file of a psurf has 32 MB
+        parameters={"g": Parameter("g", ("gravity",), Uniform(0.8, 1.2))},
+        design=Design(DesignKind.LATIN_HYPERCUBE, count, seed=7),
+    )
+    sweep(tmp_path / "few", computed, list_study(0.1, 0.2))  # what imports take does not count
+    design_points(study)
+    tracemalloc.start()
+    try:
+        first = sweep(tmp_path / "many", computed, study)
+        again = sweep(tmp_path / "many", computed, study)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert again.rows == first.rows
+    assert again.kept == count
+    assert peak < 250 * count

@@ -10,12 +10,11 @@ from pathlib import Path
 import pytest
 
 from generator.diagnostics import MoverError
-from generator.study.study import RunResult, Study
+from generator.study.study import DIED, PROGRAM_ERROR, RunResult, Study
 from generator.study.worker_pool import (
-    DIED,
-    PROGRAM_ERROR,
     FinishedRun,
     Task,
+    TaskQueue,
     perform_task,
     run_locally,
 )
@@ -187,3 +186,35 @@ def test_a_process_that_cannot_be_started_is_explained() -> None:
             next(runs)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+class Counted(Sequence[Task]):
+    """A hundred thousand tasks, of which those that were made are counted."""
+
+    def __init__(self) -> None:
+        self.made = 0
+
+    def __len__(self) -> int:
+        return 100_000
+
+    def __getitem__(self, index: int) -> Task:  # pyright: ignore[reportIncompatibleMethodOverride]
+        self.made += 1
+        return Task(index, (float(index),))
+
+
+def test_tasks_are_made_when_their_turn_comes() -> None:
+    tasks = Counted()
+    with closing(run_locally(list_study(0.1), tasks, 1, quick_run)) as runs:
+        assert next(runs).index == 0
+    assert tasks.made < 10
+
+
+def test_tasks_that_were_put_back_are_next() -> None:
+    tasks = [Task(index, ()) for index in range(4)]
+    queue = TaskQueue(tasks)
+    first, second = queue.popleft(), queue.popleft()
+    queue.put_back([first])
+    queue.put_back([second])
+    assert len(queue) == 4
+    assert [queue.popleft() for _ in range(len(queue))] == tasks
+    assert not queue

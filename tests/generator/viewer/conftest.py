@@ -1,8 +1,9 @@
 """Pages of a viewer that runs in this process, in a browser without a window."""
 
+import socket
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,28 @@ import pytest
 
 pytest.importorskip("viser", reason="viser is missing")
 
+import viser
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
 from generator import read_figure
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.springs_file.read import read_springs
+from generator.viewer.access import cookie_name
 from generator.viewer.panels import PANELS
-from generator.viewer.server import LOOPBACK, address, close_server, find_port, open_server
+from generator.viewer.server import (
+    LOOPBACK,
+    PageServer,
+    address,
+    close_server,
+    find_port,
+    open_server,
+)
 from generator.viewer.viewer import Content, Panel, Viewer
-from tests.browser import WAIT, launch_browser
+from tests.browser import WAIT, go_to_page, launch_browser
+
+SUBPROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
 
 @pytest.fixture(scope="session")
@@ -89,7 +104,7 @@ def open_page(browser: Any) -> Iterator[Callable[[RunningViewer], Any]]:
         contexts.append(browser.new_context(viewport={"width": 1200, "height": 800}))
         page = contexts[-1].new_page()
         page.set_default_timeout(1000.0 * WAIT)
-        page.goto(running.address)
+        go_to_page(page, running.address)
         page.wait_for_function(
             "() => window.__viserMutable?.nodeRefFromName?.['/figure']", timeout=1000.0 * WAIT
         )
@@ -116,3 +131,23 @@ def type_into(page: Any, label: str, text: str) -> None:
     )
     field.fill(text)
     field.press("Enter")
+
+
+def own_headers(server: PageServer, host: str = LOOPBACK) -> dict[str, str]:
+    """Headers of a request of the page itself."""
+    port = server.get_port()
+    return {
+        "Host": f"{host}:{port}",
+        "Origin": f"http://{host}:{port}",
+        "Cookie": f"other=1; {cookie_name(port)}={server.access.key}",
+    }
+
+
+def open_websocket(server: PageServer, headers: Mapping[str, str], path: str = "/") -> Any:
+    """Open a websocket as the page does. Raises InvalidStatus if it is refused."""
+    others = {name: value for name, value in headers.items() if value and name != "Host"}
+    own = {"Host": headers.get("Host", "")}
+    address = f"ws://{own['Host'] or LOOPBACK}{path}"
+    connected = socket.create_connection((LOOPBACK, server.get_port()), timeout=WAIT)
+    return connect(address, sock=connected, subprotocols=[SUBPROTOCOL],
+                   additional_headers=others, compression=None, proxy=None)  # fmt: skip

@@ -77,10 +77,12 @@ def test_a_curve_is_doubled_on_the_page_and_saved(run_viewer, open_page, tmp_pat
     assert abs(point(page)[1] - expected) < 1e-9
     page.get_by_text(f"{expected:.1f} N m at {degrees(sign * 1.9):.1f} deg").wait_for()
 
+    (tmp_path / "mine.springs.toml").write_text("precious")
     type_into(page, "File", "mine")
     page.get_by_role("button", name="Save as .springs.toml").click()
-    wait_until((tmp_path / "mine.springs.toml").exists)
-    again = read_springs(tmp_path / "mine.springs.toml", viewer.figure)
+    page.get_by_text("mine-2.springs.toml; mine.springs.toml exists and was kept").wait_for()
+    again = read_springs(tmp_path / "mine-2.springs.toml", viewer.figure)
+    assert (tmp_path / "mine.springs.toml").read_text() == "precious"
     assert again.joints == viewer.springs.joints
     page.get_by_role("button", name="Undo changes of this curve").click()
     wait_until(lambda: viewer.springs == loaded)

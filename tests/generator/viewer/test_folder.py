@@ -1,13 +1,21 @@
-"""Names typed on the page stay inside its folder."""
+"""Names typed on the page stay inside its folder, and no file is replaced."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import UsageError
-from generator.viewer.folder import names_in_folder, path_in_folder, save_text
+from generator.viewer.folder import (
+    free_path,
+    name_in_folder,
+    names_in_folder,
+    path_in_folder,
+    save_text,
+    written_text,
+)
 
 SUFFIXES = (".pose",)
 
@@ -110,3 +118,53 @@ def test_a_file_that_cannot_be_saved_is_an_error_in_one_sentence(tmp_path: Path)
     (tmp_path / "b.pose").mkdir()
     with pytest.raises(UsageError, match=r"^`b\.pose` cannot be saved: [^\n]+$"):
         save_text(tmp_path / "b.pose", "text")
+
+
+@pytest.mark.parametrize(
+    ("present", "name", "free"),
+    [
+        ((), "a.pose", "a.pose"),
+        (("a.pose",), "a.pose", "a-2.pose"),
+        (("a.pose", "a-2.pose", "a-4.pose"), "a.pose", "a-3.pose"),
+        (("a-2.pose",), "a-2.pose", "a-3.pose"),
+        (("a-0.pose",), "a-0.pose", "a-0-2.pose"),
+        (("a.b.action",), "a.b.action", "a.b-2.action"),
+        (("a.springs.toml",), "a.springs.toml", "a-2.springs.toml"),
+        (("x.a.live.toml",), "x.a.live.toml", "x.a-2.live.toml"),
+        (("A.POSE",), "A.POSE", "A-2.POSE"),
+    ],
+)
+def test_a_name_that_is_taken_gets_a_number(tmp_path: Path, present, name: str, free: str) -> None:
+    for each in present:
+        (tmp_path / each).write_text("")
+    assert free_path(tmp_path / name) == tmp_path / free
+
+
+def test_folders_and_links_are_not_replaced_either(tmp_path: Path) -> None:
+    (tmp_path / "a.pose").mkdir()
+    (tmp_path / "b.pose").symlink_to(tmp_path / "missing")
+    for name in ("a", "b"):
+        assert free_path(tmp_path / f"{name}.pose") == tmp_path / f"{name}-2.pose"
+
+
+@given(st.from_regex(r"[a-z0-9.-]{0,12}[a-z0-9-](\.springs\.toml|\.pose)", fullmatch=True))
+def test_numbered_names_are_new_and_of_the_same_kind(name: str) -> None:
+    with TemporaryDirectory() as folder:
+        paths = {Path(folder) / name}
+        for number in range(2, 5):
+            for path in paths:
+                path.touch()
+            found = free_path(Path(folder) / name)
+            assert found not in paths
+            assert found.suffixes[-1] == Path(name).suffixes[-1]
+            assert found.parent == Path(folder)
+            paths.add(found)
+            assert len(paths) == number
+
+
+def test_what_was_written_is_named(folder: Path) -> None:
+    path = path_in_folder(folder, "new/../sub/a.pose", SUFFIXES)
+    assert name_in_folder(folder, path) == "sub/a.pose"
+    assert written_text(path, path) == "a.pose"
+    said = written_text(path, path.with_name("a-2.pose"))
+    assert said == "a-2.pose; a.pose exists and was kept"

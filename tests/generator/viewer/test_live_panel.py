@@ -35,7 +35,7 @@ from generator.viewer.live_panel import (
 from generator.viewer.live_process import LiveFrame
 from generator.viewer.play_panel import PlayPanel
 from generator.viewer.viewer import Driver, Shown
-from tests.browser import node_pose
+from tests.browser import PageClient, node_pose
 from tests.command import run
 from tests.generator.viewer.conftest import content_of, type_into, wait_until
 from tests.motions import clip
@@ -211,6 +211,35 @@ def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
     assert viewer.shown.driver is Driver.LIVE
 
 
+def test_a_simulation_waits_while_no_page_is_open(run_viewer):
+    running = run_viewer("pendulum", (LivePanel,))
+    panel = panel_of(running)
+    first, second = PageClient(running.address), PageClient(running.address)
+    wait_until(lambda: len(running.server.get_clients()) == 2)
+    first.set("Start", True)
+    wait_until(lambda: panel.newest is not None and panel.newest.number > 3, WAIT)
+    first.close()
+    wait_until(lambda: len(running.server.get_clients()) == 1)
+    number = panel.newest.number
+    wait_until(lambda: panel.newest.number > number + 3, WAIT)
+    assert panel.newest.is_running
+    second.close()
+    wait_until(lambda: not panel.newest.is_running, WAIT)
+    number = panel.newest.number
+    again = PageClient(running.address)
+    wait_until(lambda: panel.newest.is_running and panel.newest.number > number + 3, WAIT)
+    again.set("Start", True)  # its label is Pause by now
+    wait_until(lambda: not panel.newest.is_running, WAIT)
+    number = panel.newest.number
+    again.close()
+    wait_until(lambda: not running.server.get_clients())
+    PageClient(running.address)
+    wait_until(lambda: running.server.get_clients())
+    running.call(lambda: None)
+    assert not panel._is_running  # it was paused before, and stays so
+    assert panel.newest.number == number
+
+
 def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
     running = run_viewer("pendulum", (LivePanel,))
     panel = panel_of(running)
@@ -340,4 +369,5 @@ def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
     page.context.close()  # the browser leaves in mid-drag
     wait_until(lambda: panel._pulled is None)
     wait_until(lambda: panel._frame.pulled is None, WAIT)
+    wait_until(lambda: not panel._frame.is_running, WAIT)  # nobody sees it
     running.call(panel.close)

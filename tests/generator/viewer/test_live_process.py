@@ -186,6 +186,20 @@ def test_a_pull_moves_its_segment_and_is_logged(engine, tmp_path):
         assert np.array_equal(values, again.displacements[name])
 
 
+@pytest.mark.parametrize(
+    ("name", "written"), [("a.csv", "a-2.csv"), ("a.live.toml", "a-2.live.toml")]
+)
+def test_a_motion_is_saved_beside_files_that_exist(engine, tmp_path, name: str, written: str):
+    (tmp_path / name).write_text("precious")
+    engine.carry_out(Begin(1, START), 0.0)
+    engine.advance(0.0)
+    (saved,) = engine.carry_out(Save(tmp_path / name), 0.0)
+    assert saved.path == tmp_path / written
+    assert saved.sentence.startswith(f"{written}; {name} exists and was kept: ")
+    assert saved.path.stat().st_size > 100
+    assert (tmp_path / name).read_text() == "precious"
+
+
 def test_a_motion_that_cannot_go_on_pauses(engine):
     # the pendulum's joint has springs, so that it may not turn through 180 deg
     engine.carry_out(Begin(1, START), 0.0)

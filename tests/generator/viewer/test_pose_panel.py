@@ -78,6 +78,31 @@ def test_a_slider_moves_the_figure_on_the_page(run_viewer, open_page, tmp_path):
     wait_until(page_agrees)
 
 
+def test_a_pose_is_saved_beside_those_that_exist(run_viewer, tmp_path, monkeypatch):
+    running, panel = start(run_viewer, "pendulum")
+    told: list[str] = []
+    monkeypatch.setattr(running.viewer, "tell", lambda _, text, **__: told.append(text))
+    (tmp_path / "new.pose").write_text("precious")
+    (tmp_path / "sub").mkdir()
+    for name, written in (
+        ("new.pose", "new-2.pose"),
+        ("new-2.pose", "new-3.pose"),
+        ("sub/a.pose", "sub/a.pose"),
+        ("sub/a.pose", "sub/a-2.pose"),
+    ):
+        running.call(lambda name=name: setattr(panel._name, "value", name))
+        running.call(panel._save)
+        assert (tmp_path / written).read_text() == panel.editor.text()
+        assert panel._name.value == written
+    assert (tmp_path / "new.pose").read_text() == "precious"
+    assert told == [
+        "new-2.pose; new.pose exists and was kept",
+        "new-3.pose; new-2.pose exists and was kept",
+        "a.pose",
+        "a-2.pose; a.pose exists and was kept",
+    ]
+
+
 def test_sliders_follow_a_motion_and_take_over_where_it_is(run_viewer):
     running, panel = start(run_viewer)
     viewer, slider = running.viewer, panel.sliders[ELBOW]

@@ -1,26 +1,29 @@
-"""The server of the page: its port, its address, and that it stays on this machine."""
+"""The server of the page: its port, its addresses, and that it stays on this machine."""
 
 import inspect
 import socket
-from collections.abc import Iterator
-from urllib.request import urlopen
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from typing import Any
 
 import pytest
 
 from generator.cli.view import view
-from generator.diagnostics import UsageError
+from generator.diagnostics import MoverError, UsageError
+from generator.viewer.access import is_loopback
 from generator.viewer.panels import PANELS
 from generator.viewer.server import (
     DEFAULT_PORT,
     LOOPBACK,
     PageServer,
     address,
+    address_for_others,
     close_server,
     find_port,
-    is_loopback,
     open_server,
 )
 from generator.viewer.viewer import Viewer
+from tests.browser import open_address
 from tests.generator.viewer.conftest import content_of
 
 
@@ -36,23 +39,6 @@ def used_port() -> Iterator[int]:
     """A port of the loopback address at which another program listens."""
     with socket.create_server((LOOPBACK, 0)) as listening:
         yield listening.getsockname()[1]
-
-
-@pytest.mark.parametrize(
-    ("host", "answer"),
-    [
-        ("127.0.0.1", True),
-        ("127.8.0.1", True),
-        ("::1", True),
-        ("localhost", True),
-        ("0.0.0.0", False),
-        ("192.0.2.1", False),
-        ("localhost.example", False),
-        ("", False),
-    ],
-)
-def test_addresses_of_this_machine_only(host: str, answer: bool):
-    assert is_loopback(host) is answer
 
 
 def test_the_page_is_on_the_loopback_address_by_default():
@@ -75,8 +61,7 @@ def test_a_page_may_have_an_address_of_version_6():
         pytest.skip("this machine has no address of version 6")
     server = open_server("::1", find_port("::1", None), "title")
     try:
-        with urlopen(address(server, "::1"), timeout=30.0) as page:
-            assert page.status == 200
+        assert open_address(address(server, "::1")).startswith(b"<!doctype html>")
     finally:
         close_server(server)
 
@@ -114,6 +99,16 @@ def test_a_server_of_the_loopback_address_is_not_reached_at_others(server: PageS
         socket.create_connection(("127.0.0.2", port), timeout=5.0)
 
 
+def test_a_server_that_answers_everybody_is_not_opened(monkeypatch: pytest.MonkeyPatch):
+    """As if a later viser started its server in another way, so that the guard is not in force."""
+    monkeypatch.setattr("generator.viewer.server.guarded_websockets", lambda *_: nullcontext())
+    port = find_port(LOOPBACK, None)
+    with pytest.raises(MoverError, match="every web page could use it"):
+        open_server(LOOPBACK, port, "title")
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((LOOPBACK, port), timeout=5.0)
+
+
 def test_a_page_is_never_shared(server: PageServer):
     assert server.request_share_url() is None
 
@@ -121,13 +116,19 @@ def test_a_page_is_never_shared(server: PageServer):
 def test_no_connection_to_another_host(tmp_path, monkeypatch: pytest.MonkeyPatch):
     """A server, its viewer and all panels connect to nothing but this machine."""
     asked: list[object] = []
+    connect, connect_ex = socket.socket.connect, socket.socket.connect_ex
 
-    def connect(self: socket.socket, where: object) -> None:
-        asked.append(where)
-        raise OSError("no network")
+    def within(method: Callable[..., Any]) -> Callable[..., Any]:
+        def call(self: socket.socket, where: Any) -> Any:
+            if where[0] == LOOPBACK:
+                return method(self, where)
+            asked.append(where)
+            raise OSError("no network")
 
-    monkeypatch.setattr(socket.socket, "connect", connect)
-    monkeypatch.setattr(socket.socket, "connect_ex", connect)
+        return call
+
+    monkeypatch.setattr(socket.socket, "connect", within(connect))
+    monkeypatch.setattr(socket.socket, "connect_ex", within(connect_ex))
     opened = open_server(LOOPBACK, find_port(LOOPBACK, None), "title")
     viewer = Viewer(opened, content_of("fourbar", tmp_path), PANELS)
     viewer.run_once(0.0)
@@ -142,4 +143,13 @@ def test_no_connection_to_another_host(tmp_path, monkeypatch: pytest.MonkeyPatch
     [("127.0.0.1", "127.0.0.1"), ("0.0.0.0", "127.0.0.1"), ("::", "[::1]"), ("::1", "[::1]")],
 )
 def test_the_address_is_one_that_a_browser_opens(server: PageServer, host: str, name: str):
-    assert address(server, host) == f"http://{name}:{server.get_port()}"
+    start, _, key = address(server, host).partition("/?key=")
+    assert start == f"http://{name}:{server.get_port()}"
+    assert key == server.access.key
+    assert len(key) >= 32
+
+
+def test_other_machines_use_the_name_of_this_one(server: PageServer):
+    for host, name in (("0.0.0.0", socket.gethostname()), ("192.0.2.1", "192.0.2.1")):
+        expected = f"http://{name}:{server.get_port()}/?key={server.access.key}"
+        assert address_for_others(server, host) == expected

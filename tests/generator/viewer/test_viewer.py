@@ -30,7 +30,7 @@ from generator.viewer.viewer import (
     value_in_range,
 )
 from springs import SpringSet
-from tests.browser import WAIT, node_pose
+from tests.browser import WAIT, go_to_page, node_pose
 from tests.chains import BALL, at, body, figure, ground, joint
 from tests.generator.viewer.conftest import wait_until
 
@@ -200,7 +200,7 @@ def test_two_browsers_show_one_pose_and_ask_no_other_host(run_viewer, browser):
     pages = [context.new_page() for _ in range(2)]
     for page in pages:
         page.on("websocket", lambda opened: requests.append(opened.url))
-        page.goto(running.address)
+        go_to_page(page, running.address)
     viewer, first = running.viewer, running.viewer.shown
     turn = pose_matrix(matrix_from_rotation_vector(np.array([0.1, 0.4, -0.2])), np.ones(3))
     poses = {name: turn @ pose for name, pose in first.poses.items()}

@@ -7,11 +7,13 @@ import pytest
 
 from generator.figure import Attribute, Figure, Segment, SiteRef
 from generator.geometry.primitives import box, sphere
+from generator.geometry.psurf import format_psurf, parse_psurf
 from generator.geometry.read import segment_colour
 from generator.geometry.surface import Surface
 from generator.losses import Losses
 from generator.model_files.body_tree import shapes
 from generator.model_files.body_tree.shapes import MeshFiles, Shape, join_shapes, with_colours
+from generator.model_files.opensim.shapes import read_vtp
 
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -85,3 +87,32 @@ def test_other_formats_have_readers_of_their_own(tmp_path: Path):
     found = files.find((tmp_path,), "part.own")
     assert isinstance(found, Surface)
     np.testing.assert_array_equal(found.vertices, box(1, 2, 3).vertices)
+
+
+MESHES = {
+    "folded.obj": "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 1 4\nf 2 3 4\n",
+    "folded.vtp": """<VTKFile><PolyData><Piece><Points><DataArray format="ascii">
+        0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Polys>
+        <DataArray Name="connectivity" format="ascii">0 1 2 0 0 3 1 2 3</DataArray>
+        <DataArray Name="offsets" format="ascii">3 6 9</DataArray>
+      </Polys></Piece></PolyData></VTKFile>""",
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_faces_that_are_lines_are_left_out(name: str, tmp_path: Path):
+    (tmp_path / name).write_text(MESHES[name])
+    losses = Losses("model")
+    surface = MeshFiles(losses, {".vtp": read_vtp}).find([tmp_path], name)
+    assert surface is not None
+    surfaces, _ = join_shapes({"arm": [Shape(surface)]}, losses)
+    again = parse_psurf(format_psurf(surfaces["arm"])).require_value()
+    assert again.face_count == 2
+    assert texts(losses) == []
+
+
+def test_a_shape_of_lines_alone_is_a_loss():
+    losses = Losses("model")
+    lines = Surface.from_faces(np.eye(3), [(0, 1, 0), (1, 1, 2)])
+    assert join_shapes({"arm": [Shape(lines)]}, losses) == ({}, {})
+    assert texts(losses) == ["shapes whose faces are all lines or points: arm"]

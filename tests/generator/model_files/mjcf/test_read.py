@@ -14,6 +14,8 @@ from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
 from tests.generator.model_files.imported_models import (
     MODELS,
+    coordinate,
+    fall,
     lost,
     placed,
     pose_in_model,
@@ -253,3 +255,112 @@ def test_a_ball_keeps_its_springs_exactly():
     joint = read_model(MECHANISM).figure.joints["socket"]
     assert joint.stiff == (2.0, 2.0, 2.0)
     assert len(joint.chain) == 3
+
+
+FREE = """<body name="ball"><joint name="fly" type="free" damping="0.5"/>
+  <inertial pos="0 0 0" mass="2" diaginertia="0.1 0.2 0.25"/></body>"""
+
+
+@pytest.mark.parametrize("by_default", [False, True])
+def test_a_free_joint_may_have_damping(by_default, tmp_path):
+    """v0 m / c (1 - exp(-c t / m)) along x; the same with the moment of inertia about z."""
+    text = text_of(FREE)
+    if by_default:
+        defaults = '<default><joint damping="0.5"/></default>'
+        text = text_of(FREE.replace(' damping="0.5"', ""), defaults)
+    imported = parsed(text)
+    speeds = {"fly_tx": 1.0, "fly_z": 2.0}
+    recording = fall(imported, tmp_path, {}, speeds, gravity=0.0)
+    end = {name: coordinate(imported, recording, name)[-1] for name in speeds}
+    assert end["fly_tx"] == pytest.approx(1.0 * 2.0 / 0.5 * (1.0 - np.exp(-0.5 * 0.5 / 2.0)))
+    assert end["fly_z"] == pytest.approx(2.0 * 0.25 / 0.5 * (1.0 - np.exp(-0.5 * 0.5 / 0.25)))
+
+
+@pytest.mark.verify
+def test_a_damped_free_body_falls_as_in_mujoco(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(text_of(FREE))
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, 2e-4
+    data = mujoco.MjData(model)
+    names = [f"fly_{word}" for word in ("tx", "ty", "tz", "x", "y", "z")]
+    speeds = dict(zip(names, (0.5, -0.3, 0.8, 1.5, -1.0, 2.0), strict=True))
+    data.qvel[:] = list(speeds.values())
+    while data.time < 0.5 - 1e-9:
+        mujoco.mj_step(model, data)
+    imported = parsed(text_of(FREE))
+    recording = fall(imported, tmp_path, {}, speeds)
+    figure = imported.figure
+    up = figure.segments[WORLD].sites[ORIGIN].pose_in_segment
+    pose = up @ recording.poses["ball"][-1]
+    np.testing.assert_allclose(pose[:3, 3], data.xpos[1], atol=1e-6)
+    np.testing.assert_allclose(pose[:3, :3], data.xmat[1].reshape(3, 3), atol=1e-6)
+
+
+BOUNDS = [
+    ('balanceinertia="true"', "1e-4 2e-4 0.00131", (1.61e-3 / 3.0,) * 3),
+    ('boundinertia="0.001"', "1e-4 2e-4 0.00131", (0.001, 0.001, 0.00131)),
+    ('balanceinertia="true" boundinertia="0.001"', "1e-4 2e-4 0.00131", (0.001, 0.001, 0.00131)),
+    ('balanceinertia="true" boundinertia="0.001"', "1e-4 2e-4 0.003", (0.005 / 3.0,) * 3),
+]
+
+
+@pytest.mark.parametrize(("settings", "moments", "expected"), BOUNDS)
+def test_moments_of_inertia_are_bounded_first_and_balanced_then(settings, moments, expected):
+    body = f"""<body name="toes"><joint axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="{moments}"/></body>"""
+    imported = parsed(text_of(body, f"<compiler {settings}/>"))
+    assert imported.figure.segments["toes"].inertia == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(("settings", "moments", "expected"), BOUNDS)
+def test_the_bounded_moments_are_mujocos(settings, moments, expected):
+    mujoco = pytest.importorskip("mujoco")
+    body = f"""<body name="toes"><joint axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="{moments}"/></body>"""
+    model = mujoco.MjModel.from_xml_string(text_of(body, f"<compiler {settings}/>"))
+    assert sorted(model.body_inertia[1]) == pytest.approx(expected, rel=1e-12)
+
+
+def test_inertia_that_no_body_has_is_still_refused():
+    body = """<body name="toes"><joint axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1e-4 2e-4 0.003"/></body>"""
+    text = text_of(body, '<compiler boundinertia="0.001"/>')
+    (fault,) = parse_model(Source("m.xml", text), None).diagnostics
+    assert "principal moments" in fault.message
+
+
+MASSLESS = """<body name="arm"><joint name="j" axis="1 0 0"/>
+  <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+  <body name="disc" pos="0 0 1" euler="0 0 90"><inertial pos="0 0 0" mass="0" diaginertia="5 7 9"/>
+  </body></body>"""
+
+
+def test_inertia_without_mass_is_added_to_the_body_it_is_fixed_to():
+    inertia = parsed(text_of(MASSLESS)).figure.segments["arm"].inertia
+    assert inertia == pytest.approx((7.1, 5.1, 9.1), rel=1e-12)
+
+
+@pytest.mark.verify
+def test_inertia_without_mass_is_added_as_in_mujoco():
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(text_of(MASSLESS))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    matrix = np.zeros((1, 1))
+    mujoco.mj_fullM(model, data, matrix)
+    assert matrix[0, 0] == pytest.approx(7.1, rel=1e-12)
+
+
+@pytest.mark.parametrize("parent", ["", '<joint name="j"/><inertial pos="0 0 0" mass="1" '
+                                        'diaginertia="1 1 1"/>'])  # fmt: skip
+def test_a_fixed_body_and_a_site_of_one_name_keep_both_frames(parent):
+    peg = '<body name="peg" pos="0 0 1"><site name="peg" pos="0.3 0 0"/></body>'
+    other = '<body name="arm"><joint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    imported = parsed(text_of(f'<body name="base">{parent}{peg}</body>{other}</body>'))
+    home = imported.figure.segments["base" if parent else WORLD]
+    (renamed,) = lost(imported, "changed names")
+    assert renamed == "`peg` is `peg_2`"
+    between = home.sites["peg_2"].pose_in_segment[:3, 3] - home.sites["peg"].pose_in_segment[:3, 3]
+    np.testing.assert_allclose(between, [0.3, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(home.sites["peg"].pose_in_segment[2, 3], 1.0, atol=1e-12)

@@ -101,4 +101,16 @@ def test_other_files_are_no_meshes_and_are_not_quoted(text: str, tmp_path: Path)
 def test_sizes_are_positive():
     text = MODEL.format("", geometry("Sphere", radius=-1))
     (fault,) = parse_model(Source("m.osim", text)).diagnostics
-    assert "not positive" in fault.message
+    assert "is negative" in fault.message
+    imported = parsed(geometry("Sphere", radius=0))
+    assert imported.surfaces == {}
+    assert len(lost(imported, "size zero")) == 1
+
+
+def test_mesh_files_are_looked_for_in_the_geometry_folders_above(tmp_path: Path):
+    model = tmp_path / "Models" / "Arm"
+    model.mkdir(parents=True)
+    (tmp_path / "Geometry").mkdir()
+    (tmp_path / "Geometry/square.vtp").write_text(VTP.format("ascii"))
+    imported = parsed(geometry("Mesh", mesh_file="square.vtp"), directory=model)
+    assert imported.surfaces["b"].face_count == 2

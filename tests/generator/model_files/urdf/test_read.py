@@ -92,3 +92,59 @@ def test_dry_friction_stands_in_a_springs_file(tmp_path):
     _, springs = written_and_read(parse_model(Source("r.urdf", text)).require_value(), tmp_path)
     (axis,) = springs.joints["hip"].axes
     assert (axis.damping.viscous, axis.damping.coulomb) == (0.2, 0.6)
+
+
+FOOT = """<robot name="r">
+  <link name="base"/>
+  <link name="shank"><inertial><mass value="1"/>
+    <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="foot"><inertial><mass value="0"/>
+    <inertia ixx="5" iyy="7" izz="9" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="knee" type="revolute"><parent link="base"/><child link="shank"/>
+    <axis xyz="1 0 0"/><limit lower="-1e16" upper="1e16" effort="1" velocity="1"/></joint>
+  <joint name="ankle" type="TYPE"><parent link="shank"/><child link="foot"/>
+    <origin xyz="0 0 -0.3" rpy="0 0 1.5707963267948966"/></joint>
+  REST
+</robot>"""
+FIXED_FOOT = FOOT.replace("TYPE", "fixed").replace("REST", "")
+
+
+def test_inertia_without_mass_is_added_to_the_link_it_is_fixed_to():
+    imported = parse_model(Source("r.urdf", FIXED_FOOT)).require_value()
+    inertia = imported.figure.segments["shank"].inertia
+    assert inertia == pytest.approx((7.1, 5.1, 9.1), rel=1e-12)
+
+
+@pytest.mark.verify
+def test_inertia_without_mass_is_added_as_in_pinocchio(tmp_path):
+    path = tmp_path / "foot.urdf"
+    path.write_text(FIXED_FOOT)
+    inertia = np.diag(Pinocchio(path).model.inertias[1].inertia)
+    assert inertia == pytest.approx((7.1, 5.1, 9.1), rel=1e-12)
+
+
+def test_inertia_of_a_moving_link_without_mass_is_a_loss():
+    toes = """<link name="toes"><inertial><mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="toe" type="continuous"><parent link="foot"/><child link="toes"/></joint>"""
+    text = FOOT.replace("TYPE", "continuous").replace("REST", toes)
+    imported = parse_model(Source("r.urdf", text)).require_value()
+    assert lost(imported, "inertia of bodies without mass") == ("foot",)
+
+
+def test_limits_that_stand_for_none_are_left_out():
+    imported = parse_model(Source("r.urdf", FIXED_FOOT)).require_value()
+    knee = imported.figure.joints["knee"]
+    assert (knee.lower_limit, knee.upper_limit) == (None, None)
+    assert lost(imported, "limits beyond 100 turns") == ("knee",)
+    half = FIXED_FOOT.replace('lower="-1e16"', 'lower="-1"')
+    knee = parse_model(Source("r.urdf", half)).require_value().figure.joints["knee"]
+    assert knee.lower_limit == (-1.0,)
+    assert knee.upper_limit is not None
+    assert knee.upper_limit[0] == pytest.approx(200.0 * np.pi)
+
+
+def test_elements_of_other_programs_are_not_macros():
+    text = FIXED_FOOT.replace("</robot>", "<drake:loop_joint name='l'/></robot>")
+    imported = parse_model(Source("r.urdf", text)).require_value()
+    assert lost(imported, "unknown elements") == ("l",)

@@ -96,8 +96,26 @@ def test_a_missing_mesh_is_a_loss():
 
 @pytest.mark.parametrize(
     ("shape", "message"),
-    [('<box size="1 0 1"/>', "not positive"), ("<blob/>", "unknown shape `blob`")],
+    [('<box size="1 -1 1"/>', "is negative"), ("<blob/>", "unknown shape `blob`")],
 )
 def test_a_wrong_shape_is_refused(shape: str, message: str):
     (fault,) = parse_model(Source("r.urdf", ROBOT.format(visual(shape)))).diagnostics
     assert message in fault.message
+
+
+ZERO = ['<box size="0 0 0"/>', '<sphere radius="0"/>', '<cylinder radius="1" length="0"/>']
+
+
+@pytest.mark.parametrize("tag", ["visual", "collision"])
+@pytest.mark.parametrize("shape", ZERO)
+def test_a_shape_of_size_zero_is_left_out(shape: str, tag: str):
+    imported = parsed(visual(shape, tag=tag) + visual('<box size="2 4 6"/>', tag=tag))
+    assert imported.surfaces["arm"].face_count == 6
+    assert lost(imported, "size zero") == (f"{shape[1:].split()[0]} of arm",)
+
+
+def test_a_mesh_that_is_scaled_to_nothing_is_left_out(tmp_path: Path):
+    (tmp_path / "arm.obj").write_text(OBJ)
+    imported = parsed(visual('<mesh filename="arm.obj" scale="1 0 1"/>'), tmp_path)
+    assert imported.surfaces == {}
+    assert lost(imported, "size zero") == ("mesh of arm",)

@@ -1,0 +1,57 @@
+"""Release that is found in measured angles."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from generator.identification.release import find_release
+
+
+@given(
+    rate=st.sampled_from((30.0, 50.0, 240.0)),
+    release=st.floats(-0.04, 2.0),
+    natural=st.floats(3.0, 8.0),
+    ratio=st.floats(0.02, 0.3),
+    start=st.floats(-2.0, 2.0),
+    drop=st.floats(0.3, 1.5),
+    sign=st.sampled_from((-1.0, 1.0)),
+    epoch=st.floats(-2e9, 2e9),
+    seed=st.integers(0, 1000),
+)
+def test_the_release_of_a_damped_oscillator_is_found(
+    rate: float,
+    release: float,
+    natural: float,
+    ratio: float,
+    start: float,
+    drop: float,
+    sign: float,
+    epoch: float,
+    seed: int,
+):
+    times = np.arange(round(5.0 * rate)) / rate
+    swung = np.maximum(times - release, 0.0)
+    decay, angular = ratio * natural, natural * np.sqrt(1.0 - ratio**2)
+    shape = np.cos(angular * swung) + decay / angular * np.sin(angular * swung)
+    angles = start + sign * drop * (1.0 - np.exp(-decay * swung) * shape)
+    noisy = angles + 0.005 * np.random.default_rng(seed).standard_normal(len(angles))
+    found = find_release(times + epoch, noisy[:, None])
+    assert abs(found.time - release) < 0.25 / natural
+    assert abs(found.angles[0] - start) < 0.05
+    two = find_release(times + epoch, np.column_stack([noisy, -0.5 * noisy]))
+    assert abs(two.time - found.time) < 1e-6
+    np.testing.assert_allclose(two.angles, [found.angles[0], -0.5 * found.angles[0]], atol=1e-9)
+
+
+def test_joints_that_do_not_move_are_released_at_the_first_sample():
+    found = find_release(np.arange(10.0), np.full((10, 1), 0.3))
+    assert found.time == 0.0
+    assert found.angles.tolist() == [0.3]
+
+
+def test_one_wrong_sample_is_no_release():
+    times = np.arange(100) * 0.02
+    angles = np.where(times < 1.0, 0.0, 1.0 - np.cos(6.0 * (times - 1.0)))
+    angles[10] = 1.0
+    found = find_release(times, angles[:, None])
+    assert abs(found.time - 1.0) < 0.01
