@@ -1,18 +1,20 @@
 """Text files: reading with diagnostics, and atomic writing."""
 
 import codecs
+import csv
 import errno
 import os
 import platform
 import re
 import shutil
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from io import BufferedReader
 from pathlib import Path
-from typing import TypeVar
+from types import SimpleNamespace
+from typing import Any, TypeVar
 from zlib import crc32
 
 from generator.diagnostics import (
@@ -155,6 +157,56 @@ _DEFAULT_MODE = 0o666
 
 _MAX_SYMLINKS = 40
 """So many links one behind the other are followed, as the system itself does."""
+
+
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+"""Beginning of a text that a spreadsheet takes for a formula, quoted or not."""
+
+_NUMBER = re.compile(
+    r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|[+-]?inf", re.ASCII | re.IGNORECASE
+)
+
+
+def csv_cell(text: str) -> str:
+    """Return a text that a spreadsheet does not take for a formula: with `'` before `= + - @`.
+
+    Tabulators and carriage returns, which spreadsheets skip, are such beginnings too. Numbers stay
+    as they are. `csv_value` returns the text.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+
+
+def csv_value(cell: str) -> str:
+    """Return the text of which `csv_cell` made a cell."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+
+
+def format_csv_rows(rows: Iterable[Iterable[object]]) -> str:
+    """Return lines of comma-separated values; no text of a cell is a formula."""
+    lines: list[str] = []
+    # A text with a character of the line's end is quoted, and a carriage return ends lines too.
+    sink: Any = SimpleNamespace(write=lines.append)
+    csv.writer(sink, lineterminator="\r\n").writerows(
+        [csv_cell(cell) if isinstance(cell, str) else cell for cell in row] for row in rows
+    )
+    return "".join(line.removesuffix("\r\n") + "\n" for line in lines)
+
+
+def format_csv_comment(text: str) -> str:
+    """Return a line of a table that begins with `#`; what follows a comma in it is no formula."""
+    return f"# {','.join(map(csv_cell, text.split(',')))}\n"
+
+
+def read_csv_records(lines: Iterable[str]) -> Iterator[dict[str, str]]:
+    """Yield the rows of a table by title. Raises csv.Error for a damaged one.
+
+    A row of another length than that of the titles has only what both have.
+    """
+    rows = csv.reader(lines)
+    titles = [csv_value(cell) for cell in next(rows, ())]
+    for row in rows:
+        if row:
+            yield dict(zip(titles, map(csv_value, row), strict=False))
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:

@@ -1,17 +1,22 @@
 """The table of the runs of a study, as comma-separated values or as Parquet."""
 
-import csv
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from importlib.util import find_spec
-from io import StringIO
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from generator.diagnostics import NotInstalledError, UsageError
 from generator.rotations import Array
 from generator.study.study import RunResult, Study
-from generator.text_io import move_into_place, remove_part, temporary_path, write_atomic
+from generator.text_io import (
+    format_csv_rows,
+    move_into_place,
+    remove_part,
+    temporary_path,
+    write_atomic,
+)
 
 Cell = int | float | str | None
 
@@ -56,14 +61,11 @@ def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> 
 
     Numbers are written exactly; a measure that a run does not have is blank.
     """
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table_titles(study))
-    writer.writerows(
+    lines = (
         [repr(float(cell)) if isinstance(cell, float) else cell for cell in line]
         for line in _table_rows(study, points, rows)
     )
-    return text.getvalue()
+    return format_csv_rows(chain([table_titles(study)], lines))
 
 
 def table_titles(study: Study) -> list[str]:
