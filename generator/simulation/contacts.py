@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from generator.figure import ContactSphere, Figure
 from generator.kinematics.placement import Placement
 from generator.rotations import Array, pose_matrix
-from generator.scene import Prop, Scene, contact_force
+from generator.scene import Box, Prop, Scene, Shape, contact_force
 from generator.self_contact import CapsulePair
 from generator.simulation.bodies import add_marker, require_centre_of_mass
 from generator.simulation.exudyn_api import (
@@ -25,7 +25,6 @@ from generator.simulation.exudyn_api import (
     exu,
     items,
     symbolic_user_function,
-    unused_name,
 )
 from generator.simulation.self_contacts import (
     CapsuleTable,
@@ -33,6 +32,7 @@ from generator.simulation.self_contacts import (
     evaluate_self_contact,
 )
 from springs import FLOATS
+from springs.contact import Surface
 
 _TIME_ROUNDING = 1e-12
 """Rounding of the times of steps, relative to 1 s or to the time."""
@@ -90,7 +90,7 @@ def add_contacts(
         for k, sphere in enumerate(some)
     }
     connectors: list[Index] = []
-    functions: list[Any] = []
+    functions: dict[tuple[type[Shape], Surface], Any] = {}
     for prop in contacts.scene.props:
         pose = prop.shape.pose
         origin = mbs.AddMarker(
@@ -98,29 +98,34 @@ def add_contacts(
                 bodyNumber=ground, localHT=exu.HT(rotation=pose[:3, :3], translation=pose[:3, 3])
             )
         )
-        by_radius: dict[float, Any] = {}
+        kind = type(prop.shape), prop.surface
+        if kind not in functions:
+            functions[kind] = _user_function(mbs, prop, python_torques)
+        size = prop.shape.size if isinstance(prop.shape, Box) else (0.0, 0.0, 0.0)
         for (name, k), centre in centres.items():
-            radius = contacts.spheres[name][k].radius
-            if radius not in by_radius:
-                by_radius[radius] = _user_function(mbs, prop, radius, python_torques)
-                functions.append(by_radius[radius])
+            # Without a name, which Exudyn would compare with those of all other objects.
             connectors.append(
                 mbs.AddObject(
                     items.ObjectConnectorRigidBodySpringDamper(
-                        name=unused_name(mbs, f"{name} on {prop.name}"),
                         markerNumbers=[origin, centre],
+                        offset=[*size, contacts.spheres[name][k].radius, 0.0, 0.0],
                         useIntrinsicFormulation=False,
-                        springForceTorqueUserFunction=by_radius[radius],
+                        springForceTorqueUserFunction=functions[kind],
                     )
                 )
             )
+    more: Sequence[Any] = ()
     if contacts.pairs:
-        functions.extend(add_self_contact(mbs, placement.tree.figure, bodies, contacts.pairs))
-    return replace(contacts, connectors=tuple(connectors), functions=tuple(functions))
+        more = add_self_contact(mbs, placement.tree.figure, bodies, contacts.pairs)
+    return replace(contacts, connectors=tuple(connectors), functions=(*functions.values(), *more))
 
 
-def _user_function(mbs: MainSystem, prop: Prop, radius: float, python_torques: bool) -> Any:
-    """Return minus the force on a sphere and its moment about the centre, in the prop's axes."""
+def _user_function(mbs: MainSystem, prop: Prop, python_torques: bool) -> Any:
+    """Return minus the force on a sphere and its moment about the centre, in the prop's axes.
+
+    The connector's `offset` holds the edges of a box and the radius of the sphere, so that one
+    function serves all props of a kind and a surface.
+    """
     ops = FLOATS if python_torques else SYMBOLIC
 
     def user_function(
@@ -141,7 +146,8 @@ def _user_function(mbs: MainSystem, prop: Prop, radius: float, python_torques: b
             (vector[0], vector[1], vector[2])
             for vector in (displacement, velocity, angularVelocity)
         )
-        force = contact_force(prop.shape, prop.surface, radius, centre, speed, spin, ops)
+        size, radius = (offset[0], offset[1], offset[2]), offset[3]
+        force = contact_force(prop.shape, prop.surface, radius, centre, speed, spin, ops, size=size)
         parts = [-1.0 * part for part in (*force.direction, *force.arm)]
         return ops.scaled(force.normal, ops.vector(parts))
 
