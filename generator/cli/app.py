@@ -266,7 +266,14 @@ def _print_result(
 ) -> None:
     """Print the result of a command, or why there is none, and exit with its code."""
     from generator.cli.answer import ExitCode, json_text
-    from generator.diagnostics import InputError, MoverError, Severity, UsageError, select_errors
+    from generator.diagnostics import (
+        InputError,
+        MoverError,
+        Severity,
+        UsageError,
+        WallLimitError,
+        select_errors,
+    )
     from generator.text_io import os_error_reason
 
     forget_written_files()
@@ -282,6 +289,8 @@ def _print_result(
         shown = select_errors(faults) if quiet else faults
         data = {"error": "the input is wrong", "faults": [f.as_dict() for f in faults]}
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
+    except WallLimitError as failure:
+        _fail(ExitCode.RUN_FAILED, f"error: {failure}", {"error": str(failure)}, as_json)
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
     except OSError as failure:

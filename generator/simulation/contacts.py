@@ -31,8 +31,12 @@ from generator.simulation.self_contacts import (
     add_self_contact,
     evaluate_self_contact,
 )
+from generator.simulation.wall_limit import NO_LIMIT, WallLimit
 from springs import FLOATS
 from springs.contact import Surface
+
+_CONNECTORS_AT_ONCE = 100
+"""Number of connectors that are added between looks at the clock."""
 
 _TIME_ROUNDING = 1e-12
 """Rounding of the times of steps, relative to 1 s or to the time."""
@@ -71,6 +75,7 @@ def add_contacts(
     contacts: ContactModel,
     *,
     python_torques: bool,
+    limit: WallLimit = NO_LIMIT,
 ) -> ContactModel:
     """Add a connector for each contact sphere and prop, and an object for all pairs of capsules.
 
@@ -81,6 +86,9 @@ def add_contacts(
         ground: Exudyn object of the ground.
         contacts: props, spheres and pairs.
         python_torques: whether forces of props are Python functions instead of expression trees.
+        limit: wall-time limit of the run.
+
+    Raises WallLimitError.
     """
     centres = {
         (name, k): add_marker(
@@ -103,6 +111,8 @@ def add_contacts(
             functions[kind] = _user_function(mbs, prop, python_torques)
         size = prop.shape.size if isinstance(prop.shape, Box) else (0.0, 0.0, 0.0)
         for (name, k), centre in centres.items():
+            if len(connectors) % _CONNECTORS_AT_ONCE == _CONNECTORS_AT_ONCE - 1:
+                limit.require_time(f"at prop {prop.name}, while the model was built")
             # Without a name, which Exudyn would compare with those of all other objects.
             connectors.append(
                 mbs.AddObject(
@@ -226,6 +236,7 @@ class ContactTrace:
         steps: contact then.
         centres: centre of mass of the figure then, shape (m, 3) [m].
         accelerations: of the centres of mass of the B bodies then, shape (m, B, 3) [m/s^2].
+        is_complete: whether the contact of all steps is there, and not of the start alone.
         sensitivity: differences of a run whose start is disturbed, shape (n, 2): the largest angle
             between the joints [rad], and the height of the centre of mass [m]; None without one.
         disturbed: times of the steps of that run, and contact then; None likewise.
@@ -239,6 +250,7 @@ class ContactTrace:
     accelerations: Array
     sensitivity: Array | None = None
     disturbed: tuple[Array, ContactStates] | None = None
+    is_complete: bool = True
 
     def first_frames(self, count: int, last_time: float) -> "ContactTrace":
         """Return the first `count` frames, the last of which is at `last_time` [s]."""
@@ -252,6 +264,7 @@ class ContactTrace:
             self.accelerations[kept],
             None if self.sensitivity is None else self.sensitivity[:count],
             self.disturbed,
+            self.is_complete,
         )
 
     def extend_from(self, longer: "ContactTrace") -> "ContactTrace":

@@ -49,6 +49,7 @@ from generator.simulation.projection import (
     project_to_constraints,
 )
 from generator.simulation.step_schedule import StepHints
+from generator.simulation.wall_limit import WallLimit
 from springs import SpringSet
 
 MAX_JOINT_GAP = 0.01
@@ -99,6 +100,7 @@ def simulate(
         The motion. A failed run is an outcome of it, with the frames up to the last valid time.
 
     Raises:
+        WallLimitError: the wall-time limit was reached while the model was built.
         MoverError: the figure or the plan cannot be built; the message states the reason.
         TypeError: the figure is a name, or the plan a number.
     """
@@ -107,10 +109,10 @@ def simulate(
         raise TypeError(f"simulate needs a Figure, such as read_figure(...), not {figure!r}")
     if isinstance(plan, int | float):
         raise TypeError(f"the second argument is a Plan, such as Plan(stop=2.0), not {plan!r}")
+    limit = WallLimit.begin(plan.wall_limit)
     springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
-    deadline = time.monotonic() + plan.wall_limit
-    runner = _PassRunner(figure, plan, springs, times, deadline, watch, frozenset(record), threads)
+    runner = _PassRunner(figure, plan, springs, times, limit, watch, frozenset(record), threads)
     obstacle = _compiled_obstacle(runner.first_model)
     was_compiled = obstacle is None
     if obstacle is None:
@@ -124,7 +126,7 @@ def simulate(
             plan.tolerance,
             runner.run_pass,
             runner.longest_step,
-            deadline,
+            limit.deadline,
             RELIABLE_STEP if runner.first_model.contacts is None else RELIABLE_STEP_WITH_CONTACT,
         )
     else:
@@ -174,7 +176,7 @@ def _try_compiled(
         refined = run_compiled(
             runner.first_model,
             runner.times,
-            runner.deadline,
+            runner.limit,
             runner.report,
             max_steps_per_second or MAX_STEPS_PER_SECOND,
             runner.record,
@@ -198,17 +200,17 @@ class _PassRunner:
         plan: Plan,
         springs: SpringSet,
         times: Array,
-        deadline: float,
+        limit: WallLimit,
         watch: Callable[[Progress], None] | None,
         record: frozenset[RecordingPart],
         threads: int,
     ) -> None:
         self.record, self.threads = record, threads
         self._figure, self._plan, self._springs = figure, plan, springs
-        self.times, self.deadline, self._watch = times, deadline, watch
+        self.times, self.limit, self._watch = times, limit, watch
         self._passes = 0
         start = time.monotonic()
-        self.first_model: ExudynModel = build_model(figure, plan, springs)
+        self.first_model: ExudynModel = build_model(figure, plan, springs, limit=limit)
         self.build_time = time.monotonic() - start
 
     @property
@@ -253,7 +255,7 @@ class _PassRunner:
             self.times,
             self.longest_step,
             newton,
-            self.deadline,
+            self.limit.deadline,
             on_frame,
             hints,
             subdivision,
