@@ -370,8 +370,8 @@ def search_injury(points: Array, speeds: Array, longest: float) -> InjurySearch:
         gains = np.maximum(gains - np.minimum.reduceat(speeds, starts)[one], 0.0)
         rates = np.maximum.reduceat(np.append(means, 0.0), starts)
         bound = np.full(len(one), np.inf)
-        apart = one < other
-        np.divide(gains**2.5, np.maximum(shortest, 0.0) ** 1.5, out=bound, where=apart)
+        is_separate = one < other
+        np.divide(gains**2.5, np.maximum(shortest, 0.0) ** 1.5, out=bound, where=is_separate)
         # The mean over an interval is at most the largest one of its parts.
         near = other <= one + 1
         rate = np.maximum(rates[one], rates[other])

@@ -182,7 +182,7 @@ def csv_value(cell: str) -> str:
 
 
 def format_csv_rows(rows: Iterable[Iterable[object]]) -> str:
-    """Return lines of comma-separated values; no text of a cell is a formula."""
+    """Return lines of comma-separated values, whose texts are not formulas."""
     lines: list[str] = []
     # A text with a character of the line's end is quoted, and a carriage return ends lines too.
     sink: Any = SimpleNamespace(write=lines.append)
@@ -193,20 +193,18 @@ def format_csv_rows(rows: Iterable[Iterable[object]]) -> str:
 
 
 def format_csv_comment(text: str) -> str:
-    """Return a line of a table that begins with `#`; what follows a comma in it is no formula."""
+    """Return a line of a table that begins with `#`, without a formula after one of its commas."""
     return f"# {','.join(map(csv_cell, text.split(',')))}\n"
 
 
-def read_csv_records(lines: Iterable[str]) -> Iterator[dict[str, str]]:
-    """Yield the rows of a table by title. Raises csv.Error for a damaged one.
+def read_csv_rows(lines: Iterable[str]) -> tuple[list[str], Iterator[dict[str, str]]]:
+    """Return the titles of a table, and its rows by title. Raises csv.Error for a damaged one.
 
     A row of another length than that of the titles has only what both have.
     """
-    rows = csv.reader(lines)
-    titles = [csv_value(cell) for cell in next(rows, ())]
-    for row in rows:
-        if row:
-            yield dict(zip(titles, map(csv_value, row), strict=False))
+    rows = ([csv_value(cell) for cell in row] for row in csv.reader(lines))
+    titles = next(rows, list[str]())
+    return titles, (dict(zip(titles, row, strict=False)) for row in rows if row)
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:

@@ -28,7 +28,7 @@ from generator.study.sensitivity import (
 )
 from generator.study.study import DesignKind, Take
 from generator.study.sweep import STUDY_NAME, TABLE_NAME
-from generator.text_io import is_file, load_text, read_csv_records
+from generator.text_io import is_file, load_text, read_csv_rows
 from plots.canvas import (
     BLACK,
     BLUE,
@@ -382,7 +382,10 @@ def read_runs(folder: Path) -> StudyRuns:
     path = folder / TABLE_NAME
     try:
         study = tomllib.loads(_text(folder / STUDY_NAME))
-        rows = list(read_csv_records(StringIO(_text(path), newline="")))
+        titles, table = read_csv_rows(StringIO(_text(path), newline=""))
+        if not {*study["parameters"], *study["measures"], "outcome"} <= {*titles}:
+            raise KeyError
+        rows = list(table)
         return StudyRuns(
             name=folder.resolve().name,
             parameters={name: _column(rows, name) for name in study["parameters"]},

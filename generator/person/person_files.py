@@ -20,7 +20,7 @@ from generator.text_io import (
     format_csv_rows,
     is_file,
     load_text,
-    read_csv_records,
+    read_csv_rows,
 )
 
 COUPLED_SPRINGS = "coupled"
@@ -82,7 +82,7 @@ def read_references(path: Path) -> dict[str, list[str]]:
     lines = load_text(path, str(path))[0].text.splitlines()
     quantities: dict[str, list[str]] = {}
     with suppress(csv.Error):  # a quote without its end makes a field of the rest of the file
-        for row in read_csv_records(line for line in lines if not line.startswith("#")):
+        for row in read_csv_rows(line for line in lines if not line.startswith("#"))[1]:
             reference, quantity = row.get("reference"), row.get("quantity")
             if reference and quantity and quantity not in quantities.setdefault(reference, []):
                 quantities[reference].append(quantity)
