@@ -23,6 +23,7 @@ from generator.simulation.contacts import mean_position
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.wall_limit import NO_LIMIT
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Z, chain, one_body, row
@@ -478,7 +479,7 @@ def test_the_contact_of_a_stopped_run_ends_with_its_frames(monkeypatch) -> None:
 
     model = ExudynModel.of(ball(0.2), Plan(stop=0.6, springs=SpringSet(), scene=FLOOR))
     times = np.array([0.0, 0.1, 0.2, 0.3, 0.6])
-    refined = compiled_run.run_compiled(model, times, math.inf, watch)
+    refined = compiled_run.run_compiled(model, times, NO_LIMIT, watch)
     assert refined.outcome.ending is Ending.INTERRUPTED
     assert refined.trace.times.tolist() == [0.0, 0.1, 0.2]
     contact = refined.trace.contact
