@@ -133,7 +133,7 @@ def _axis_alignment(axes: Array, order: tuple[int, ...]) -> Array:
 
 
 CARRIER_SHARE = 1e-8
-"""Share of a body's mass and inertia in each carrier. It changes accelerations by about this share."""
+"""Share of a body's mass and inertia in a carrier; it changes accelerations by about as much."""
 
 LEAST_CARRIER = 2e-15
 """Least mass and moment of inertia of a carrier [kg, kg m2]: MuJoCo refuses those below 1e-15."""
