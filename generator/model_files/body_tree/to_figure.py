@@ -132,7 +132,7 @@ def _axis_alignment(axes: Array, order: tuple[int, ...]) -> Array:
     return np.abs(axes[[0, 1, 2], list(order)])
 
 
-CARRIER_SHARE = 1e-8
+CARRIER_SHARE = 1e-9
 """Share of a body's mass and inertia in a carrier; it changes accelerations by about as much."""
 
 LEAST_CARRIER = 2e-15
