@@ -55,6 +55,8 @@ class Claim:
         remark: the meaning of a failing or partly true claim, or "".
         kind: of statement.
         obstacle: reason why a comparison cannot be made, or "".
+        is_repetition: whether `measured` is the difference of a run from itself on another machine.
+            It depends on the processor, so that pages are compared by its bound alone.
     """
 
     sentence: str
@@ -65,6 +67,7 @@ class Claim:
     remark: str = ""
     kind: ClaimKind = ClaimKind.VERIFICATION
     obstacle: str = ""
+    is_repetition: bool = False
 
     def __post_init__(self) -> None:
         """Raise ValueError for a claim that cannot fail, or cannot hold."""

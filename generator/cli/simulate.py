@@ -264,7 +264,7 @@ def simulate(
         recording = run(figure, plan, watch)
         written = write_motion(motion_from_recording(recording, figure, spring_set), files)
     study = None
-    if more_starts is not None and recording.outcome.succeeded:
+    if more_starts is not None and recording.outcome.reached_stop:
         study = _run_starts(figure, plan, more_starts, limit, show_progress=show_progress)
     failure = failure_text(recording, files)
     if study is not None and limit.is_reached:
@@ -385,7 +385,7 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
         "step_s": accuracy.step,
         "tolerance_rad": accuracy.asked,
         "error_estimate_rad": finite_or_none(accuracy.estimate),
-        "held_until_s": accuracy.held_until if _is_error_known(recording) else None,
+        "held_until_s": None if finite_or_none(accuracy.estimate) is None else accuracy.held_until,
         "energy": {
             kind: {"first": first, "last": last} for kind, first, last in _energies(recording)
         },
@@ -474,12 +474,6 @@ def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
         return None
     kept = f"the frames up to {recording.times[-1]:.4g} s were"
     return f"{recording.outcome.message}; {kept} {'written' if files else 'simulated'}"
-
-
-def _is_error_known(recording: Recording) -> bool:
-    """Return whether the error was estimated, or cannot be with a fixed step."""
-    accuracy = recording.accuracy
-    return accuracy.asked is None or finite_or_none(accuracy.estimate) is not None
 
 
 def _simulated_time(recording: Recording) -> float:

@@ -58,7 +58,7 @@ from generator.simulation.contacts import (
     evaluate_contacts,
     mean_position,
 )
-from generator.simulation.error_control import RefinedRun, accuracy_message
+from generator.simulation.error_control import RefinedRun, finished_outcome
 from generator.simulation.integrate import (
     Trace,
     fastest_joint,
@@ -180,8 +180,8 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
     run = agreed.run
     last = float(run.times[-1])
     match run.ending:
-        case Ending.DONE:
-            return Outcome(run.ending, accuracy_message(accuracy, last), last)
+        case Ending.DONE | Ending.INACCURATE:
+            return finished_outcome(accuracy, last)
         case Ending.INTERRUPTED:
             return Outcome(run.ending, f"interrupted at {run.last_time:.4g} s", last)
         case Ending.TOO_LONG:

@@ -156,7 +156,7 @@ def summarize_starts(
     failures: dict[int, str] = {}
     falls: list[_Fall] = []
     for number, run in enumerate(runs, 1):
-        if isinstance(run, Recording) and run.outcome.succeeded:
+        if isinstance(run, Recording) and run.outcome.reached_stop:
             falls.append(_read_fall(run, up))
         else:
             failures[number] = run.outcome.message if isinstance(run, Recording) else str(run)

@@ -268,6 +268,21 @@ def test_ctrl_c_leaves_the_frames_so_far(monkeypatch) -> None:
     assert np.max(run.accuracy.by_frame[run.times <= run.accuracy.held_until]) <= 1e-3
 
 
+@pytest.mark.parametrize(("stop", "tolerance"), [(6.0, 1e-3), (0.5, 1e-14)])
+def test_a_run_beyond_its_tolerance_is_not_done(stop: float, tolerance: float) -> None:
+    """A wild triple pendulum amplifies any error; and no run is more exact than its numbers."""
+    speeds = {"joint0": (12.0, 10.0, 8.0)}
+    plan = Plan(stop=stop, tolerance=tolerance, springs=SpringSet(), velocities=speeds)
+    run = simulate(row(3), plan)
+    assert run.integrator is Integrator.COMPILED
+    assert run.outcome.ending is Ending.INACCURATE
+    assert run.outcome.last_time == run.times[-1] == stop
+    assert run.accuracy.estimate is not None
+    assert run.accuracy.estimate > tolerance
+    assert run.accuracy.held_until < stop
+    assert f"only until {run.accuracy.held_until:.4g} s of {stop:g} s" in run.outcome.message
+
+
 def test_the_wall_limit_ends_a_run() -> None:
     run = simulate(row(10), Plan(stop=500.0, tolerance=1e-8, springs=SpringSet(), wall_limit=0.2))
     assert run.outcome.ending is Ending.TOO_LONG
