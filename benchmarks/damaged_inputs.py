@@ -260,7 +260,7 @@ class Row:
         refused: of them, those with an error of this program.
         faults: other exceptions and warnings, with the seed file, a sentence each.
         memory: largest resident memory of the process [bytes].
-        slowest: longest time of one file [s].
+        slowest: longest processor time of one file [s].
     """
 
     reader: str
@@ -296,7 +296,7 @@ def read_damaged(
         inside = reader == "npz" and chance.random() < 0.7
         data = damage_member(data, chance) if inside else damage(data, chance)
         target.write_bytes(data)
-        begin = time.perf_counter()
+        begin = time.process_time()
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
@@ -308,7 +308,7 @@ def read_damaged(
         except Exception as failure:
             faults.append(f"{source.name}, input {k}: {type(failure).__name__}: {failure}")
             target.with_name(f"fault{k}-{source.name}").write_bytes(data)
-        slowest = max(slowest, time.perf_counter() - begin)
+        slowest = max(slowest, time.process_time() - begin)
     return Row(reader, count, refused, tuple(faults), peak() * 1e6, slowest)
 
 

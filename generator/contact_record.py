@@ -319,13 +319,82 @@ def head_injury_criterion(
     speeds = _running_integral(times, sizes)[step] + into * (
         sizes[step] + 0.5 * into * slopes[step]
     )
-    largest = 0.0
-    for offset in range(1, points.size):
-        durations = points[offset:] - points[:-offset]
-        inside = durations <= window * (1.0 + WINDOW_ROUNDING)
-        if not np.any(inside):
-            break
-        gains = np.maximum(speeds[offset:] - speeds[:-offset], 0.0)[inside]
-        values = (gains / durations[inside]) ** 2.5 * durations[inside]
-        largest = max(largest, float(np.max(values)))
-    return largest
+    return search_injury(points, speeds, window * (1.0 + WINDOW_ROUNDING)).value
+
+
+class InjurySearch(NamedTuple):
+    """Largest value of the head injury criterion, and how many pairs it took to find it.
+
+    Attributes:
+        value: (mean from one point to another)^2.5 times the time between them.
+        examined: number of pairs of points or of blocks of points.
+    """
+
+    value: float
+    examined: int
+
+
+_BOUND_ROUNDING = 1e-9
+"""Relative rounding of a bound of the criterion."""
+
+
+def search_injury(points: Array, speeds: Array, longest: float) -> InjurySearch:
+    """Return the largest of (V2 - V1)^2.5 / (t2 - t1)^1.5 of all pairs of n points.
+
+    Pairs of blocks of points are halved, but for those whose bound is below the largest value so
+    far: the number of pairs that are left is proportional to n, whatever the time between points.
+
+    Args:
+        points: times, increasing, shape (n,) [s].
+        speeds: integral V of the size of the acceleration until then, shape (n,).
+        longest: longest time between two points of a pair [s].
+    """
+    count = points.size
+    pairs = np.arange(count - 1), np.arange(1, count)
+    means = np.maximum(np.diff(speeds), 0.0) / np.diff(points)
+    best = _largest_of_pairs(points, speeds, longest, *pairs)
+    last = np.searchsorted(points, points[:-1] + longest, side="right") - 1
+    best = max(best, _largest_of_pairs(points, speeds, longest, pairs[0], last))
+    examined = 2 * (count - 1)
+    size = 1 << max(count - 1, 1).bit_length()
+    one = other = np.zeros(1, dtype=np.intp)
+    while size > 1:
+        size //= 2
+        one = 2 * one[:, None] + np.array([0, 0, 1, 1])
+        other = 2 * other[:, None] + np.array([0, 1, 0, 1])
+        is_pair = (one <= other) & (other * size < count)
+        one, other = one[is_pair], other[is_pair]
+        examined += len(one)
+        starts = np.arange(0, count, size)
+        ends = np.minimum(starts + size, count) - 1
+        shortest = points[starts[other]] - points[ends[one]]
+        greatest = np.minimum(points[ends[other]] - points[starts[one]], longest)
+        gains = np.maximum.reduceat(speeds, starts)[other]
+        gains = np.maximum(gains - np.minimum.reduceat(speeds, starts)[one], 0.0)
+        rates = np.maximum.reduceat(np.append(means, 0.0), starts)
+        bound = np.full(len(one), np.inf)
+        is_separate = one < other
+        np.divide(gains**2.5, np.maximum(shortest, 0.0) ** 1.5, out=bound, where=is_separate)
+        # The mean over an interval is at most the largest one of its parts.
+        near = other <= one + 1
+        rate = np.maximum(rates[one], rates[other])
+        bound = np.where(near, np.minimum(bound, rate**2.5 * greatest), bound)
+        best = max(best, _largest_of_pairs(points, speeds, longest, starts[one], ends[other]))
+        is_possible = (bound * (1.0 + _BOUND_ROUNDING) > best) & (shortest <= longest)
+        one, other = one[is_possible], other[is_possible]
+    return InjurySearch(max(best, _largest_of_pairs(points, speeds, longest, one, other)), examined)
+
+
+def _largest_of_pairs(
+    points: Array,
+    speeds: Array,
+    longest: float,
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+) -> float:
+    """Return the largest value of pairs of points, of which some may be too long or one point."""
+    durations = points[second] - points[first]
+    some = (durations > 0.0) & (durations <= longest)
+    durations = durations[some]
+    gains = np.maximum(speeds[second[some]] - speeds[first[some]], 0.0)
+    return float(np.max((gains / durations) ** 2.5 * durations, initial=0.0))

@@ -210,6 +210,10 @@ class ModelError(MoverError, ValueError):
     """A figure, its joints or its springs cannot be modelled as asked; the message says why."""
 
 
+class WallLimitError(MoverError):
+    """The wall-time limit of a run was reached before the run had a motion."""
+
+
 class NotInstalledError(MoverError):
     """A program or library that is needed is not installed."""
 

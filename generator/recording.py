@@ -20,6 +20,9 @@ class Ending(Enum):
     """Ending of a run."""
 
     DONE = "done"
+    """At the stop time, within the tolerance; with a fixed step, at the stop time."""
+    INACCURATE = "tolerance not met"
+    """At the stop time, where the error is above the tolerance or unknown."""
     SOLVER_FAILED = "solver failed"
     TURNED_OVER = "turned through 180 deg"
     TOO_LONG = "wall time used up"
@@ -58,8 +61,13 @@ class Outcome:
 
     @property
     def succeeded(self) -> bool:
-        """Return whether the run reached its stop time."""
+        """Return whether the run reached its stop time, within its tolerance if it has one."""
         return self.ending is Ending.DONE
+
+    @property
+    def reached_stop(self) -> bool:
+        """Return whether the run reached its stop time, however accurate it is there."""
+        return self.ending in (Ending.DONE, Ending.INACCURATE)
 
 
 @short_repr
@@ -71,7 +79,8 @@ class Accuracy:
         estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step and
             of a live simulation, infinite where too few passes finished.
         asked: the tolerance asked for [rad]; None likewise.
-        held_until: time up to which the estimate stays below the tolerance [s].
+        held_until: time up to which the estimate stays below the tolerance [s]; the last time where
+            no tolerance was asked for.
         step: smallest step used, of a live simulation the mean one [s].
         steps: number of steps of all passes.
         by_frame: error estimate of each frame [rad], shape (n,).

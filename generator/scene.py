@@ -4,6 +4,7 @@
 `springs.backends`.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -102,9 +103,9 @@ class Scene:
 
     def __post_init__(self) -> None:
         """Check the names."""
-        names = [prop.name for prop in self.props]
-        for name in names:
-            if names.count(name) > 1:
+        names = Counter(prop.name for prop in self.props)
+        for name, count in names.items():
+            if count > 1:
                 raise ModelError(f"two props are called `{name}`")
 
 
@@ -152,7 +153,7 @@ def distance_from_shape(shape: Shape, points: Array) -> Array:
         case Plane():
             return y
         case Box():
-            return _distance_from_box(shape, (x, y, z), NUMPY)[0]
+            return _distance_from_box(shape.size, (x, y, z), NUMPY)[0]
         case _:
             assert_never(shape)
 
@@ -187,6 +188,8 @@ def contact_force(
     velocity: Components,
     spin: Components,
     ops: Operations = NUMPY,
+    *,
+    size: Components | None = None,
 ) -> ContactForce:
     """Return the force on a sphere.
 
@@ -200,6 +203,7 @@ def contact_force(
         velocity: of the centre, likewise [m/s].
         spin: angular velocity of the sphere, likewise [rad/s].
         ops: kind of the numbers.
+        size: edges of a box [m], which may be arrays or symbols [default: those of the shape].
     """
     (vx, vy, vz), (wx, wy, wz) = velocity, spin
     match shape:
@@ -212,7 +216,7 @@ def contact_force(
             direction = (-factor * cx, 1.0, -factor * cz)
             arm = (across * cz, 0.0, -across * cx)
         case Box():
-            distance, (nx, ny, nz) = _distance_from_box(shape, centre, ops)
+            distance, (nx, ny, nz) = _distance_from_box(size or shape.size, centre, ops)
             depth = radius - distance
             normal_speed = nx * vx + ny * vy + nz * vz
             rate = -normal_speed
@@ -235,16 +239,16 @@ def contact_force(
     return ContactForce(depth, rate, elastic, normal, direction, arm, factor * squared_speed)
 
 
-def _distance_from_box(box: Box, centre: Components, ops: Operations) -> tuple[Real, Components]:
+def _distance_from_box(
+    size: Components, centre: Components, ops: Operations
+) -> tuple[Real, Components]:
     """Signed distance of a point from a box, and its gradient, which is the outward normal.
 
     Outside, the gradient points away from the nearest point of the box; inside, from the nearest
     face.
     """
     signs = [ops.removable(p < 0.0, -1.0, 1.0) for p in centre]
-    beyond = [
-        sign * p - 0.5 * length for sign, p, length in zip(signs, centre, box.size, strict=True)
-    ]
+    beyond = [sign * p - 0.5 * length for sign, p, length in zip(signs, centre, size, strict=True)]
     qx, qy, qz = beyond
     ox, oy, oz = (ops.removable(q > 0.0, q, 0.0) for q in beyond)
     outside = ops.sqrt(ox * ox + oy * oy + oz * oz)

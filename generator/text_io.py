@@ -1,18 +1,20 @@
 """Text files: reading with diagnostics, and atomic writing."""
 
 import codecs
+import csv
 import errno
 import os
 import platform
 import re
 import shutil
 import stat
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from io import BufferedReader, BufferedWriter
 from pathlib import Path
-from typing import TypeVar
+from types import SimpleNamespace
+from typing import Any, TypeVar
 from zlib import crc32
 
 from generator.diagnostics import (
@@ -155,6 +157,59 @@ _DEFAULT_MODE = 0o666
 
 _MAX_SYMLINKS = 40
 """So many links one behind the other are followed, as the system itself does."""
+
+
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+"""Beginning of a text that a spreadsheet takes for a formula, quoted or not."""
+
+_NUMBER = re.compile(
+    r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|[+-]?inf", re.ASCII | re.IGNORECASE
+)
+
+
+def csv_cell(text: str) -> str:
+    """Return a text that a spreadsheet does not take for a formula: with `'` before `= + - @`.
+
+    Tabulators and carriage returns, which spreadsheets skip, are such beginnings too. Numbers stay
+    as they are. `csv_value` returns the text.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+
+
+def csv_value(cell: str) -> str:
+    """Return the text of which `csv_cell` made a cell."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+
+
+def csv_lines(rows: Iterable[Iterable[object]]) -> Iterator[str]:
+    """Yield the lines of comma-separated values, whose texts are not formulas."""
+    # A text with a character of the line's end is quoted, and a carriage return ends lines too.
+    line: list[str] = []
+    sink: Any = SimpleNamespace(write=line.append)
+    writer = csv.writer(sink, lineterminator="\r\n")
+    for row in rows:
+        writer.writerow([csv_cell(cell) if isinstance(cell, str) else cell for cell in row])
+        yield line.pop().removesuffix("\r\n") + "\n"
+
+
+def format_csv_rows(rows: Iterable[Iterable[object]]) -> str:
+    """Return comma-separated values, whose texts are not formulas."""
+    return "".join(csv_lines(rows))
+
+
+def format_csv_comment(text: str) -> str:
+    """Return a line of a table that begins with `#`, without a formula after one of its commas."""
+    return f"# {','.join(map(csv_cell, text.split(',')))}\n"
+
+
+def read_csv_rows(lines: Iterable[str]) -> tuple[list[str], Iterator[dict[str, str]]]:
+    """Return the titles of a table, and its rows by title. Raises csv.Error for a damaged one.
+
+    A row of another length than that of the titles has only what both have.
+    """
+    rows = ([csv_value(cell) for cell in row] for row in csv.reader(lines))
+    titles = next(rows, list[str]())
+    return titles, (dict(zip(titles, row, strict=False)) for row in rows if row)
 
 
 def write_atomic(path: Path, content: str | bytes) -> None:

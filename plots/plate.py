@@ -3,15 +3,14 @@
 Nothing here imports numpy or matplotlib, so that drawn plates can be passed between processes.
 """
 
-import csv
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from io import StringIO
 from math import inf, isinf, isnan, nan
 from typing import TYPE_CHECKING
 
+from generator.text_io import format_csv_comment, format_csv_rows
 from plots.medium import typographic
 
 if TYPE_CHECKING:
@@ -56,6 +55,8 @@ class Claim:
         remark: the meaning of a failing or partly true claim, or "".
         kind: of statement.
         obstacle: reason why a comparison cannot be made, or "".
+        is_repetition: whether `measured` is the difference of a run from itself on another machine.
+            It depends on the processor, so that pages are compared by its bound alone.
     """
 
     sentence: str
@@ -66,6 +67,7 @@ class Claim:
     remark: str = ""
     kind: ClaimKind = ClaimKind.VERIFICATION
     obstacle: str = ""
+    is_repetition: bool = False
 
     def __post_init__(self) -> None:
         """Raise ValueError for a claim that cannot fail, or cannot hold."""
@@ -283,11 +285,10 @@ def table_files(plate: Plate) -> dict[str, str]:
 
 
 def _table_text(plate: Plate, title: str, columns: "Mapping[str, Array]") -> str:
-    stream = StringIO()
-    for comment in (title, plate.sign, f"References: {'; '.join(plate.references) or 'none'}"):
-        stream.write(f"# {' '.join(comment.split())}\n")
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    for values in zip(*columns.values(), strict=True):
-        writer.writerow([f"{float(value):.9g}" for value in values])
-    return stream.getvalue()
+    comments = (title, plate.sign, f"References: {'; '.join(plate.references) or 'none'}")
+    rows = zip(*columns.values(), strict=True)
+    lines = [format_csv_comment(" ".join(comment.split())) for comment in comments]
+    lines.append(
+        format_csv_rows([columns, *([f"{float(value):.9g}" for value in row] for row in rows)])
+    )
+    return "".join(lines)

@@ -28,7 +28,7 @@ from generator.study.sensitivity import (
 )
 from generator.study.study import DesignKind, Take
 from generator.study.sweep import STUDY_NAME, TABLE_NAME
-from generator.text_io import is_file, load_text
+from generator.text_io import is_file, load_text, read_csv_rows
 from plots.canvas import (
     BLACK,
     BLUE,
@@ -382,8 +382,8 @@ def read_runs(folder: Path) -> StudyRuns:
     path = folder / TABLE_NAME
     try:
         study = tomllib.loads(_text(folder / STUDY_NAME))
-        table = csv.DictReader(StringIO(_text(path), newline=""))
-        if not {*study["parameters"], *study["measures"], "outcome"} <= {*(table.fieldnames or ())}:
+        titles, table = read_csv_rows(StringIO(_text(path), newline=""))
+        if not {*study["parameters"], *study["measures"], "outcome"} <= {*titles}:
             raise KeyError
         rows = list(table)
         return StudyRuns(

@@ -62,18 +62,19 @@ class Cubic:
         if self.dead_zone is None:
             return polynomial(self._torque_coefficients(None), a)
         low, high = self.dead_zone
-        below = polynomial(self._torque_coefficients(low), a)
-        above = polynomial(self._torque_coefficients(high), a)
+        below = polynomial(self._torque_coefficients(low), a - low)
+        above = polynomial(self._torque_coefficients(high), a - high)
         return ops.where(a < low, below, ops.where(a > high, above, 0.0))
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J] at `angle` [rad]; the torque is minus its slope."""
         a = self._angle_from_rest(angle)
         if self.dead_zone is None:
-            return -self.sense * antiderivative(self.coefficients, a)
+            return -antiderivative(self._torque_coefficients(None), a)
         low, high = self.dead_zone
-        below, above = (self._work_from(edge, a) for edge in (low, high))
-        return -self.sense * ops.where(a < low, below, ops.where(a > high, above, 0.0))
+        below = antiderivative(self._torque_coefficients(low), a - low)
+        above = antiderivative(self._torque_coefficients(high), a - high)
+        return -ops.where(a < low, below, ops.where(a > high, above, 0.0))
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -90,17 +91,15 @@ class Cubic:
         return angle - self.rest if self.rest else angle
 
     def _torque_coefficients(self, edge: float | None) -> Coefficients:
-        """Coefficients of the torque on the child beyond an edge: sense * (M(a) - M(edge))."""
+        """Coefficients of the torque on the child, of powers of a, or of a - edge beyond an edge.
+
+        sense * (M(a) - M(edge)) is expanded about the edge, so that rounding changes no sign there.
+        """
         c0, c1, c2, c3 = self.coefficients
-        c0 -= 0.0 if edge is None else polynomial(self.coefficients, edge)
+        if edge is not None:
+            c0, c1, c2 = 0.0, c1 + edge * (2.0 * c2 + edge * 3.0 * c3), c2 + 3.0 * edge * c3
         s = self.sense
         return s * c0, s * c1, s * c2, s * c3
-
-    def _work_from(self, edge: float, a: Real) -> Real:
-        """Integral of M - M(edge) from the edge to a [J]."""
-        c = self.coefficients
-        work = antiderivative(c, a) - antiderivative(c, edge)
-        return work - polynomial(c, edge) * (a - edge)
 
 
 class NotRestoringError(ValueError):

@@ -47,7 +47,13 @@ class Stop:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] (force [N]) at `angle` [rad or m]."""
-        return ops.piecewise_cubic(angle, self._pieces)
+        lower, upper = self._finite_limits
+        if lower is None and upper is None:
+            return ops.piecewise_cubic(angle, [(0.0, (0.0, 0.0, 0.0, 0.0))])
+        # By the angle beyond each limit: rounding then changes no sign next to the limit.
+        below = 0.0 if lower is None else ops.piecewise_cubic(lower - angle, self._pieces)
+        above = 0.0 if upper is None else ops.piecewise_cubic(angle - upper, self._pieces)
+        return below - above
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero between the limits."""
@@ -71,23 +77,23 @@ class Stop:
         upper = None if self.lower is None else -self.lower
         return Stop(lower, upper, self.stiffness, self.onset)
 
-    @cached_property
-    def _pieces(self) -> CubicPieces:
-        """Full stiffness, onset, free range, onset, full stiffness; of one limit three of them."""
-        k, onset = self.stiffness, self.onset
-        half, bend = k * onset / 2.0, k / (2.0 * onset)
+    @property
+    def _finite_limits(self) -> tuple[float | None, float | None]:
+        """Both limits [rad or m], None for one that does not stop."""
         lower, upper = (
             None if limit is None or isinf(limit) else limit for limit in (self.lower, self.upper)
         )
-        pieces = [(0.0 if lower is None else lower, (0.0, 0.0, 0.0, 0.0))]
-        if lower is not None:
-            start = lower - onset
-            full, growing = (half, -k, 0.0, 0.0), (half, -k, bend, 0.0)
-            pieces = [(start, full), (start, growing), *pieces]
-        if upper is not None:
-            pieces.append((upper, (0.0, 0.0, -bend, 0.0)))
-            pieces.append((upper + onset, (-half, -k, 0.0, 0.0)))
-        return pieces
+        return lower, upper
+
+    @cached_property
+    def _pieces(self) -> CubicPieces:
+        """Resisting torque by the angle beyond a limit: none, the onset, the full stiffness."""
+        k, onset = self.stiffness, self.onset
+        return [
+            (0.0, (0.0, 0.0, 0.0, 0.0)),
+            (0.0, (0.0, 0.0, k / (2.0 * onset), 0.0)),
+            (onset, (k * onset / 2.0, k, 0.0, 0.0)),
+        ]
 
     def _stored_energy(self, x: Real, ops: Operations) -> Real:
         k, onset = self.stiffness, self.onset

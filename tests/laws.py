@@ -22,6 +22,16 @@ from springs.transformed import Transformed
 MEMBERS = ("torque", "energy", "breakpoints", "mirrored")
 
 
+def limits(law: Stop | SmoothLimit | Cubic) -> tuple[float, float]:
+    """Both limits of a law of `RESISTING`."""
+    if isinstance(law, Cubic):
+        assert law.dead_zone is not None
+        return law.dead_zone
+    assert law.lower is not None
+    assert law.upper is not None
+    return law.lower, law.upper
+
+
 def law_classes() -> set[type]:
     """The classes in `springs` that have the members of `Elastic`, in whatever module."""
     modules = [
@@ -79,6 +89,34 @@ STRATEGIES[Transformed] = st.builds(Transformed, WITHOUT_FRICTION, SMALL, SMALL,
 STRATEGIES[Hysteresis] = st.builds(
     Hysteresis, WITHOUT_FRICTION, WITHOUT_FRICTION, st.floats(1e-3, 1.0)
 ) | st.builds(Hysteresis.from_mean_and_width, WITHOUT_FRICTION, st.floats(0.0, 20.0))
+
+
+# Laws that resist beyond two limits, and angles beyond a limit, the least number among them.
+
+EDGES = st.tuples(st.just(0.0) | LOWER, st.just(0.0) | UPPER)
+SIZES = st.floats(0.0, 300.0)
+RESISTING = st.one_of(
+    st.builds(
+        lambda edges, *numbers: Stop(*edges, *numbers),
+        EDGES,
+        st.floats(1.0, 2e3),
+        st.floats(0.01, 0.3),
+    ),
+    st.builds(
+        lambda edges, k, width: SmoothLimit(*edges, k, k, width),
+        EDGES,
+        STIFFNESS,
+        st.floats(0.05, 8.0),
+    ),
+    st.builds(
+        lambda edges, c0, c1, c3: Cubic((c0, c1, 0.0, c3), -1, edges),
+        EDGES,
+        st.floats(-300.0, 300.0),
+        SIZES,
+        SIZES,
+    ),
+)
+EXCESSES = st.sampled_from([5e-324, 1e-300, 1.7e-65, 1e-17, 1e-12, 1e-9]) | st.floats(0.0, 2.0)
 
 
 # What a springs file holds: decimal numbers of any size, so that reading back is exact.

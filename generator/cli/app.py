@@ -33,6 +33,7 @@ try:  # these take some tenths of a second, in which Ctrl-C may come
     import warnings
     from collections.abc import Callable, Generator, Iterator
     from contextlib import contextmanager, suppress
+    from dataclasses import replace
     from importlib import import_module
     from inspect import Parameter, signature
     from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from io import TextIOWrapper
 
     from generator.cli.answer import CommandResult
+    from generator.diagnostics import Diagnostic
 
 COMMANDS = {
     "simulate": (
@@ -264,7 +266,14 @@ def _print_result(
 ) -> None:
     """Print the result of a command, or why there is none, and exit with its code."""
     from generator.cli.answer import ExitCode, json_text
-    from generator.diagnostics import InputError, MoverError, Severity, UsageError, select_errors
+    from generator.diagnostics import (
+        InputError,
+        MoverError,
+        Severity,
+        UsageError,
+        WallLimitError,
+        select_errors,
+    )
     from generator.text_io import os_error_reason
 
     forget_written_files()
@@ -280,6 +289,8 @@ def _print_result(
         shown = select_errors(faults) if quiet else faults
         data = {"error": "the input is wrong", "faults": [f.as_dict() for f in faults]}
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
+    except WallLimitError as failure:
+        _fail(ExitCode.RUN_FAILED, f"error: {failure}", {"error": str(failure)}, as_json)
     except MoverError as failure:
         _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
     except OSError as failure:
@@ -291,6 +302,8 @@ def _print_result(
         message = interruption_message()
         _fail(ExitCode.RUN_FAILED, f"error: {message}", {"error": message}, as_json)
     else:
+        if not quiet:
+            result = replace(result, diagnostics=(*result.diagnostics, *_cache_warnings()))
         with _error_stream():
             if not quiet:
                 for text in _warning_texts(result, in_full=verbose):
@@ -325,6 +338,18 @@ def paint(text: str) -> str:
 
     text = _SEVERITY.sub(severity, text)
     return _MARK.sub(lambda mark: mark[1] + typer.style(mark[2], bold=True), text)
+
+
+def _cache_warnings() -> "Iterator[Diagnostic]":
+    """Yield a warning if the command did not use the folder of compiled code."""
+    if "generator.simulation.compiled_run" not in sys.modules:
+        return  # nothing was compiled
+    from generator.diagnostics import warning
+    from generator.simulation.compiled.code_cache import cache_warning
+
+    text = cache_warning()
+    if text is not None:
+        yield warning(text)
 
 
 def _warning_texts(result: "CommandResult", *, in_full: bool) -> Iterator[str]:

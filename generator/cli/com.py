@@ -32,6 +32,7 @@ from generator.motion_files import FigureMotion
 from generator.motion_files.action import display_unit, format_displacement
 from generator.person.identity import identity_of
 from generator.rotations import Array
+from generator.text_io import format_csv_comment
 from generator.units import parse_unit
 
 
@@ -141,8 +142,8 @@ def _summary(motion: FigureMotion, masses: Masses, centres: Array) -> str:
 
 def _format_csv(motion: FigureMotion, masses: Masses, centres: Array) -> str:
     """Format the centre of mass of every frame as CSV, under the header of the motion."""
-    lines = [f"# {line}" for line in motion.header.lines()]
-    lines += [f"# segments {' '.join(masses.segments)}", "time [s],x [cm],y [cm],z [cm]"]
+    comments = [*motion.header.lines(), f"segments {' '.join(masses.segments)}"]
+    lines = ["time [s],x [cm],y [cm],z [cm]"]
     for time, centre in zip(motion.times.tolist(), centres.tolist(), strict=True):
         lines.append(",".join([repr(time), *(format_displacement(part, "cm") for part in centre)]))
-    return "".join(f"{line}\n" for line in lines)
+    return "".join([*map(format_csv_comment, comments), *(f"{line}\n" for line in lines)])

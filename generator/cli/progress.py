@@ -199,7 +199,7 @@ def load_compiled_integrator(*, show_progress: bool, only_to_compile: bool = Fal
             how_often = (
                 "once on this machine"
                 if cache_folder()
-                else f"in every run, because {expected_folder()} cannot be written"
+                else f"in every run, because {expected_folder()} cannot be used"
             )
             print(f"Compiling the integrator, {how_often}.", file=sys.stderr)
             update = stack.enter_context(item_progress_bar(count_functions(), "functions"))

@@ -83,6 +83,7 @@ if TYPE_CHECKING:
     from generator.geometry.contact_spheres import SegmentSpheres
     from generator.simulation.run import Progress
     from generator.simulation.starts import StartStudy
+    from generator.simulation.wall_limit import WallLimit
 
 
 def simulate(
@@ -250,7 +251,9 @@ def simulate(
     if plan.integrator is Integrator.COMPILED and plan.step is None and not python_torques:
         load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.run import simulate as run  # the import of Exudyn is slow
+    from generator.simulation.wall_limit import WallLimit
 
+    limit = WallLimit.begin(plan.wall_limit)
     monitor = progress_bar if show_progress else no_run_monitor
     with defer_interrupt() as check, monitor(plan.start, plan.stop) as update:
 
@@ -261,9 +264,11 @@ def simulate(
         recording = run(figure, plan, watch)
         written = write_motion(motion_from_recording(recording, figure, spring_set), files)
     study = None
-    if more_starts is not None and recording.outcome.succeeded:
-        study = _run_starts(figure, plan, more_starts, show_progress=show_progress)
+    if more_starts is not None and recording.outcome.reached_stop:
+        study = _run_starts(figure, plan, more_starts, limit, show_progress=show_progress)
     failure = failure_text(recording, files)
+    if study is not None and limit.is_reached:
+        failure = f"the wall-time limit of {limit.seconds:g} s was reached before the last start"
     joints = _count_elastic_joints(figure, spring_set, recording)
     diagnostics += tuple(touch_warnings(recording))
     spheres: Mapping[str, SegmentSpheres] = {}
@@ -302,7 +307,7 @@ def simulate(
 
 
 def _run_starts(
-    figure: Figure, plan: Plan, choice: StartsChoice, *, show_progress: bool
+    figure: Figure, plan: Plan, choice: StartsChoice, limit: "WallLimit", *, show_progress: bool
 ) -> "StartStudy":
     """Repeat a run from several starts."""
     from generator.simulation.starts import study_starts  # the import of Exudyn is slow
@@ -314,7 +319,7 @@ def _run_starts(
             update(f"start {number}")
             check()
 
-        return study_starts(figure, plan, choice.number, choice.spread, choice.seed, watch)
+        return study_starts(figure, plan, choice.number, choice.spread, choice.seed, watch, limit)
 
 
 class JointCounts(NamedTuple):
@@ -380,7 +385,7 @@ def summary_data(figure: str, recording: Recording, files: Sequence[Path]) -> di
         "step_s": accuracy.step,
         "tolerance_rad": accuracy.asked,
         "error_estimate_rad": finite_or_none(accuracy.estimate),
-        "held_until_s": accuracy.held_until if _is_error_known(recording) else None,
+        "held_until_s": None if finite_or_none(accuracy.estimate) is None else accuracy.held_until,
         "energy": {
             kind: {"first": first, "last": last} for kind, first, last in _energies(recording)
         },
@@ -469,12 +474,6 @@ def failure_text(recording: Recording, files: Sequence[Path]) -> str | None:
         return None
     kept = f"the frames up to {recording.times[-1]:.4g} s were"
     return f"{recording.outcome.message}; {kept} {'written' if files else 'simulated'}"
-
-
-def _is_error_known(recording: Recording) -> bool:
-    """Return whether the error was estimated, or cannot be with a fixed step."""
-    accuracy = recording.accuracy
-    return accuracy.asked is None or finite_or_none(accuracy.estimate) is not None
 
 
 def _simulated_time(recording: Recording) -> float:

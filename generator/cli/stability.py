@@ -54,6 +54,7 @@ from generator.kinematics.stability import stability as stability_of
 from generator.motion_files import FigureMotion
 from generator.motion_files.action import format_displacement
 from generator.rotations import Array, unit_vector
+from generator.text_io import format_csv_comment
 
 SUPPORT_SYNTAX = "SEGMENT, SEGMENT:FACE,FACE or SEGMENT.SITE"
 
@@ -282,12 +283,12 @@ def _summary(motion: FigureMotion, states: Sequence[PoseStability]) -> str:
 
 def _format_csv(motion: FigureMotion, states: Sequence[PoseStability]) -> str:
     """Format balance, margin and centre of mass of every frame as CSV, with the motion's header."""
-    lines = [f"# {line}" for line in motion.header.lines()]
-    lines.append("time [s],balance,margin [cm],x [cm],y [cm],z [cm]")
+    comments = map(format_csv_comment, motion.header.lines())
+    lines = ["time [s],balance,margin [cm],x [cm],y [cm],z [cm]"]
     for time, one in zip(motion.times.tolist(), states, strict=True):
         margin = finite_or_none(one.stability.margin)
         cells = [repr(time), one.stability.balance.value]
         cells.append("" if margin is None else format_displacement(margin, "cm"))
         cells += [format_displacement(part, "cm") for part in one.centre.tolist()]
         lines.append(",".join(cells))
-    return "".join(f"{line}\n" for line in lines)
+    return "".join([*comments, *(f"{line}\n" for line in lines)])

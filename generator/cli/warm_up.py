@@ -44,7 +44,7 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
     )
     seconds, folder = time.monotonic() - start, cache_folder()
     place = (
-        f"nowhere, because {expected_folder()} cannot be written: every run compiles anew"
+        f"nowhere, because {expected_folder()} cannot be used: every run compiles anew"
         if folder is None
         else str(folder)
     )

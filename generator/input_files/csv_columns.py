@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from generator.diagnostics import Diagnostics, Source, Span, shorten, spelling_hint
+from generator.text_io import csv_value
 
 _TITLE = re.compile(r"(\S*)\s*(.*)", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -50,7 +51,7 @@ def split_cells(line: Span) -> list[Span]:
 
 def split_title(cell: Span) -> tuple[str, str]:
     """Name and unit, with its brackets, of a column's title."""
-    match = _TITLE.fullmatch(cell.text)
+    match = _TITLE.fullmatch(csv_value(cell.text))
     return (match[1], " ".join(match[2].split())) if match else ("", "")
 
 

@@ -6,10 +6,8 @@ its reference. The titles, with units, are the first line, so that spreadsheets 
 springs.
 """
 
-import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from io import StringIO
 from math import ceil, degrees, floor, isfinite, radians
 from pathlib import Path
 
@@ -25,6 +23,7 @@ from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, passive_curve
 from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
+from generator.text_io import format_csv_rows
 from springs import AxisSpring, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
@@ -145,13 +144,10 @@ def format_curves(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     order = {name: k for k, name in enumerate(plain_names(figure.joints).values())}
     curves.sort(key=lambda curve: order[curve.joint])
     has_slides = any(curve.slides for curve in curves)
-    text = StringIO()
-    rows = csv.writer(text, lineterminator="\n")
     place = _SLIDE_PLACE
-    rows.writerow((*_TITLES[:place], *(_SLIDE_TITLES if has_slides else ()), *_TITLES[place:]))
-    for curve in curves:
-        rows.writerows(_rows(curve, has_slides))
-    return text.getvalue(), _losses(figure, springs, curves)
+    titles = (*_TITLES[:place], *(_SLIDE_TITLES if has_slides else ()), *_TITLES[place:])
+    rows = (row for curve in curves for row in _rows(curve, has_slides))
+    return format_csv_rows([titles, *rows]), _losses(figure, springs, curves)
 
 
 def has_curves(springs: SpringSet) -> bool:

@@ -8,9 +8,7 @@ of Anderson 1999, whose coefficients are a row of a table. Here theta_1 and thet
 the range of the joint, so that -K_1 and K_3 are the resisting torques there.
 """
 
-import csv
 from dataclasses import dataclass
-from io import StringIO
 from itertools import product
 from pathlib import Path
 from typing import cast
@@ -34,6 +32,7 @@ from generator.model_files.fit_error import FitErrors, format_range, joint_range
 from generator.model_files.model_files import ModelFiles
 from generator.names import coordinate_names
 from generator.rotations import Array
+from generator.text_io import format_csv_rows
 from springs import JointSprings, SpringSet
 from springs.elastic import Range
 
@@ -86,10 +85,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     losses.add("everything but the elastic torques of rotations")
     names = coordinate_names({name: joint.chain for name, joint in figure.joints.items()})
     errors = FitErrors()
-    text = StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(TITLES)
-    count = 0
+    table: list[tuple[str, ...]] = [TITLES]
     for name, joint in figure.joints.items():
         own = springs.joints.get(name, JointSprings(name))
         chain, ranges = build_chain(joint.chain), joint_ranges(joint, own)
@@ -103,20 +99,19 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
             if difference.largest > NEGLIGIBLE_TORQUE:
                 over = f" over {format_range(sampled.range)}"
                 errors.add(FITTED_LOSS, names[name][k], difference, over)
-            table.writerow([names[name][k], *(f"{one:.9g}" for one in limit.coefficients)])
-            count += 1
+            table.append((names[name][k], *(f"{one:.9g}" for one in limit.coefficients)))
         torques = {k: limit.torque for k, limit in fitted.items()}
         coupling = coupling_error(chain, laws, springs.joining, ranges, torques)
         if coupling is not None:
             errors.add(COUPLING_LOSS, name, coupling)
     errors.report(losses)
-    if not count:
+    if len(table) == 1:
         message = "the figure has no springs of rotations and therefore no limit torques"
         raise InputError([error(message, hint="name springs with --springs")])
     for spring in springs.coupled:
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
         losses.add("laws over several joints", " and ".join(joints))
-    return ModelFiles(path, {path: text.getvalue()}, losses)
+    return ModelFiles(path, {path: format_csv_rows(table)}, losses)
 
 
 def fit_limit_torque(sampled: SampledTorque) -> LimitTorque:

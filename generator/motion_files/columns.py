@@ -35,6 +35,7 @@ class Column:
         may_be_undefined: whether NaN is an expected number.
         read_extreme: function that returns time and number of the largest (1) or smallest (-1) over
             all steps of a run; None for a quantity that is known in the frames only.
+        is_displacement: whether it is a displacement of a joint, which has a value at rest too.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Column:
     part: RecordingPart | None = None
     may_be_undefined: bool = False
     read_extreme: Callable[[FigureMotion, int], tuple[float, float]] | None = None
+    is_displacement: bool = False
 
     @property
     def title(self) -> str:
@@ -112,7 +114,8 @@ def table_columns(
 def displacement_columns(name: str, chain: Sequence[JointAxis]) -> Iterator[Column]:
     """Yield the columns `JOINT.k` of the displacements of a joint."""
     for k, factor in enumerate(chain):
-        yield Column(f"{name}.{k + 1}", display_unit(factor), partial(_displacement, name, k))
+        read = partial(_displacement, name, k)
+        yield Column(f"{name}.{k + 1}", display_unit(factor), read, is_displacement=True)
 
 
 def _displacement(name: str, k: int, motion: FigureMotion) -> Array:

@@ -14,7 +14,7 @@ from generator.motion_files.motion import (
     FigureMotion,
     unrepresented,
 )
-from generator.text_io import write_atomic
+from generator.text_io import format_csv_comment, format_csv_rows, write_atomic
 
 NO_ENERGIES = Loss("energies: the motion is not that of a run, which alone has them")
 
@@ -41,13 +41,14 @@ def format_csv(motion: FigureMotion) -> str:
 
     Raises ValueError for a displacement that is not finite.
     """
-    return "".join(f"{line}\n" for line in _csv_lines(motion))
+    return "".join(_csv_lines(motion))
 
 
 def _csv_lines(motion: FigureMotion) -> Iterator[str]:
-    yield from (f"# {line}" for line in motion.header.lines())
-    yield from (f"# joint {name} {format_chain(chain)}" for name, chain in motion.chains.items())
+    yield from map(format_csv_comment, motion.header.lines())
+    for name, chain in motion.chains.items():
+        yield format_csv_comment(f"joint {name} {format_chain(chain)}")
     columns = list(columns_of_motion(motion))
     cells = [list(map(column.format, column.read(motion).tolist())) for column in columns]
-    yield ",".join(column.title for column in columns)
-    yield from (",".join(row) for row in zip(*cells, strict=True))
+    yield format_csv_rows([[column.title for column in columns]])
+    yield from (f"{','.join(row)}\n" for row in zip(*cells, strict=True))

@@ -4,7 +4,6 @@ import csv
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
-from io import StringIO
 from pathlib import Path
 
 from generator.losses import Losses
@@ -16,7 +15,13 @@ from generator.person.passive_joints import springs_comment
 from generator.person.person import Person
 from generator.person.sources import SourcedNumber
 from generator.springs_file.write import write_springs
-from generator.text_io import is_file, load_text
+from generator.text_io import (
+    format_csv_comment,
+    format_csv_rows,
+    is_file,
+    load_text,
+    read_csv_rows,
+)
 
 COUPLED_SPRINGS = "coupled"
 """Name that chooses the springs with the law over hip and knee: `--springs coupled`."""
@@ -80,7 +85,7 @@ def read_references(path: Path) -> dict[str, list[str]]:
     lines = load_text(path, str(path))[0].text.splitlines()
     quantities: dict[str, list[str]] = {}
     with suppress(csv.Error):  # a quote without its end makes a field of the rest of the file
-        for row in csv.DictReader(line for line in lines if not line.startswith("#")):
+        for row in read_csv_rows(line for line in lines if not line.startswith("#"))[1]:
             reference, quantity = row.get("reference"), row.get("quantity")
             if reference and quantity and quantity not in quantities.setdefault(reference, []):
                 quantities[reference].append(quantity)
@@ -98,12 +103,7 @@ def format_sources(numbers: Iterable[SourcedNumber], figure: str) -> str:
         numbers: of a person.
         figure: name of the figure file, for the header.
     """
-    text = StringIO()
-    text.write(f"# figure {figure}\n")
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(_COLUMNS)
-    table.writerows(map(_row, numbers))
-    return text.getvalue()
+    return format_csv_comment(f"figure {figure}") + format_csv_rows([_COLUMNS, *map(_row, numbers)])
 
 
 def _row(number: SourcedNumber) -> tuple[str, ...]:

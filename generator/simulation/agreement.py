@@ -321,27 +321,30 @@ def _velocity_basis(parameters: Array) -> Array:
     return basis
 
 
-def _constraint_solver(
-    masses: Array, c: "Array | csc_array"
-) -> tuple[Any, Callable[[Array], Array]]:
-    """Return M^-1, and the solution of (C M^-1 C^T) m = r as a function of r.
+def _saddle_point_solver(masses: Array, c: "Array | csc_array") -> Callable[[Array], Array]:
+    """Return the solution of [[M, C^T], [C, 0]] x = r as a function of r, shape (6 B + rows,).
+
+    M is not eliminated: for bodies of very different masses the rows of C M^-1 C^T differ so much
+    that its solution would lose the accelerations of the light ones.
 
     Raises:
         ModelError: the rows of C depend on each other.
     """
-    count, inverses = len(masses), np.linalg.inv(masses)
+    count, rows = len(masses), c.shape[0]
+    size = _MOTIONS * count
     try:
         if isinstance(c, np.ndarray):
-            inverse = np.zeros((count, _MOTIONS, count, _MOTIONS))
-            inverse[np.arange(count), :, np.arange(count), :] = inverses
-            inverse = inverse.reshape(count * _MOTIONS, count * _MOTIONS)
-            inverse_product = np.linalg.inv(c @ inverse @ c.T)
-            return inverse, lambda right: inverse_product @ right
-        from scipy.sparse import bsr_array, csc_array
+            matrix = np.zeros((size + rows, size + rows))
+            blocks = matrix[:size, :size].reshape(count, _MOTIONS, count, _MOTIONS)
+            blocks[np.arange(count), :, np.arange(count), :] = masses
+            matrix[:size, size:], matrix[size:, :size] = c.T, c
+            inverse = np.linalg.inv(matrix)
+            return lambda right: inverse @ right
+        from scipy.sparse import block_array, bsr_array, csc_array
         from scipy.sparse.linalg import splu
 
-        inverse = bsr_array((inverses, np.arange(count), np.arange(count + 1)))
-        return inverse, splu(csc_array(c @ inverse @ c.T)).solve
+        diagonal = bsr_array((masses, np.arange(count), np.arange(count + 1)))
+        return splu(csc_array(block_array([[diagonal, c.T], [c, None]]))).solve
     except (np.linalg.LinAlgError, RuntimeError):
         raise ModelError(_DEPENDENT_CONSTRAINTS) from None
 
@@ -357,22 +360,21 @@ def _solve_constrained(
         jacobian: C, shape (rows, 6 B).
         right: g, shape (rows,).
     """
-    count = len(masses)
+    count, size = len(masses), forces.size
     used = np.flatnonzero(abs(jacobian).sum(axis=1))
     c, g = jacobian[used], right[used]
-    inverse, solve = _constraint_solver(masses, c)
-    accelerations, multipliers = np.zeros(forces.size), np.zeros(used.size)
+    solve = _saddle_point_solver(masses, c)
+    accelerations, multipliers = np.zeros(size), np.zeros(used.size)
     for _ in range(_SOLUTION_SWEEPS):
         product = (masses @ accelerations.reshape(count, _MOTIONS, 1)).reshape(-1)
-        change = inverse @ (forces - product - c.T @ multipliers)
-        if used.size:
-            extra = solve(c @ (accelerations + change) - g)
-            multipliers += extra
-            change -= inverse @ (c.T @ extra)
-        accelerations += change
+        residual = forces - product - c.T @ multipliers
+        change = solve(np.concatenate([residual, g - c @ accelerations]))
+        accelerations += change[:size]
+        multipliers += change[size:]
+    free = np.linalg.solve(masses, forces.reshape(count, _MOTIONS, 1))
     error = np.max(np.abs(c @ accelerations - g), initial=0.0)
     scale = np.max(abs(c) @ np.abs(accelerations) + np.abs(g), initial=0.0)
-    scale = max(scale, np.max(np.abs(inverse @ forces), initial=0.0))  # at rest all else is zero
+    scale = max(scale, np.max(np.abs(free), initial=0.0))  # at rest all else is zero
     if not error <= _MAX_CONSTRAINT_ERROR * scale:
         raise ModelError(_DEPENDENT_CONSTRAINTS)
     all_multipliers = np.zeros(right.size)

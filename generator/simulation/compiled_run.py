@@ -13,7 +13,7 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, WallLimitError
 from generator.figure import Vector
 from generator.recording import WHOLE_RECORDING, Accuracy, Ending, Outcome, RecordingPart
 from generator.rotations import (
@@ -58,7 +58,7 @@ from generator.simulation.contacts import (
     evaluate_contacts,
     mean_position,
 )
-from generator.simulation.error_control import RefinedRun, accuracy_message
+from generator.simulation.error_control import RefinedRun, finished_outcome
 from generator.simulation.integrate import (
     Trace,
     fastest_joint,
@@ -67,6 +67,7 @@ from generator.simulation.integrate import (
 )
 from generator.simulation.model import ExudynModel
 from generator.simulation.sensors import HalfTurnCrossing
+from generator.simulation.wall_limit import WallLimit
 
 mark_compiled()  # the imports above have compiled the integrator
 
@@ -106,7 +107,7 @@ def compile_model(model: ExudynModel) -> CompiledModel:
 def run_compiled(
     model: ExudynModel,
     times: Array,
-    deadline: float,
+    limit: WallLimit,
     watch: Watch | None,
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
     record: frozenset[RecordingPart] = WHOLE_RECORDING,
@@ -117,7 +118,8 @@ def run_compiled(
     Args:
         model: without Python functions as torques.
         times: of the frames [s], shape (n,).
-        deadline: `time.monotonic()` after which the run stops.
+        limit: wall-time limit, at which the run stops; then contact that is not evaluated is left
+            out.
         watch: called several times a second.
         max_steps_per_second: steps per simulated second above which a motion is called stiff.
         record: parts of the recording; contact is evaluated and the start disturbed for those.
@@ -133,7 +135,7 @@ def run_compiled(
         compiled,
         times,
         model.plan.tolerance,
-        deadline,
+        limit.deadline,
         watch,
         max_steps_per_second,
         disturbed_start(compiled, float(times[0])) if disturb else None,
@@ -145,10 +147,16 @@ def run_compiled(
     trace = replace(
         trace,
         closing_wrenches=_closing_wrenches(compiled, run),
-        contact=_contact_trace(model, compiled, agreed, record),
     )
     accuracy = _accuracy(model, agreed)
-    return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
+    outcome = _outcome(model, agreed, trace, accuracy)
+    try:
+        contact = _contact_trace(model, compiled, agreed, record, limit)
+    except WallLimitError as failure:
+        outcome = replace(outcome, ending=Ending.TOO_LONG, message=str(failure))
+        contact = _contact_trace(model, compiled, agreed, frozenset(), limit)
+        contact = contact and replace(contact, is_complete=False)
+    return RefinedRun(replace(trace, contact=contact), outcome, accuracy, wall_time)
 
 
 def _accuracy(model: ExudynModel, agreed: AgreedRun) -> Accuracy:
@@ -172,8 +180,8 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
     run = agreed.run
     last = float(run.times[-1])
     match run.ending:
-        case Ending.DONE:
-            return Outcome(run.ending, accuracy_message(accuracy, last), last)
+        case Ending.DONE | Ending.INACCURATE:
+            return finished_outcome(accuracy, last)
         case Ending.INTERRUPTED:
             return Outcome(run.ending, f"interrupted at {run.last_time:.4g} s", last)
         case Ending.TOO_LONG:
@@ -261,10 +269,12 @@ def _contact_trace(
     compiled: CompiledModel,
     agreed: AgreedRun,
     record: frozenset[RecordingPart],
+    limit: WallLimit,
 ) -> ContactTrace | None:
     """Return the integrals of contact, and its forces after every step; None without props.
 
-    A record without contact has the start instead of all steps.
+    A record without contact has the start instead of all steps. The run from a disturbed start is
+    left out once the limit is reached. Raises WallLimitError.
     """
     if model.contacts is None:
         return None
@@ -272,7 +282,7 @@ def _contact_trace(
     if RecordingPart.CONTACT not in record:
         run = replace(run, path_times=run.path_times[:1], path_states=run.path_states[:1])
     integrals = run.states[:, -compiled.integrals :]
-    steps, centres, accelerations = _contact_of_path(model, compiled, run)
+    steps, centres, accelerations = _contact_of_path(model, compiled, run, limit)
     contact = ContactTrace(
         integrals[:, IMPACT - POWERS :][:, :2],
         integrals[:, :-POWERS].reshape(len(integrals), -1, 3),
@@ -281,7 +291,7 @@ def _contact_trace(
         centres,
         accelerations,
     ).first_frames(len(run.times), float(run.times[-1]))  # steps go on where a run is stopped
-    if disturbed is None:
+    if disturbed is None or limit.is_reached:
         return contact
     count = min(len(run.times), len(disturbed.times))
     one, other = (
@@ -292,16 +302,17 @@ def _contact_trace(
     sensitivity = np.full((len(run.times), 2), np.inf)
     sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
     sensitivity[:count, 1] = np.abs(difference @ np.array(model.plan.up))
-    other_steps, _, _ = _contact_of_path(model, compiled, disturbed)
+    other_steps, _, _ = _contact_of_path(model, compiled, disturbed, limit)
     return replace(contact, sensitivity=sensitivity, disturbed=(disturbed.path_times, other_steps))
 
 
 def _contact_of_path(
-    model: ExudynModel, compiled: CompiledModel, run: CompiledRun
+    model: ExudynModel, compiled: CompiledModel, run: CompiledRun, limit: WallLimit
 ) -> tuple[ContactStates, Array, Array]:
     """Return what follows from the start and the ends of the steps of a run, p in all.
 
     It is computed from `_STEPS_AT_ONCE` of them at a time, as all links take much more memory.
+    Raises WallLimitError if the limit is reached between these.
 
     Returns:
         The contact, the centre of mass of the figure, shape (p, 3) [m], and the accelerations of
@@ -312,6 +323,8 @@ def _contact_of_path(
     centres: list[Array] = []
     accelerations: list[Array] = []
     for first in range(0, len(run.path_times), _STEPS_AT_ONCE):
+        if first:
+            limit.require_time(f"at {run.path_times[first]:.4g} s, while contact was evaluated")
         some = slice(first, first + _STEPS_AT_ONCE)
         times, states = run.path_times[some], run.path_states[some]
         path = build_trace(model, compiled, times, states, record_links(compiled, times, states))

@@ -27,14 +27,14 @@ from generator.simulation.model import ExudynModel
 def build_contact_record(
     model: ExudynModel, trace: Trace, poses: Mapping[str, Array]
 ) -> ContactRecord | None:
-    """Return the contact of a run; None without props.
+    """Return the contact of a run; None without props, or if it was not evaluated.
 
     Args:
         model: the simulated model.
         trace: of n frames.
         poses: of the segments, shape (n, 4, 4).
     """
-    if model.contacts is None or trace.contact is None:
+    if model.contacts is None or trace.contact is None or not trace.contact.is_complete:
         return None
     from generator.geometry.contact_spheres import deepest_overlap  # slow
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from generator.figure import ContactSphere, Figure
 from generator.kinematics.placement import Placement
 from generator.rotations import Array, pose_matrix
-from generator.scene import Prop, Scene, contact_force
+from generator.scene import Box, Prop, Scene, Shape, contact_force
 from generator.self_contact import CapsulePair
 from generator.simulation.bodies import add_marker, require_centre_of_mass
 from generator.simulation.exudyn_api import (
@@ -25,14 +25,18 @@ from generator.simulation.exudyn_api import (
     exu,
     items,
     symbolic_user_function,
-    unused_name,
 )
 from generator.simulation.self_contacts import (
     CapsuleTable,
     add_self_contact,
     evaluate_self_contact,
 )
+from generator.simulation.wall_limit import NO_LIMIT, WallLimit
 from springs import FLOATS
+from springs.contact import Surface
+
+_CONNECTORS_AT_ONCE = 100
+"""Number of connectors that are added between looks at the clock."""
 
 _TIME_ROUNDING = 1e-12
 """Rounding of the times of steps, relative to 1 s or to the time."""
@@ -71,6 +75,7 @@ def add_contacts(
     contacts: ContactModel,
     *,
     python_torques: bool,
+    limit: WallLimit = NO_LIMIT,
 ) -> ContactModel:
     """Add a connector for each contact sphere and prop, and an object for all pairs of capsules.
 
@@ -81,6 +86,9 @@ def add_contacts(
         ground: Exudyn object of the ground.
         contacts: props, spheres and pairs.
         python_torques: whether forces of props are Python functions instead of expression trees.
+        limit: wall-time limit of the run.
+
+    Raises WallLimitError.
     """
     centres = {
         (name, k): add_marker(
@@ -90,7 +98,7 @@ def add_contacts(
         for k, sphere in enumerate(some)
     }
     connectors: list[Index] = []
-    functions: list[Any] = []
+    functions: dict[tuple[type[Shape], Surface], Any] = {}
     for prop in contacts.scene.props:
         pose = prop.shape.pose
         origin = mbs.AddMarker(
@@ -98,29 +106,36 @@ def add_contacts(
                 bodyNumber=ground, localHT=exu.HT(rotation=pose[:3, :3], translation=pose[:3, 3])
             )
         )
-        by_radius: dict[float, Any] = {}
+        kind = type(prop.shape), prop.surface
+        if kind not in functions:
+            functions[kind] = _user_function(mbs, prop, python_torques)
+        size = prop.shape.size if isinstance(prop.shape, Box) else (0.0, 0.0, 0.0)
         for (name, k), centre in centres.items():
-            radius = contacts.spheres[name][k].radius
-            if radius not in by_radius:
-                by_radius[radius] = _user_function(mbs, prop, radius, python_torques)
-                functions.append(by_radius[radius])
+            if len(connectors) % _CONNECTORS_AT_ONCE == _CONNECTORS_AT_ONCE - 1:
+                limit.require_time(f"at prop {prop.name}, while the model was built")
+            # Without a name, which Exudyn would compare with those of all other objects.
             connectors.append(
                 mbs.AddObject(
                     items.ObjectConnectorRigidBodySpringDamper(
-                        name=unused_name(mbs, f"{name} on {prop.name}"),
                         markerNumbers=[origin, centre],
+                        offset=[*size, contacts.spheres[name][k].radius, 0.0, 0.0],
                         useIntrinsicFormulation=False,
-                        springForceTorqueUserFunction=by_radius[radius],
+                        springForceTorqueUserFunction=functions[kind],
                     )
                 )
             )
+    more: Sequence[Any] = ()
     if contacts.pairs:
-        functions.extend(add_self_contact(mbs, placement.tree.figure, bodies, contacts.pairs))
-    return replace(contacts, connectors=tuple(connectors), functions=tuple(functions))
+        more = add_self_contact(mbs, placement.tree.figure, bodies, contacts.pairs)
+    return replace(contacts, connectors=tuple(connectors), functions=(*functions.values(), *more))
 
 
-def _user_function(mbs: MainSystem, prop: Prop, radius: float, python_torques: bool) -> Any:
-    """Return minus the force on a sphere and its moment about the centre, in the prop's axes."""
+def _user_function(mbs: MainSystem, prop: Prop, python_torques: bool) -> Any:
+    """Return minus the force on a sphere and its moment about the centre, in the prop's axes.
+
+    The connector's `offset` holds the edges of a box and the radius of the sphere, so that one
+    function serves all props of a kind and a surface.
+    """
     ops = FLOATS if python_torques else SYMBOLIC
 
     def user_function(
@@ -141,7 +156,8 @@ def _user_function(mbs: MainSystem, prop: Prop, radius: float, python_torques: b
             (vector[0], vector[1], vector[2])
             for vector in (displacement, velocity, angularVelocity)
         )
-        force = contact_force(prop.shape, prop.surface, radius, centre, speed, spin, ops)
+        size, radius = (offset[0], offset[1], offset[2]), offset[3]
+        force = contact_force(prop.shape, prop.surface, radius, centre, speed, spin, ops, size=size)
         parts = [-1.0 * part for part in (*force.direction, *force.arm)]
         return ops.scaled(force.normal, ops.vector(parts))
 
@@ -220,6 +236,7 @@ class ContactTrace:
         steps: contact then.
         centres: centre of mass of the figure then, shape (m, 3) [m].
         accelerations: of the centres of mass of the B bodies then, shape (m, B, 3) [m/s^2].
+        is_complete: whether the contact of all steps is there, and not of the start alone.
         sensitivity: differences of a run whose start is disturbed, shape (n, 2): the largest angle
             between the joints [rad], and the height of the centre of mass [m]; None without one.
         disturbed: times of the steps of that run, and contact then; None likewise.
@@ -233,6 +250,7 @@ class ContactTrace:
     accelerations: Array
     sensitivity: Array | None = None
     disturbed: tuple[Array, ContactStates] | None = None
+    is_complete: bool = True
 
     def first_frames(self, count: int, last_time: float) -> "ContactTrace":
         """Return the first `count` frames, the last of which is at `last_time` [s]."""
@@ -246,6 +264,7 @@ class ContactTrace:
             self.accelerations[kept],
             None if self.sensitivity is None else self.sensitivity[:count],
             self.disturbed,
+            self.is_complete,
         )
 
     def extend_from(self, longer: "ContactTrace") -> "ContactTrace":

@@ -283,7 +283,9 @@ def _build_refined_run(
         float(errors[-1]), tolerance, accurate_until, passes[-1].step, steps, errors
     )
     last = float(trace.times[-1])
-    message = outcome.message or accuracy_message(accuracy, last)
+    if outcome.succeeded:
+        return RefinedRun(trace, finished_outcome(accuracy, last), accuracy, wall_time)
+    message = outcome.message
     if outcome.last_time < last:
         message += " of a finer pass"
     return RefinedRun(trace, replace(outcome, message=message, last_time=last), accuracy, wall_time)
@@ -305,19 +307,27 @@ def _extrapolate_until_divergence(
     )
 
 
-def accuracy_message(accuracy: Accuracy, last: float) -> str:
-    """Message of a finished run about its error."""
+def finished_outcome(accuracy: Accuracy, last: float) -> Outcome:
+    """Return the outcome of a run that reached its stop time, by the estimate of its error.
+
+    Args:
+        accuracy: with a tolerance and an estimate, which is infinite if it is not known.
+        last: the stop time [s].
+    """
     asked, estimate = accuracy.asked, accuracy.estimate
-    if asked is None or estimate is None:
-        return f"Finished {last:.4g} s."
-    if not np.isfinite(estimate):
-        return f"Finished {last:.4g} s. Too few passes ended to estimate the joint-angle error."
+    assert asked is not None
+    assert estimate is not None
     if estimate <= asked:
-        return (
+        message = (
             f"Finished {last:.4g} s. Estimated joint-angle error {estimate:.1e} rad "
             f"(tolerance {asked:.1e})."
         )
-    return (
-        f"Finished {last:.4g} s. Estimated joint-angle error {estimate:.1e} rad; the tolerance "
-        f"{asked:.1e} is met only until {accuracy.held_until:.4g} s."
-    )
+        return Outcome(Ending.DONE, message, last)
+    if np.isfinite(estimate):
+        message = (
+            f"the tolerance {asked:.1e} rad is met only until {accuracy.held_until:.4g} s of "
+            f"{last:.4g} s, where the joint-angle error is about {estimate:.1e} rad"
+        )
+    else:
+        message = f"too few passes of {last:.4g} s ended to estimate the joint-angle error"
+    return Outcome(Ending.INACCURATE, message, last)

@@ -54,6 +54,7 @@ from generator.simulation.preconditions import (
     placement_obstacles,
 )
 from generator.simulation.springs import Connector, SpringBuilder, add_joint_springs
+from generator.simulation.wall_limit import NO_LIMIT, WallLimit
 from springs import JointSprings, SpringSet
 
 
@@ -290,6 +291,7 @@ def build_model(
     springs: SpringSet,
     mbs: MainSystem | None = None,
     contacts: ContactModel | None = None,
+    limit: WallLimit = NO_LIMIT,
 ) -> ExudynModel:
     """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads, contacts.
 
@@ -301,8 +303,10 @@ def build_model(
         mbs: a system to build into, which the caller assembles; None creates one and assembles it.
         contacts: spheres of the segments, which may be inside the props of the plan, and capsules;
             None takes those of the figure, whose spheres must start outside.
+        limit: wall-time limit of the run.
 
     Raises:
+        WallLimitError: the limit was reached.
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure or the plan cannot be built; the message says why.
     """
@@ -313,7 +317,7 @@ def build_model(
         start = initial_state(figure, replace(plan, scene=Scene(), self_contact=False))
         start = replace(start, spheres=contacts.spheres, pairs=contacts.pairs)
     require_defined_torques(start.placement, springs)
-    return _build_from_initial_state(start, plan, springs, mbs)
+    return _build_from_initial_state(start, plan, springs, mbs, limit)
 
 
 def fitting_springs(figure: Figure, plan: Plan, springs: SpringSet) -> SpringSet:
@@ -345,6 +349,7 @@ def _build_from_initial_state(
     plan: Plan,
     springs: SpringSet,
     mbs: MainSystem | None,
+    limit: WallLimit,
 ) -> ExudynModel:
     placement, prescribed = start.placement, start.prescribed
     figure = placement.tree.figure
@@ -409,6 +414,7 @@ def _build_from_initial_state(
             ground,
             ContactModel(plan.scene, start.spheres, start.pairs),
             python_torques=plan.python_torques,
+            limit=limit,
         )
     if container is not None:
         cast("Any", mbs).Assemble()

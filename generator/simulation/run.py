@@ -51,6 +51,7 @@ from generator.simulation.projection import (
     project_to_constraints,
 )
 from generator.simulation.step_schedule import StepHints
+from generator.simulation.wall_limit import WallLimit
 from springs import SpringSet
 
 MAX_JOINT_GAP = 0.01
@@ -104,6 +105,7 @@ def simulate(
         UserWarning: there is a scene, and the figure stays attached to the ground.
 
     Raises:
+        WallLimitError: the wall-time limit was reached while the model was built.
         MoverError: the figure or the plan cannot be built; the message states the reason.
         TypeError: the figure is a name, or the plan a number.
     """
@@ -114,6 +116,7 @@ def simulate(
         )
     if isinstance(plan, int | float):
         raise TypeError(f"the second argument is a Plan, such as Plan(stop=2.0), not {plan!r}")
+    limit = WallLimit.begin(plan.wall_limit)
     springs = resolve_springs(figure, plan)
     holders = [name for name in attaching_joints(figure) if name not in plan.drives]
     if plan.scene.props and not plan.free_root and holders:
@@ -124,8 +127,7 @@ def simulate(
             stacklevel=2,
         )
     times = frame_times(plan.start, plan.stop, plan.frame)
-    deadline = time.monotonic() + plan.wall_limit
-    runner = _PassRunner(figure, plan, springs, times, deadline, watch, frozenset(record), threads)
+    runner = _PassRunner(figure, plan, springs, times, limit, watch, frozenset(record), threads)
     obstacle = _compiled_obstacle(runner.first_model)
     was_compiled = obstacle is None
     if obstacle is None:
@@ -139,7 +141,7 @@ def simulate(
             plan.tolerance,
             runner.run_pass,
             runner.longest_step,
-            deadline,
+            limit.deadline,
             RELIABLE_STEP if runner.first_model.contacts is None else RELIABLE_STEP_WITH_CONTACT,
         )
     else:
@@ -189,7 +191,7 @@ def _try_compiled(
         refined = run_compiled(
             runner.first_model,
             runner.times,
-            runner.deadline,
+            runner.limit,
             runner.report,
             max_steps_per_second or MAX_STEPS_PER_SECOND,
             runner.record,
@@ -213,17 +215,17 @@ class _PassRunner:
         plan: Plan,
         springs: SpringSet,
         times: Array,
-        deadline: float,
+        limit: WallLimit,
         watch: Callable[[Progress], None] | None,
         record: frozenset[RecordingPart],
         threads: int,
     ) -> None:
         self.record, self.threads = record, threads
         self._figure, self._plan, self._springs = figure, plan, springs
-        self.times, self.deadline, self._watch = times, deadline, watch
+        self.times, self.limit, self._watch = times, limit, watch
         self._passes = 0
         start = time.monotonic()
-        self.first_model: ExudynModel = build_model(figure, plan, springs)
+        self.first_model: ExudynModel = build_model(figure, plan, springs, limit=limit)
         self.build_time = time.monotonic() - start
 
     @property
@@ -268,7 +270,7 @@ class _PassRunner:
             self.times,
             self.longest_step,
             newton,
-            self.deadline,
+            self.limit.deadline,
             on_frame,
             hints,
             subdivision,

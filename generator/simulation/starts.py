@@ -18,6 +18,7 @@ from generator.rotations import Array
 from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.wall_limit import NO_LIMIT, WallLimit
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,10 @@ class StartStudy:
     def __len__(self) -> int:
         """Number of starts."""
         return len(self.impact_times)
+
+
+_LEAST_WALL_LIMIT = 1e-9
+"""Wall-time limit of a start for which no time is left [s]."""
 
 
 def vary_start(figure: Figure, plan: Plan, spread: float, generator: np.random.Generator) -> Plan:
@@ -92,10 +97,12 @@ def study_starts(
     spread: float,
     seed: int = 0,
     watch: Callable[[int], None] | None = None,
+    limit: WallLimit = NO_LIMIT,
 ) -> StartStudy:
     """Run a figure from several starts; see `vary_start`.
 
-    A start that cannot be built, such as one inside a prop, counts as failed.
+    A start that cannot be built, such as one inside a prop, counts as failed, and so does one that
+    the wall-time limit of all starts leaves no time for.
 
     Args:
         figure: the figure.
@@ -104,6 +111,7 @@ def study_starts(
         spread: standard deviation of the starts' angles [rad].
         seed: of the random numbers.
         watch: called with the number of each run that has ended.
+        limit: wall-time limit of all runs together, beside that of the plan for each.
 
     Raises:
         ModelError: the plan has no props.
@@ -118,7 +126,10 @@ def study_starts(
     def runs() -> Iterator[Recording | MoverError]:
         for number in range(1, count + 1):
             try:
-                run = simulate(figure, vary_start(figure, plan, spread, generator))
+                limit.require_time(f"before start {number}")
+                remaining = max(min(plan.wall_limit, limit.remaining), _LEAST_WALL_LIMIT)
+                varied = vary_start(figure, plan, spread, generator)
+                run = simulate(figure, replace(varied, wall_limit=remaining))
             except MoverError as failure:
                 yield failure
             else:
@@ -145,7 +156,7 @@ def summarize_starts(
     failures: dict[int, str] = {}
     falls: list[_Fall] = []
     for number, run in enumerate(runs, 1):
-        if isinstance(run, Recording) and run.outcome.succeeded:
+        if isinstance(run, Recording) and run.outcome.reached_stop:
             falls.append(_read_fall(run, up))
         else:
             failures[number] = run.outcome.message if isinstance(run, Recording) else str(run)

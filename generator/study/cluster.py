@@ -1,7 +1,8 @@
 """Runs of a study on a cluster of dask.distributed, a library that is imported on use only.
 
 Whoever reaches a scheduler of Dask can run programs on its workers. Connections to other machines
-are therefore encrypted, unless `--insecure` allows others.
+are therefore encrypted, unless `--insecure` allows others. The loopback interface is open to other
+users of the machine: a cluster that is started there accepts a certificate of its command only.
 """
 
 import asyncio
@@ -15,6 +16,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from ipaddress import ip_address
 from pathlib import Path
@@ -130,15 +132,18 @@ def check_scheduler(address: str, *, insecure: bool = False) -> SchedulerAddress
 
     Raises:
         UsageError: see `parse_address`.
-        NotInstalledError: Dask is not installed.
+        NotInstalledError: Dask is not installed, or what certificates of "local" need.
     """
     scheduler = None if address == LOCAL else parse_address(address, insecure=insecure)
     try:
-        import distributed as _  # noqa: F401
+        import_module("distributed")
+        if scheduler is None:
+            import_module("cryptography")
     except ModuleNotFoundError as failure:
-        if failure.name not in ("distributed", "dask"):
+        if failure.name not in ("distributed", "dask", "cryptography"):
             raise
-        message = "a cluster needs dask.distributed: pip install 'exudyn-mover[cluster]'"
+        library = "cryptography" if failure.name == "cryptography" else "dask.distributed"
+        message = f"a cluster needs {library}: pip install 'exudyn-mover[cluster]'"
         raise NotInstalledError(message) from None
     return scheduler
 
@@ -479,33 +484,35 @@ def _reason(failure: BaseException) -> str:
 def _local_cluster(jobs: int) -> Generator[_Client]:
     """Start a cluster of processes on this machine for the time of a block.
 
-    It listens on the loopback interface only.
+    It listens on the loopback interface only, and there to holders of its certificate only, which
+    exists in the memory of this process and of the workers.
     """
     from dask import config
     from distributed import Client, LocalCluster
     from distributed.security import Security
 
     settings: dict[str, object] = {
-        "distributed.comm.require-encryption": False,
+        "distributed.comm.require-encryption": True,
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
         "distributed.worker.preload": [],
         "distributed.worker.profile.enabled": False,
     }
+    security: Any = cast(Any, Security).temporary()
     with config.set(settings), blocked_interrupt():
         cluster: Any = LocalCluster(
             n_workers=jobs,
             threads_per_worker=1,
             memory_limit=None,
             host="127.0.0.1",
-            protocol="tcp",
+            protocol="tls",
             dashboard_address="127.0.0.1:0",
-            security=Security(),
+            security=security,
             silence_logs=logging.CRITICAL,
             scheduler_kwargs={"allowed_failures": 0, "dashboard": False},
             preload=[_QUIET_PROCESS],
         )
-        client: Any = Client(cluster, set_as_default=False)
+        client: Any = Client(cluster, security=security, set_as_default=False)
     try:
         yield client
     finally:

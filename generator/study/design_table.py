@@ -41,7 +41,7 @@ from generator.study.study_tables import (
     require_keys,
     require_table,
 )
-from generator.text_io import load_text
+from generator.text_io import csv_value, load_text
 
 MAX_RUNS = 1_000_000
 """Largest number of runs of a study; more are a typing error."""
@@ -241,7 +241,9 @@ def _parse_rows(
     if not lines:
         faults.error("this list is empty", Span(source, 0, 1), example)
         return None
-    columns = parse_columns(lines[0], names, example, faults, lambda cell: (cell.text, ""))
+    columns = parse_columns(
+        lines[0], names, example, faults, lambda cell: (csv_value(cell.text), "")
+    )
     if len(columns) < len(names):
         return None
     if len(lines) == 1:

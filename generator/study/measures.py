@@ -24,7 +24,7 @@ import numpy as np
 from generator.contact_record import head_segments
 from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
-from generator.motion_files.action import ANGLE_UNIT, LENGTH_UNIT
+from generator.motion_files.action import LENGTH_UNIT
 from generator.motion_files.columns import (
     Column,
     contact_of,
@@ -89,7 +89,7 @@ def check_measures(study: Study) -> Iterator[MeasureFault]:
 
 def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     """Return the fault of a number that a column does not have; None for others."""
-    if measure.take is Take.REST and column.unit not in (ANGLE_UNIT, LENGTH_UNIT):
+    if measure.take is Take.REST and not column.is_displacement:
         message = f"`{column.title}` has no value at rest"
         return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
     if column.name.endswith(_INJURY) and measure.take not in (Take.LAST, Take.LARGEST):

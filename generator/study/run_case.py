@@ -8,7 +8,7 @@ core has a process of its own, one thread is best.
 from collections.abc import Sequence
 from pathlib import Path
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import MoverError, WallLimitError
 from generator.motion_files import npz
 from generator.motion_files.motion import motion_from_recording
 from generator.recording import WHOLE_RECORDING, Ending
@@ -74,6 +74,8 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
             numbers |= measure_motion(motion, case.plan, moving)
         if at_rest:
             numbers |= _measure_at_rest(case, at_rest)
+    except WallLimitError as failure:
+        return failed_run(study, Ending.TOO_LONG.value, str(failure))
     except NoEquilibriumError as failure:
         return failed_run(study, NO_EQUILIBRIUM, str(failure))
     except MoverError as failure:

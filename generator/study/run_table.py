@@ -1,18 +1,17 @@
 """The table of the runs of a study, as comma-separated values or as Parquet."""
 
-import csv
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from importlib.util import find_spec
-from io import BufferedWriter, StringIO, TextIOBase, TextIOWrapper
-from itertools import islice
+from io import BufferedWriter
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 from generator.diagnostics import NotInstalledError, UsageError
 from generator.rotations import Array
 from generator.study.study import RunResult, Study
-from generator.text_io import open_atomic
+from generator.text_io import csv_lines, open_atomic
 
 Cell = int | float | str | None
 
@@ -53,9 +52,7 @@ def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunR
         if path.suffix.lower() == ".parquet":
             _write_parquet(stream, study, points, rows)
             return
-        text = TextIOWrapper(stream, "utf-8", newline="")
-        _write_lines(text, study, points, rows)
-        text.detach()  # which writes the rest of the text
+        stream.writelines(line.encode() for line in _table_lines(study, points, rows))
 
 
 def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> str:
@@ -63,18 +60,15 @@ def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> 
 
     Numbers are written exactly; a measure that a run does not have is blank.
     """
-    text = StringIO()
-    _write_lines(text, study, points, rows)
-    return text.getvalue()
+    return "".join(_table_lines(study, points, rows))
 
 
-def _write_lines(text: TextIOBase, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table_titles(study))
-    writer.writerows(
+def _table_lines(study: Study, points: Array, rows: Sequence[RunResult]) -> Iterator[str]:
+    lines = (
         [repr(float(cell)) if isinstance(cell, float) else cell for cell in line]
         for line in _table_rows(study, points, rows)
     )
+    return csv_lines(chain([table_titles(study)], lines))
 
 
 def table_titles(study: Study) -> list[str]:

@@ -178,4 +178,5 @@ def _repeated_run(name: str, runs: StudyRuns) -> Claim:
         "First run, computed again: largest relative difference of a measure from the table",
         float(np.max(differences)),
         at_most=REPEATED,
+        is_repetition=True,
     )

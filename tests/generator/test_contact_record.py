@@ -18,6 +18,7 @@ from generator.contact_record import (
     head_segments,
     mean_at_end,
     peak_of,
+    search_injury,
     summarize_steps,
 )
 from generator.named_mapping import UnknownNameError
@@ -230,3 +231,64 @@ def test_a_record_names_its_segments():
         _ = record.forces["thihg"]
     with pytest.raises(ValueError, match="differ in names"):
         replace(record, depths={"shank": np.zeros(3)})
+
+
+def injury_by_all_pairs(times: Array, speeds: Array, longest: float) -> float:
+    """The largest value of all pairs of points."""
+    largest = 0.0
+    for k in range(len(times) - 1):
+        durations = times[k + 1 :] - times[k]
+        gains = np.maximum(speeds[k + 1 :] - speeds[k], 0.0)
+        values = (gains / durations) ** 2.5 * durations
+        largest = max(largest, float(np.max(values[durations <= longest], initial=0.0)))
+    return largest
+
+
+@st.composite
+def speed_curves(draw: st.DrawFn) -> tuple[Array, Array]:
+    """Points at uneven times, and an integral that rests, grows, falls, jumps or is rounded."""
+    number = draw(st.integers(2, 150))
+    random = np.random.default_rng(draw(st.integers(0, 2**32)))
+    gaps = random.choice([1e-5, 1e-4, 1e-3, 5e-3, 4e-2], number) * random.uniform(0.5, 1.0, number)
+    if draw(st.booleans()):
+        gaps[:] = draw(st.sampled_from([1e-6, 1e-3]))
+    sizes = random.uniform(0.0, 1.0, number) ** draw(st.integers(0, 8))
+    sizes *= random.choice([0.0, -1.0, 1.0, 1e3], number)
+    kind = draw(st.sampled_from(["any", "constant", "zero", "falling", "an impulse", "ramp"]))
+    if kind == "constant":
+        sizes[:] = 50.0
+    elif kind == "ramp":
+        sizes = np.arange(number, dtype=float)
+    elif kind == "falling":
+        sizes = -np.abs(sizes)
+    elif kind != "any":
+        sizes[:] = 0.0
+        sizes[number // 2] = float(kind == "an impulse")
+    start = draw(st.sampled_from([0.0, 1e3]))
+    return np.cumsum(gaps), start + np.cumsum(sizes * gaps)
+
+
+@given(speed_curves(), st.sampled_from([0.015, 0.036, 1e-6, 1e-3, 10.0]))
+def test_the_search_finds_the_largest_of_all_pairs(curve: tuple[Array, Array], longest: float):
+    expected = injury_by_all_pairs(*curve, longest)
+    assert search_injury(*curve, longest).value == pytest.approx(expected, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("window", [0.015, 0.036])
+@pytest.mark.parametrize("kind", ["constant", "noise", "an impact", "vibration", "an impulse"])
+def test_ten_times_the_points_take_at_most_twenty_times_the_pairs(kind: str, window: float):
+    def examined(number: int) -> int:
+        times = np.linspace(0.0, 2.0, number)
+        sizes = {
+            "constant": np.full(number, 50.0),
+            "noise": np.random.default_rng(0).uniform(0.0, 100.0, number),
+            "an impact": 10.0 + 500.0 * np.exp(-(((times - 1.0) / 0.004) ** 2)),
+            "vibration": 300.0 * np.abs(np.sin(200.0 * times)),
+            "an impulse": 10.0 + 1e4 * (np.arange(number) == number // 2),
+        }[kind]
+        return search_injury(times, np.cumsum(sizes) * times[1], window).examined
+
+    few, many = examined(3_000), examined(30_000)
+    assert few > 3_000
+    assert many <= 20 * few
+    assert many < 60 * 30_000

@@ -72,6 +72,8 @@ def test_the_accuracy_in_words():
 @pytest.mark.parametrize("ending", Ending)
 def test_only_a_run_that_is_done_has_succeeded(ending: Ending):
     assert Outcome(ending, "", 0.0).succeeded == (ending is Ending.DONE)
+    reached = ending in (Ending.DONE, Ending.INACCURATE)
+    assert Outcome(ending, "", 0.0).reached_stop == reached
 
 
 def test_a_recording_is_shown_in_a_line_and_as_a_table():

@@ -2,11 +2,22 @@
 
 import os
 import stat
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from generator.text_io import unwritable_reason, write_atomic
+from generator.text_io import (
+    csv_cell,
+    csv_value,
+    format_csv_comment,
+    format_csv_rows,
+    read_csv_rows,
+    unwritable_reason,
+    write_atomic,
+)
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs modes and special files")
 
@@ -91,3 +102,44 @@ def test_links_that_go_round_are_told(tmp_path: Path):
     assert unwritable_reason(tmp_path / "a") == "too many levels of symbolic links"
     with pytest.raises(OSError, match="symbolic links"):
         write_atomic(tmp_path / "a", "text")
+
+
+@pytest.mark.parametrize(
+    "text", ["=1+1", "+x", "-x", "@sum", "\t=1", "\r=1", "-1-1", "'=1", "-nan"]
+)
+def test_a_formula_becomes_a_text(text: str):
+    assert csv_cell(text) == f"'{text}"
+
+
+@pytest.mark.parametrize("text", ["-1.5", "+2", "-1.5e-07", "-inf", "", "x=1", "'x", "'", "a'"])
+def test_numbers_and_other_texts_are_unchanged(text: str):
+    assert csv_cell(text) == csv_value(text) == text
+
+
+TEXTS = st.text(st.sampled_from("=+-@\t'\",; x1.e\né") | st.characters(codec="utf-8"))
+
+
+@given(TEXTS)
+def test_no_cell_is_a_formula_and_each_gives_its_text(text: str):
+    cell = csv_cell(text)
+    assert csv_value(cell) == text
+    if cell[:1] in tuple("=+-@\t\r"):
+        float(cell)
+
+
+@given(st.lists(TEXTS, min_size=1, unique=True), st.data())
+def test_a_table_gives_its_texts(titles: list[str], data: st.DataObject):
+    row = st.lists(TEXTS, min_size=len(titles), max_size=len(titles))
+    rows = data.draw(st.lists(row, min_size=1))
+    lines = StringIO(format_csv_rows([titles, *rows]), newline="")
+    expected = [dict(zip(titles, row, strict=True)) for row in rows]
+    found, records = read_csv_rows(lines)
+    assert (found, list(records)) == (titles, expected)
+
+
+def test_numbers_of_a_table_stay_numbers():
+    assert format_csv_rows([("a", -1.5, "-2"), ("=a", -1, None)]) == "a,-1.5,-2\n'=a,-1,\n"
+
+
+def test_a_comment_has_no_formula_between_its_commas():
+    assert format_csv_comment("gravity 0,-9.81,0 of x,=1+1") == "# gravity 0,-9.81,0 of x,'=1+1\n"

@@ -7,21 +7,28 @@ from math import nan
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from generator.simulation.exudyn_api import SYMBOLIC, symbols
 from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
 from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
 from generator.springs_file.write import write_springs
-from springs import FLOATS, Cubic, Damping, Elastic, Linear, Stop
+from springs import FLOATS, NUMPY, Cubic, Damping, Elastic, Linear, Stop
 from springs.elastic import Frictional, mirror_range, valid_range
 from springs.exponential import ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
 from springs.smooth_limit import SmoothLimit
 from springs.transformed import Transformed
-from tests.laws import ENTRY_STRATEGIES, STRATEGIES, law_classes
+from tests.laws import (
+    ENTRY_STRATEGIES,
+    EXCESSES,
+    RESISTING,
+    STRATEGIES,
+    law_classes,
+    limits,
+)
 from tests.slopes import slope
 
 ANGLE = st.floats(-2.5, 2.5)
@@ -163,6 +170,34 @@ def test_arrays_and_floats_agree(
     if isinstance(law, Frictional):
         single = [law.friction(angle, rate, FLOATS) for angle in angles]
         assert np.allclose(law.friction(np.array(angles), rate), single, **close)
+
+
+@given(RESISTING, EXCESSES)
+@example(Stop(0.0, 0.0, 1776.3, 0.076), 1.7e-65)
+@example(Stop(0.0, 0.0, 217.9375, 0.01), 1e-12)
+@example(Cubic((-195.0, 24.0, 0.0, 89.0), -1, (-0.63, 0.04)), 1e-17)
+def test_no_law_drives_out_of_its_limits(law: Stop | SmoothLimit | Cubic, excess: float):
+    lower, upper = limits(law)
+    for ops in (NUMPY, FLOATS):
+        assert law.torque(np.nextafter(lower - excess, -3.0), ops) >= 0.0
+        assert law.torque(np.nextafter(upper + excess, 3.0), ops) <= 0.0
+
+
+@pytest.mark.usefixtures("recording")
+def test_no_symbolic_law_drives_out_of_its_limits():
+    @settings(max_examples=50)
+    @given(RESISTING, EXCESSES)
+    @example(Stop(0.0, 0.0, 1776.3, 0.076), 1.7e-65)
+    @example(Stop(0.0, 0.0, 217.9375, 0.01), 1e-12)
+    def stays(law: Stop | SmoothLimit | Cubic, excess: float):
+        angle, (lower, upper) = symbols.Real("angle", 0.0), limits(law)
+        tree = law.torque(angle, SYMBOLIC)
+        angle.SetValue(np.nextafter(lower - excess, -3.0))
+        assert tree.Evaluate() >= 0.0
+        angle.SetValue(np.nextafter(upper + excess, 3.0))
+        assert tree.Evaluate() <= 0.0
+
+    stays()
 
 
 @pytest.fixture

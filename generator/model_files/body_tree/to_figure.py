@@ -135,8 +135,11 @@ def _axis_alignment(axes: Array, order: tuple[int, ...]) -> Array:
     return np.abs(axes[[0, 1, 2], list(order)])
 
 
-CARRIER_MASS_SHARE = 1e-10
-"""Share of a body's mass and inertia in each carrier."""
+CARRIER_SHARE = 1e-9
+"""Share of a body's mass and inertia in a carrier; it changes accelerations by about as much."""
+
+LEAST_CARRIER = 2e-15
+"""Least mass and moment of inertia of a carrier [kg, kg m2]: MuJoCo refuses those below 1e-15."""
 
 WORLD = "world"
 ORIGIN = "origin"
@@ -352,8 +355,8 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     whole = body.total_mass_properties
     assert whole is not None, "checked before"
     groups = group_dofs(body.dofs, separate=draft.separate)
-    carried = max(len(groups) - 1, 0)
-    mass = whole.with_mass(whole.mass * (1.0 - carried * CARRIER_MASS_SHARE))
+    carrier = _carrier_mass(whole)
+    mass = whole.with_mass(whole.mass - max(len(groups) - 1, 0) * carrier.mass)
     asked = [_group_joint_name(body, group, len(groups)) for group in groups] or [
         body.joint or body.name
     ]
@@ -366,12 +369,13 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
         name = f"{body.name}/{k}"
         draft.losses.add(
             "hinges and slides of one body that are separate joints, as their axes are oblique, do "
-            f"not meet or have own springs; a segment of {CARRIER_MASS_SHARE:g} of its mass is "
-            "between them",
+            "not meet or have own springs; between them is a segment of "
+            f"{CARRIER_SHARE:g} of its mass and inertia (at least {LEAST_CARRIER:g} kg m2), which "
+            "changes its accelerations by about this share",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
         )
         draft.segment_frames[name] = draft.add_segment(
-            f"{body.name}_{k}", _carrier_mass(whole, group), {}, is_carrier=True
+            f"{body.name}_{k}", carrier, {}, is_carrier=True
         )
         _add_joint(draft, names[k - 1], (parent, name), pose, group)
         parent, pose = name, np.eye(4)
@@ -379,13 +383,16 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     _add_joint(draft, names[-1], (parent, body.name), pose, groups[-1] if groups else None)
 
 
-def _carrier_mass(mass: MassProperties, group: JointGroup) -> MassProperties:
-    """Return the mass of the carrier between two joints, centred at the first one."""
+def _carrier_mass(mass: MassProperties) -> MassProperties:
+    """Return the mass of a carrier of a body, centred where the body is.
+
+    With what is left of the body it has the body's mass and centre of mass.
+    """
     mean = float(np.trace(mass.inertia)) / 3.0
     return MassProperties(
-        CARRIER_MASS_SHARE * mass.mass,
-        np.asarray(group.centre),
-        CARRIER_MASS_SHARE * mean * np.eye(3),
+        max(CARRIER_SHARE * mass.mass, LEAST_CARRIER),
+        mass.centre,
+        max(CARRIER_SHARE * mean, LEAST_CARRIER) * np.eye(3),
     )
 
 

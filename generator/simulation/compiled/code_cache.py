@@ -3,12 +3,18 @@
 numba's own cache checks the file of a function only, not those of the functions that it calls. The
 folder is named by the hash of all files of this package, so its code is never stale. The laws that
 are generated later are stored in it, each in a file named by its own hash.
+
+A stored file is a pickle, which runs programs when it is loaded. A folder into which other users of
+the machine could have put one is not used; on Windows this is not checked.
 """
 
+import os
 import re
 import shutil
+import stat
+import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -74,14 +80,102 @@ def count_functions() -> int:
 
 @cache
 def cache_folder() -> Path | None:
-    """Return the folder of compiled code, created if necessary; None if it cannot be written."""
+    """Return the folder of compiled code, created if necessary; None if it cannot be used.
+
+    That is so if it cannot be written, or if other users could have put code there.
+    """
     folder = expected_folder()
+    if planting_risk(folder) is not None:
+        return None
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_private_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError:
         return None
+
+
+@cache
+def cache_warning() -> str | None:
+    """Return that stored code is not used, why, and what to do; None if no one could plant any."""
+    risk = planting_risk(expected_folder())
+    if risk is None:
+        return None
+    return (
+        f"every run compiles anew, because other users could put programs into its cache "
+        f"`{expected_folder()}`: {risk}"
+    )
+
+
+def make_private_folder(folder: Path) -> None:
+    """Make a folder, and its parents, that the user alone may enter. Raises OSError."""
+    for path in (*reversed(folder.parents), folder):
+        if not path.exists():
+            path.mkdir(mode=0o700, exist_ok=True)
+
+
+def planting_risk(folder: Path) -> str | None:
+    """Return how other users could put files into a folder, and what to do; None if they cannot.
+
+    Everything in it must be the user's own, and each folder on the way to it the user's or that of
+    the machine's owner. Others may write to one with the sticky bit, such as /tmp.
+    """
+    if sys.platform == "win32":
+        return None
+    user = os.geteuid()
+    machine = Path("/").stat().st_uid  # the superuser, or who stands for it in a container
+    for path in _way_to(folder):
+        with suppress(FileNotFoundError, NotADirectoryError):
+            status = path.lstat()
+            if status.st_uid not in (user, machine):
+                return f"`{path}` is another user's; let XDG_CACHE_HOME name a folder of your own"
+            if _may_others_write(status) and not status.st_mode & stat.S_ISVTX:
+                return f"others may write to `{path}`; run `chmod go-w {path}`"
+    for path in _entries(folder):
+        with suppress(FileNotFoundError, NotADirectoryError):
+            status = path.lstat()
+            if status.st_uid != user:
+                return f"`{path}` is another user's; remove `{folder}`"
+            if _may_others_write(status):
+                return f"others may write to `{path}`; remove `{folder}`"
+    return None
+
+
+def _way_to(folder: Path) -> Iterator[Path]:
+    """Yield the parents of a folder, as it is written and as links lead to it."""
+    ways = (Path(os.path.abspath(folder)), folder.resolve())
+    return (path for way in dict.fromkeys(ways) for path in reversed(way.parents))
+
+
+def _entries(folder: Path) -> Iterator[Path]:
+    """Yield a folder and everything in it."""
+    yield folder
+    for parent, folders, files in os.walk(folder):
+        yield from (Path(parent, name) for name in (*folders, *files))
+
+
+def _may_others_write(status: os.stat_result) -> bool:
+    """Return whether the group or others may write a file; the user's own group is no other."""
+    if stat.S_ISLNK(status.st_mode):
+        return False  # a link has the rights of its folder
+    if status.st_mode & stat.S_IWOTH:
+        return True
+    return bool(status.st_mode & stat.S_IWGRP) and not _is_group_of_user(status.st_gid)
+
+
+def _is_group_of_user(group: int) -> bool:
+    """Return whether a group has the name of the user and no other members."""
+    if sys.platform == "win32":
+        return False
+    import grp
+    import pwd
+
+    try:
+        user, found = pwd.getpwuid(os.geteuid()), grp.getgrgid(group)
+    except KeyError:
+        return False
+    is_primary = group == user.pw_gid and found.gr_name == user.pw_name
+    return is_primary and set(found.gr_mem) <= {user.pw_name}
 
 
 def expected_folder() -> Path:

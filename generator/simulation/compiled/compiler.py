@@ -17,7 +17,12 @@ from numba import types
 from numpy.typing import NDArray
 
 from generator.rotations import Array
-from generator.simulation.compiled.code_cache import cache_folder, forget_function, listeners
+from generator.simulation.compiled.code_cache import (
+    cache_folder,
+    forget_function,
+    listeners,
+    make_private_folder,
+)
 
 numba: Any = _numba
 """numba, whose own types do not describe its options."""
@@ -174,7 +179,7 @@ def _write_once(path: Path, text: str) -> None:
     with suppress(OSError):
         if path.read_text() == text:
             return
-    path.parent.mkdir(parents=True, exist_ok=True)  # another version may have removed it
+    make_private_folder(path.parent)  # another version may have removed it
     handle, temporary = tempfile.mkstemp(dir=path.parent)
     with os.fdopen(handle, "w") as file:
         file.write(text)

@@ -6,9 +6,9 @@ radii and surfaces are constants in a table.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache, lru_cache
+from functools import cache
 from math import hypot
-from typing import assert_never
+from typing import Any, assert_never
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from generator.simulation.compiled.layout import (
     RADIUS_DIFFERENCE,
     SECOND_HALF,
     SECOND_MIDDLE,
+    SPHERE_RADIUS,
     TOUCH,
     IndexArray,
 )
@@ -71,15 +72,33 @@ def contact_source() -> str:
     return text
 
 
-@lru_cache(maxsize=1024)
+class _TableRecorder(Recorder):
+    """Lines of code whose constants may be arrays: those of many laws of one form."""
+
+    def name(self, value: Real) -> str:
+        """Return the name of a symbol, or the table's entry of a constant."""
+        if not isinstance(value, np.ndarray):
+            return super().name(value)
+        constants: list[Any] = self.constants
+        constants.append(value)
+        return f"P[o + {len(constants) - 1}]"
+
+
 def _record(
-    shape: Shape, surface: Surface, radius: float
-) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Record the force on a sphere: lines of code, and their constants."""
-    recorder = Recorder()
+    shape: Shape,
+    surface: Surface,
+    radius: float | Array,
+    size: tuple[Array, Array, Array] | None = None,
+) -> tuple[tuple[str, ...], tuple[Any, ...]]:
+    """Record the force on a sphere: lines of code, and their constants.
+
+    Those of many spheres are recorded at once with arrays of radii, and those of many boxes with
+    arrays of the lengths of their edges.
+    """
+    recorder = _TableRecorder()
     x, y, z, *motion = (Symbol(recorder, f"W[{k}]") for k in range(CONTACT_INPUTS))
     velocity, spin = (motion[0], motion[1], motion[2]), (motion[3], motion[4], motion[5])
-    force = contact_force(shape, surface, radius, (x, y, z), velocity, spin, RECORDING)
+    force = contact_force(shape, surface, radius, (x, y, z), velocity, spin, RECORDING, size=size)
     results = [
         *(force.normal * part for part in (*force.direction, *force.arm)),
         (force.normal - force.elastic) * force.rate,
@@ -157,24 +176,50 @@ def contact_tables(
     """
     rows: list[list[int]] = []
     places: list[Array] = []
-    parameters: list[float] = []
-    offsets: list[list[int]] = []
     for number, (name, some) in enumerate(spheres.items()):
         link = segment_links[name]
         for sphere in some:
             rows.append([link, number])
             places.append(np.append(np.asarray(sphere.centre) - points[link], sphere.radius))
-            offsets.append([])
-            for prop in scene.props:
-                offsets[-1].append(len(parameters))
-                parameters.extend(_record(prop.shape, prop.surface, sphere.radius)[1])
+    constants = np.array(places, dtype=float).reshape(-1, 4)
     return (
         np.array(rows, dtype=np.int64).reshape(-1, 2),
-        np.array(places, dtype=float).reshape(-1, 4),
+        constants,
         *_prop_tables(scene),
-        np.array(parameters, dtype=float),
-        np.array(offsets, dtype=np.int64).reshape(len(rows), len(scene.props)),
+        *_law_tables(scene, constants[:, SPHERE_RADIUS]),
     )
+
+
+def _law_tables(scene: Scene, radii: Array) -> tuple[Array, IndexArray]:
+    """Return the constants of the law for each sphere and prop, and where they begin.
+
+    Args:
+        scene: the props.
+        radii: of the spheres, shape (S,) [m].
+
+    Returns:
+        The constants, and the place of the first one of a sphere and a prop, shape (S, props).
+    """
+    alike: dict[tuple[type[Shape], Surface], list[int]] = {}
+    for place, prop in enumerate(scene.props):
+        alike.setdefault((type(prop.shape), prop.surface), []).append(place)
+    parameters: list[Array] = []
+    offsets = np.zeros((len(radii), len(scene.props)), dtype=np.int64)
+    begin = 0
+    for (_, surface), props in alike.items():
+        shapes = [scene.props[place].shape for place in props]
+        edges = np.array([shape.size for shape in shapes if isinstance(shape, Box)])
+        size = None if not edges.size else (edges[:, 0], edges[:, 1], edges[:, 2])
+        _, constants = _record(shapes[0], surface, radii[:, None], size)
+        table = np.empty((len(radii), len(props), len(constants)))
+        for k, constant in enumerate(constants):
+            table[:, :, k] = constant
+        offsets[:, props] = begin + len(constants) * np.arange(table[..., 0].size).reshape(
+            len(radii), len(props)
+        )
+        parameters.append(table.ravel())
+        begin += table.size
+    return np.concatenate([np.zeros(0), *parameters]), offsets
 
 
 def _prop_tables(scene: Scene) -> tuple[IndexArray, Array]:

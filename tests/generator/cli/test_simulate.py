@@ -154,6 +154,29 @@ def test_a_failed_run_writes_what_was_simulated(tmp_path: Path):
     assert action.header.message.split()[1] in action.displacements
 
 
+def test_a_run_beyond_its_tolerance_fails_and_says_until_when_it_held(tmp_path: Path):
+    path = tmp_path / "swing.action"
+    words = ("simulate", "pendulum", "--stop", 0.5, "--tolerance", 1e-14, "-o", path)
+    result = mover(*words, "--json")
+    assert result.exit_code == 3
+    said = json.loads(result.stdout)
+    assert said["outcome"] == "tolerance not met"
+    assert said["error_estimate_rad"] > 1e-14
+    assert 0.0 <= said["held_until_s"] < said["simulated_s"] == 0.5
+    assert f"is met only until {said['held_until_s']:.4g} s of 0.5 s" in said["message"]
+    assert "the frames up to 0.5 s were written" in result.stderr
+    assert read_action(path).header.outcome is Ending.INACCURATE
+
+
+def test_a_fixed_step_has_no_tolerance():
+    words = ("simulate", "pendulum", "--stop", 0.1, "--step", 0.01)
+    said = answer(*words)
+    assert said["outcome"] == "done"
+    assert (said["tolerance_rad"], said["error_estimate_rad"]) == (None, None)
+    assert said["held_until_s"] is None
+    assert "error not estimated: the step was fixed" in mover(*words).stdout
+
+
 def test_a_failure_at_the_first_frame_has_no_error_estimate():
     words = ("simulate", "prototype", "--velocity", "left_elbow=1e6", "--stop", 0.1)
     result = mover(*words, "--json")

@@ -135,6 +135,18 @@ def test_a_quote_without_its_end_leaves_the_references_before_it(tmp_path: Path)
     assert read_references(path) == {"A 1989": ["mass"]}
 
 
+def test_a_reference_is_no_formula_and_reads_back(tmp_path: Path):
+    reference = Reference('=cmd|"/c calc"!A1', Sureness.PAGE)
+    number = SourcedNumber("@head", "-mass", -5.5, "kg", Origin.PUBLISHED, reference, "+a, =b")
+    path = tmp_path / "x.sources.csv"
+    path.write_text(format_sources([number], "a,=1.fig"), encoding="utf-8")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "# figure a,'=1.fig"
+    cells = next(csv.reader(lines[2:]))
+    assert not [cell for cell in cells if cell[:1] in "=+-@" and cell not in ("-5.5", "")]
+    assert read_references(path) == {'=cmd|"/c calc"!A1': ["-mass"]}
+
+
 def test_paths_and_words(tmp_path: Path):
     assert sources_path(tmp_path / "my.own.fig") == tmp_path / "my.own.sources.csv"
     measures = estimate_measures(Sex.MALE, 1.7561234, 85.0)

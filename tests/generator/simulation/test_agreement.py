@@ -7,6 +7,7 @@ closures, locks, links and drives as linear equations of the displacements' acce
 import gc
 import resource
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from generator.kinematics.placement import (
     segment_jacobians,
 )
 from generator.loads import LoadKind, TimedLoad
+from generator.simulation import agreement
 from generator.simulation.agreement import BodyState, ExudynEquations, _solve_constrained
 from generator.simulation.bodies import body_pose, load_pose
 from generator.simulation.exudyn_api import rigid
@@ -250,6 +252,28 @@ def test_at_rest(name) -> None:
     if name == "all prescribed":
         at_rest = random_pose(model, 1, 0.1, speed=0.0)
     assert error(model, at_rest) < 1e-12
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+@pytest.mark.parametrize("share", [1e-6, 1e-10, 1e-14])
+def test_links_almost_without_mass_lose_no_digits(share, sparse, monkeypatch) -> None:
+    """As importers make them between hinges of one body."""
+    made = row(4, (chain("Rx"), chain("Rs"), chain("Ry"), chain("Rz")))
+    light = {
+        name: replace(
+            segment,
+            mass=share * segment.mass,
+            inertia=tuple(share * moment for moment in segment.inertia),
+        )
+        for name, segment in made.segments.items()
+        if name in ("bar0", "bar2")
+    }
+    made = replace(made, segments={**made.segments, **light})
+    model = ExudynModel.of(made, Plan(springs=SpringSet()))
+    if sparse:
+        monkeypatch.setattr(agreement, "_MAX_DENSE_BODIES", 0)
+    for seed in range(3):
+        assert error(model, random_pose(model, seed)) < 1e-12
 
 
 def test_a_free_body_has_no_constraints() -> None:

@@ -23,6 +23,7 @@ from generator.simulation.contacts import mean_position
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.wall_limit import NO_LIMIT
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Z, chain, one_body, row
@@ -267,6 +268,21 @@ def test_ctrl_c_leaves_the_frames_so_far(monkeypatch) -> None:
     assert np.max(run.accuracy.by_frame[run.times <= run.accuracy.held_until]) <= 1e-3
 
 
+@pytest.mark.parametrize(("stop", "tolerance"), [(6.0, 1e-3), (0.5, 1e-14)])
+def test_a_run_beyond_its_tolerance_is_not_done(stop: float, tolerance: float) -> None:
+    """A wild triple pendulum amplifies any error; and no run is more exact than its numbers."""
+    speeds = {"joint0": (12.0, 10.0, 8.0)}
+    plan = Plan(stop=stop, tolerance=tolerance, springs=SpringSet(), velocities=speeds)
+    run = simulate(row(3), plan)
+    assert run.integrator is Integrator.COMPILED
+    assert run.outcome.ending is Ending.INACCURATE
+    assert run.outcome.last_time == run.times[-1] == stop
+    assert run.accuracy.estimate is not None
+    assert run.accuracy.estimate > tolerance
+    assert run.accuracy.held_until < stop
+    assert f"only until {run.accuracy.held_until:.4g} s of {stop:g} s" in run.outcome.message
+
+
 def test_the_wall_limit_ends_a_run() -> None:
     run = simulate(row(10), Plan(stop=500.0, tolerance=1e-8, springs=SpringSet(), wall_limit=0.2))
     assert run.outcome.ending is Ending.TOO_LONG
@@ -478,7 +494,7 @@ def test_the_contact_of_a_stopped_run_ends_with_its_frames(monkeypatch) -> None:
 
     model = ExudynModel.of(ball(0.2), Plan(stop=0.6, springs=SpringSet(), scene=FLOOR))
     times = np.array([0.0, 0.1, 0.2, 0.3, 0.6])
-    refined = compiled_run.run_compiled(model, times, math.inf, watch)
+    refined = compiled_run.run_compiled(model, times, NO_LIMIT, watch)
     assert refined.outcome.ending is Ending.INTERRUPTED
     assert refined.trace.times.tolist() == [0.0, 0.1, 0.2]
     contact = refined.trace.contact

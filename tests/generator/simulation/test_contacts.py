@@ -8,8 +8,11 @@ import pytest
 from scipy.integrate import quad
 
 from generator.figure import ContactSphere
+from generator.figure_file.read import read_figure
 from generator.scene import Box, Plane, Prop, Scene
 from generator.simulation.agreement import ExudynEquations
+from generator.simulation.compiled import contact_tables
+from generator.simulation.compiled_run import compile_model
 from generator.simulation.contacts import (
     ContactModel,
     ContactStates,
@@ -20,7 +23,7 @@ from generator.simulation.contacts import (
 from generator.simulation.model import ExudynModel
 from generator.simulation.plan import Plan
 from springs import SpringSet
-from springs.contact import Surface
+from springs.contact import DEFAULT_SURFACE, Surface
 from tests.chains import body, figure, ground, joint
 from tests.contact_figures import (
     FLOOR,
@@ -245,13 +248,35 @@ def test_each_sphere_and_prop_has_a_connector() -> None:
     count = sum(map(len, contacts.spheres.values()))
     assert list(contacts.spheres) == ["third", "first", "second"]
     assert len(contacts.connectors) == len(set(contacts.connectors)) == 2 * count
-    names = [model.mbs.GetObject(item)["name"] for item in contacts.connectors]
-    assert len(set(names)) == len(names)
-    assert {name.split(" on ")[0] for name in names} == {"third", "first", "second"}
-    radii = {sphere.radius for some in contacts.spheres.values() for sphere in some}
-    assert len(contacts.functions) == 2 * len(radii)
+    ends = {tuple(model.mbs.GetObject(k)["markerNumbers"]) for k in contacts.connectors}
+    assert len(ends) == 2 * count
+    kinds = {(type(prop.shape), prop.surface) for prop in contacts.scene.props}
+    assert len(contacts.functions) == len(kinds)  # not one for each sphere and prop
     sizes = [len(some) for some in contacts.spheres.values()]
     assert contacts.owners.tolist() == [g for g, size in enumerate(sizes) for _ in range(size)]
+
+
+def test_boxes_of_one_surface_share_the_function_of_exudyn_and_the_recorded_law(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A scene of many props is built in one pass: laws are recorded once a kind and a surface."""
+    boxes = [
+        Prop(f"box {k}", Box((0.5 * k, -1.0, 3.0), (0.1 + 0.01 * k, 0.2, 0.3)), DEFAULT_SURFACE)
+        for k in range(200)
+    ]
+    scene = Scene((*Scene.floor().props, *boxes))
+    plan = Plan(stop=0.02, free_root=True, height=0.1, scene=scene)
+    model = ExudynModel.of(read_figure("leg"), plan)
+    assert model.contacts is not None
+    assert len(model.contacts.functions) == 2
+    compile_model(model)  # with the code for contact, which is recorded when it is imported
+    recorded: list[object] = []
+    record = contact_tables.contact_force
+    monkeypatch.setattr(
+        contact_tables, "contact_force", lambda *a, **k: recorded.append(a[0]) or record(*a, **k)
+    )
+    compile_model(model)
+    assert len(recorded) == 2
 
 
 def test_without_a_scene_there_is_no_contact() -> None:

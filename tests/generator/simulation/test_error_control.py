@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from functools import cache
+from math import inf
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from generator import read_figure
 from generator.recording import Ending, Integrator
 from generator.rotations import rotation_vector_from_matrix
+from generator.simulation import error_control
 from generator.simulation.contacts import ContactStates, ContactTrace
 from generator.simulation.error_control import LONGEST_STEP, first_step, richardson_extrapolation
 from generator.simulation.integrate import Trace
@@ -110,13 +112,24 @@ def test_a_tolerance_out_of_reach_says_until_when_it_held() -> None:
     """A wild triple pendulum amplifies errors too fast for the smallest step that is tried."""
     plan = Plan(stop=2.5, tolerance=1e-3, springs=NONE, velocities={"joint0": (12, 10, 8)})
     run = simulate(row(3), replace(plan, integrator=Integrator.EXUDYN))
-    assert run.outcome.succeeded
+    assert run.outcome.ending is Ending.INACCURATE
+    assert run.outcome.last_time == run.times[-1] == 2.5
     assert run.accuracy.estimate > 1e-3
     assert 0.0 < run.accuracy.held_until < 2.5
-    assert f"met only until {run.accuracy.held_until:.4g} s" in run.outcome.message
+    assert f"met only until {run.accuracy.held_until:.4g} s of 2.5 s" in run.outcome.message
     held = run.times <= run.accuracy.held_until
     assert np.all(run.accuracy.by_frame[held] <= 1e-3)
     assert np.all(run.accuracy.by_frame[~held] > 1e-3)
+
+
+def test_too_few_passes_in_the_time_limit_are_not_done(monkeypatch) -> None:
+    """Two passes reach the stop time, and a third would take too long: the error is not known."""
+    monkeypatch.setattr(error_control, "_estimated_wall_time", lambda *_: inf)
+    run = simulate(row(1), Plan(stop=0.1, springs=NONE, integrator=Integrator.EXUDYN))
+    assert run.outcome.ending is Ending.INACCURATE
+    assert run.outcome.last_time == run.times[-1] == 0.1
+    assert run.accuracy.estimate == inf
+    assert run.outcome.message == "too few passes of 0.1 s ended to estimate the joint-angle error"
 
 
 def test_a_run_cut_short_says_that_it_knows_nothing() -> None:

@@ -152,7 +152,9 @@ def test_the_statistics_are_those_of_the_runs(fall: Recording):
     quick, slow = IMPACT_SPEED + 0.1, IMPACT_SPEED - 0.1
     one = made(fall, {"foot": (0.0, slow, 10.0), "hand": (0.3, quick, 30.0)})
     two = made(fall, {"foot": (0.1, quick, 20.0), "hand": (None, 0.0, 0.0)})
-    two = replace(two, accuracy=replace(two.accuracy, held_until=0.5 * two.times[-1]))
+    inaccurate = replace(two.outcome, ending=Ending.INACCURATE)
+    accuracy = replace(two.accuracy, held_until=0.5 * two.times[-1])
+    two = replace(two, outcome=inaccurate, accuracy=accuracy)
     three = made(fall, {"foot": (0.0, slow, 5.0), "hand": (None, 0.0, 0.0)})
     study = summarize_starts([one, two, three], UP, 0.02, 7)
     assert (len(study), study.spread, study.seed, study.failures) == (3, 0.02, 7, {})

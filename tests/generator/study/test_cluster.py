@@ -1,6 +1,8 @@
+import asyncio
 import os
 import signal
 import socket
+import ssl
 import subprocess
 import sys
 import threading
@@ -154,6 +156,13 @@ def test_says_how_to_install_dask(monkeypatch: pytest.MonkeyPatch) -> None:
         check_scheduler("local")
 
 
+def test_says_how_to_install_what_certificates_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    with pytest.raises(NotInstalledError, match=r"cryptography: pip install 'exudyn-mover\[clus"):
+        check_scheduler("local")
+    assert check_scheduler("127.0.0.1:8786") is not None
+
+
 # A cluster of two processes, one of which is killed in mid-run, and once more in the same run
 
 VALUES = [*(0.5 + 0.04 * k for k in range(5)), POISON, *(1.5 + 0.04 * k for k in range(9)), REAL]
@@ -168,6 +177,8 @@ class Killed:
         rows: by index.
         attempts: number of times that the run was carried out.
         listening: addresses at which the command and its processes listened.
+        addresses: of the scheduler and of the nannies and workers.
+        accepted: descriptions of the strangers that got an answer from one of these addresses.
         survivors: processes that were there after the runs.
         printed: on the standard streams.
     """
@@ -175,8 +186,37 @@ class Killed:
     rows: list[RunResult]
     attempts: int
     listening: set[str]
+    addresses: list[str]
+    accepted: list[str]
     survivors: list[int]
     printed: str
+
+
+def strangers() -> dict[str, tuple[str, Any]]:
+    """Protocol and identity of clients that do not belong to a cluster."""
+    return {
+        "without encryption": ("tcp", distributed.Security()),
+        "with a certificate of its own": ("tls", distributed.Security.temporary()),
+        "without a certificate": ("tls", None),
+    }
+
+
+async def answers(address: str, protocol: str, security: Any) -> bool:
+    """Return whether a server of Dask answers a call."""
+    host = address.split("://")[1]
+    if security is None:  # speaks TLS, and does not look at the server's certificate
+        context = ssl.create_default_context()
+        context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+        options = {"ssl_context": context}
+    else:
+        options = security.get_connection_args("client")
+    try:
+        async with asyncio.timeout(5.0):
+            server = await distributed.comm.connect(f"{protocol}://{host}", timeout=2.0, **options)
+            await server.write({"op": "identity", "reply": True})
+            return "id" in await server.read()
+    except (OSError, TypeError, ValueError):  # the last ones of a plain server
+        return False
 
 
 @contextmanager
@@ -202,6 +242,8 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     others = set(this.children())
     results: dict[int, RunResult] = {}
     listening: set[str] = set()
+    addresses: list[str] = []
+    accepted: list[str] = []
     runs = run_on_cluster(
         list_study(*VALUES), tasks(VALUES, motions), "local", jobs=2, run=deadly_run
     )
@@ -215,11 +257,21 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
                 for each in [this, *workers]:
                     found = each.net_connections("inet")
                     listening |= {one.laddr.ip for one in found if one.status == "LISTEN"}
+                    ports = [one.laddr.port for one in found if one.status == "LISTEN"]
+                    addresses += [f"tls://127.0.0.1:{port}" for port in ports]
+                accepted += [
+                    f"{address} {stranger}"
+                    for address in addresses
+                    for stranger, (protocol, security) in strangers().items()
+                    if asyncio.run(answers(address, protocol, security))
+                ]
                 (motions / BEGIN).touch()
     return Killed(
         [results[index] for index in range(len(VALUES))],
         len((motions / f"{DEADLY:03}").read_text().split()),
         listening,
+        addresses,
+        accepted,
         [one.pid for one in set(this.children()) - others if "spawn_main" in str(one.cmdline())],
         printed.read_text(),
     )
@@ -241,6 +293,15 @@ def test_a_run_that_kills_its_worker_twice_is_a_row(killed: Killed) -> None:
 
 def test_listens_on_the_loopback_interface_only(killed: Killed) -> None:
     assert killed.listening == {"127.0.0.1"}
+
+
+def test_answers_nobody_without_its_certificate(killed: Killed) -> None:
+    assert len(killed.addresses) >= 4  # a scheduler, two workers, a nanny at least
+    assert killed.accepted == []
+
+
+def test_strangers_are_answered_by_a_cluster_without_certificates(address: str) -> None:
+    assert asyncio.run(answers(address, *strangers()["without encryption"]))
 
 
 def test_leaves_no_process(killed: Killed) -> None:

@@ -12,6 +12,7 @@ from generator.figure import Figure
 from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.tables import format_csv
 from generator.recording import RecordingPart
+from generator.springs_file.read import read_springs
 from generator.study.measures import (
     check_measures,
     measure_motion,
@@ -19,6 +20,7 @@ from generator.study.measures import (
     motion_columns,
     parts_of_measures,
 )
+from generator.study.run_case import run_case
 from generator.study.study import Design, DesignKind, Measure, Study, Take
 from springs import SpringSet
 from tests.chains import row
@@ -171,6 +173,22 @@ def test_wrong_measures_are_faults(case: str) -> None:
     assert (fault.measure, fault.key) == ("wrong", key)
     assert column in fault.message
     assert hint in fault.hint
+
+
+@pytest.mark.parametrize("take", [Take.LAST, Take.REST])
+@pytest.mark.parametrize("has_floor", [False, True])
+def test_every_column_that_is_accepted_is_measured(take: Take, has_floor: bool) -> None:
+    figure = read_figure("leg" if has_floor else "pendulum")
+    plan = Plan(stop=0.04, springs=read_springs(None, figure))
+    if has_floor:
+        plan = replace(plan, free_root=True, height=0.0, scene=FLOOR)
+    asked = [Measure(title, title, take) for title in motion_columns(figure, plan)]
+    wrong = {fault.measure for fault in check_measures(study(figure, plan, *asked))}
+    accepted = [one for one in asked if one.name not in wrong]
+    assert len(accepted) == (len(asked) if take is Take.LAST else 6 if has_floor else 3)
+    found = run_case(study(figure, plan, *accepted), ())
+    assert (found.outcome, found.message) == ("done", "")
+    assert found.measures.keys() == {one.name for one in accepted}
 
 
 def test_the_injury_criterion_is_one_number() -> None:

@@ -70,6 +70,14 @@ def test_a_run_has_the_measures_in_their_order() -> None:
     assert all(isinstance(value, float) for value in result.measures.values())
 
 
+def test_a_run_beyond_its_tolerance_has_no_measures() -> None:
+    result = run_case(study({"swing": SWING}, tolerance=1e-14), [1.0, 1.0])
+    assert result.outcome == "tolerance not met"
+    assert not result.succeeded
+    assert result.message.startswith("the tolerance 1.0e-14 rad is met only until ")
+    assert result.measures == {"swing": None}
+
+
 def test_parameters_change_the_measures() -> None:
     one, other = (run_case(study(), [g, 1.0]).measures for g in (0.8, 1.2))
     assert all(one[name] != other[name] for name in NUMBERS)

@@ -35,6 +35,12 @@ def test_the_text_of_a_table() -> None:
     )
 
 
+def test_a_message_is_no_formula() -> None:
+    row = RunResult("done", '=HYPERLINK("x")', {"swing": -0.5, "end": None})
+    text = format_run_table(list_study(-1.0), np.array([[-1.0]]), [row])
+    assert text.splitlines()[1] == '0,-1.0,-0.5,,done,"\'=HYPERLINK(""x"")"'
+
+
 def test_a_file_of_comma_separated_values(tmp_path: Path) -> None:
     path = tmp_path / "runs.csv"
     write_run_table(path, STUDY, POINTS, ROWS)

@@ -37,6 +37,9 @@ AXES = st.sampled_from(
 KINDS = [AxisKind.ROTATION, AxisKind.ROTATION, AxisKind.TRANSLATION]
 POINTS = st.sampled_from([(0.0, 0.0, 0.0), (0.1, -0.2, 0.3), (0.0, 0.0, 0.4)])
 VALUES = st.floats(-pi, pi)
+MJMINVAL = 1e-15
+"""Mass and inertia that MuJoCo refuses for a moving body, and all below."""
+
 VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 
 
@@ -99,6 +102,22 @@ def test_a_body_moves_as_its_freedoms_say(row, pose, apart):
     seen = pose_in_model(placed(made, values), "b")
     np.testing.assert_allclose(seen, pose @ moved(freedoms, values), atol=1e-9)
     assert made.figure.total_mass == pytest.approx(1.5, rel=1e-12)
+    at_zero, bodies = placed(made, dict.fromkeys(values, 0.0)), made.figure.bodies
+    centre = sum(
+        body.mass / 1.5 * pose_in_model(at_zero, name, "CM")[:3, 3] for name, body in bodies.items()
+    )
+    np.testing.assert_allclose(centre, (pose @ [0.1, 0.0, -0.2, 1.0])[:3], atol=1e-12)
+
+
+@given(rows(), st.integers(-12, 0))
+@settings(max_examples=20)
+def test_mujoco_accepts_the_carriers_of_light_bodies(row, decade):
+    size = 10.0**decade
+    mass = MassProperties(size, np.zeros(3), np.diag([0.02, 0.03, 0.04]) * size)
+    made = imported(Body("b", None, np.eye(4), row[0], mass), apart=True)
+    for segment in made.figure.bodies.values():
+        assert min(segment.mass, *segment.inertia) > MJMINVAL
+        assert max(segment.mass, *segment.inertia) <= size
 
 
 @given(rows(), rows(), poses(), poses())

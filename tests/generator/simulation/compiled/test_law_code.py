@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from generator.joint_chain import build_chain
@@ -41,7 +41,7 @@ from springs.smooth_limit import SmoothLimit
 from springs.transformed import Transformed
 from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, chain, negative
 from tests.compiled_models import SEQUENTIAL, Evaluation, evaluate, plain_tables, source_of
-from tests.laws import STRATEGIES
+from tests.laws import EXCESSES, RESISTING, STRATEGIES, limits
 
 ANGLE, RATE = st.floats(-2.5, 2.5), st.floats(-2.0, 2.0)
 DAMPING = st.builds(
@@ -75,6 +75,17 @@ def test_one_angle_has_the_torque_of_its_law(law_class, data, x, v, damping):
     assert is_close(found, elastic + viscous)
     assert found.powers[0] == pytest.approx(-viscous * v, rel=1e-6, abs=1e-6)
     assert not found.powers[1:].any()
+
+
+@given(RESISTING, EXCESSES)
+@example(Stop(0.0, 0.0, 1776.3, 0.076), 1.7e-65)
+@example(Stop(0.0, 0.0, 217.9375, 0.01), 1e-12)
+def test_no_compiled_law_drives_out_of_its_limits(law, excess):
+    tables = plain_tables([displacement_law(AxisSpring(Z, (law,)), 0)])
+    lower, upper = limits(law)
+    below, above = np.nextafter(lower - excess, -3.0), np.nextafter(upper + excess, 3.0)
+    assert evaluate(tables, [below, 0, 0], [0, 0, 0]).torques[0, 0] >= 0.0
+    assert evaluate(tables, [above, 0, 0], [0, 0, 0]).torques[0, 0] <= 0.0
 
 
 @pytest.mark.parametrize("joining", Joining)
