@@ -45,7 +45,7 @@ class Film:
         try:
             _ffmpeg().get_ffmpeg_exe()
         except (ImportError, RuntimeError):
-            message = "a .mp4 needs ffmpeg: pip install 'exudyn-mover[video]'"
+            message = 'a .mp4 needs ffmpeg: in the project\'s folder, `pip install -e ".[video]"`'
             raise UsageError(message) from None
 
     def write(self, path: Path, kind: str, progress: ItemMonitor = no_item_monitor) -> Losses:

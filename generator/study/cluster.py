@@ -143,7 +143,9 @@ def check_scheduler(address: str, *, insecure: bool = False) -> SchedulerAddress
         if failure.name not in ("distributed", "dask", "cryptography"):
             raise
         library = "cryptography" if failure.name == "cryptography" else "dask.distributed"
-        message = f"a cluster needs {library}: pip install 'exudyn-mover[cluster]'"
+        message = (
+            f'a cluster needs {library}: in the project\'s folder, `pip install -e ".[cluster]"`'
+        )
         raise NotInstalledError(message) from None
     return scheduler
 

@@ -213,4 +213,4 @@ def test_a_missing_encoder_is_a_sentence(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr("plots.video._ffmpeg", missing)
     result = mover("picture", "gone.npz", "-o", tmp_path / "fall.mp4")
     assert result.exit_code == 2
-    assert "a .mp4 needs ffmpeg: pip install 'exudyn-mover[video]'" in result.stderr
+    assert "a .mp4 needs ffmpeg: in the project's folder, `pip install -e" in result.stderr
