@@ -468,7 +468,7 @@ def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
     ]
     for name, one in measures.dimensions.items():
         row = survey().dimensions[name]
-        origin, rule = Origin.PUBLISHED, str(row.fits[sex])
+        origin, rule = Origin.PUBLISHED, f"regression {row.fits[sex]}"
         if is_scaled:
             origin, rule = Origin.SCALED, f"{rule}; beyond the sample as a {row.scaling.value}"
         if one.is_measured:

@@ -34,7 +34,7 @@ _Vector = tuple[_Number, _Number, _Number]
 _Quaternion = tuple[_Number, _Number, _Number, _Number]
 
 
-class _Message(msgspec.Struct, tag_field="type"):
+class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
     """A message; its tag and its fields are those of viser."""
 
 

@@ -380,7 +380,7 @@ def test_sources_name_the_regression_the_user_or_the_scaling():
     assert (breadth.origin, foot.origin) == (Origin.SCALED, Origin.PUBLISHED)
     assert breadth.value == measures.length("waist_breadth")
     assert "times 1.094 as measured ones" in breadth.rule
-    assert foot.rule.startswith("44.9 mm +120.4 mm/m stature +0.173 mm/kg mass")
+    assert foot.rule.startswith("regression 44.9 mm +120.4 mm/m stature +0.173 mm/kg mass")
     assert foot.reference is not None
     assert "4082 men" in foot.reference.place
     assert sources["waist circumference"].reference is None
