@@ -26,7 +26,7 @@ from plots.plates.work_precision import cheapest_wall_time
 
 FOLDER = Path(__file__).parents[1] / "docs"
 
-PAGES = ("contact.md", "model-formats.md", "speed.md", "verification.md", "view.md")
+PAGES = ("contact-validation.md", "model-formats.md", "speed.md", "verification.md", "view.md")
 
 _TABLE = re.compile(r"(?<=<!-- measured: )([\w-]+)( -->\n\n).*?(?=<!-- end -->)", re.DOTALL)
 

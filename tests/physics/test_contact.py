@@ -1,4 +1,4 @@
-"""Bodies in contact move as closed forms say; the measured numbers stand in docs/contact.md."""
+"""Bodies in contact move as closed forms say; docs/contact-validation.md has the numbers."""
 
 from dataclasses import replace
 from functools import cache

@@ -69,7 +69,7 @@ def test_claims_fail_for_a_run_with_another_energy_momentum_or_acceleration(case
 
 
 def table_of_page() -> list[tuple[str, Sequence[str], Sequence[str]]]:
-    page = (DOCS / "contact.md").read_text(encoding="utf-8")
+    page = (DOCS / "contact-validation.md").read_text(encoding="utf-8")
     section = page.partition("## Checked against closed forms")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| (.+) \| ([-\d., ]+) \| ([-\d., ]+) \|$", section, re.MULTILINE)
     return [(label, measured.split(", "), closed.split(", ")) for label, measured, closed in rows]
