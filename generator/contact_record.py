@@ -6,6 +6,7 @@ Car Crash Conf., SAE 710881) with the window of 49 CFR 571.208 (FMVSS 208), S6.2
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
@@ -306,7 +307,17 @@ def head_injury_criterion(
         times: shape (n,), not decreasing; a jump has two rows at its time [s].
         accelerations: shape (n, 3) [m/s^2].
         window: longest interval [s].
+
+    Returns:
+        The criterion; NaN where an acceleration is not finite.
+
+    Raises:
+        ValueError: a time is not finite, or times decrease.
     """
+    if not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0.0):
+        raise ValueError("times must be finite and must not decrease")
+    if not np.all(np.isfinite(accelerations)):
+        return nan
     sizes = np.linalg.norm(accelerations, axis=1) / STANDARD_ACCELERATION
     gaps = np.diff(times)
     if not np.any(gaps > 0.0):

@@ -316,7 +316,8 @@ class Figure:
     The mappings keep the order of the file, which is the order of joints in an action file; an
     unknown name raises UnknownNameError, a KeyError that states the nearest one. `path`
     is the file, beside which psurfs and springs are looked for; None when there is no file.
-    `springs_text` is a springs file for a figure without one; a figure file does not hold it.
+    `springs_text` is the springs file of a figure that is in no file; it is not part of the text of
+    a figure file, beside which it belongs.
     `surfaces` are the contents of psurfs, by name, and `sha256` is the digest of the file, where
     they were read ahead; otherwise the files are read when they are needed.
     """
@@ -327,7 +328,7 @@ class Figure:
     attributes: Mapping[str, Attribute] = field(default_factory=dict[str, Attribute])
     name: str | None = None
     path: Path | None = field(default=None, compare=False, repr=False)
-    springs_text: str | None = field(default=None, compare=False, repr=False)
+    springs_text: str | None = field(default=None, repr=False)
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
     surfaces: Mapping[str, Parsed[Any]] = field(
         default_factory=dict[str, Parsed[Any]], compare=False, repr=False

@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from springs.short_repr import short_repr
+
 MAX_NAMED_PLACES = 8
 """Number of places that a sentence names; the data name all."""
 
@@ -33,6 +35,7 @@ class Loss:
         return f"{self.what}: {', '.join(self.where[:MAX_NAMED_PLACES])}{more}"
 
 
+@short_repr
 @dataclass
 class Losses:
     """All that one file does not hold, in the order in which it was noted.

@@ -27,6 +27,9 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 def write_figure(figure: Figure) -> str:
     """The text of a figure file; reading it gives a figure equal to `figure`, to the last bit.
 
+    The springs that a figure brings along, as a person does, belong into a springs file beside it;
+    `generator.convert(figure, "NAME.fig")` writes both.
+
     Raises InputError, with all errors, for a figure made in Python that is wrong, and ValueError
     for what the language cannot say: a name with odd characters, a quote in a string, a number that
     is not finite.

@@ -287,6 +287,7 @@ def fit_springs(
         raise UsageError("a quantity is fitted twice")
     release, is_fitted = options.release, False
     if release is not None:
+        data.check_time(release)
         data = data.between(release)
     found, first = Release(0.0, data.angles[0]), float(data.times[0])
     if release is None and _starts_from_rest(case, wanted):

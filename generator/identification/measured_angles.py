@@ -32,6 +32,16 @@ class MeasuredAngles:
     columns: tuple[tuple[str, int], ...]
     angles: Array
 
+    def check_time(self, time: float) -> None:
+        """Raise UsageError for a time far from the samples, as by another epoch [s]."""
+        first, last = float(self.times[0]), float(self.times[-1])
+        margin = max(last - first, 1.0)
+        if not first - margin <= time <= last:
+            raise UsageError(
+                f"the start at {time!r} s is not near the samples of {self.name}, which go from "
+                f"{first!r} s to {last!r} s"
+            )
+
     def between(self, start: float = -inf, stop: float = inf) -> "MeasuredAngles":
         """Return the samples within two times [s]. Raises UsageError for fewer than two."""
         kept = (self.times >= start - _TIME_ROUNDING) & (self.times <= stop + _TIME_ROUNDING)

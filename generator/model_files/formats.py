@@ -22,6 +22,7 @@ from generator.model_files import curves_csv, predsim
 from generator.model_files.biomod import write as biomod
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
+from generator.model_files.figure_files import springs_path
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
 from generator.model_files.mjcf.read import figure_from_mjcf
@@ -31,13 +32,15 @@ from generator.model_files.opensim.read import figure_from_osim
 from generator.model_files.urdf import write as urdf
 from generator.model_files.urdf.read import figure_from_urdf
 from generator.model_files.xml import XmlElement, parse_xml
-from generator.springs_file.read import FIGURE_ORIGIN
+from generator.springs_file.read import FIGURE_ORIGIN, WITHIN_FIGURE
 from generator.text_io import load_text
 from springs import SpringSet
 
 
 def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     """Format a figure file (`.fig`); reading it gives an equal figure.
+
+    The springs that a figure brings along become a springs file beside it.
 
     Raises ValueError for a name or a string of the figure that the language cannot say.
     """
@@ -47,9 +50,13 @@ def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
         losses.append(
             Loss("the psurfs, which stay where they are", tuple(dict.fromkeys(map(str, psurfs))))
         )
-    if springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
+    beside: dict[Path, str] = {}
+    if figure.springs_text is not None and springs.origin == WITHIN_FIGURE:
+        beside[springs_path(path)] = figure.springs_text
+    elif springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
         losses.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
-    return ModelFiles(path, {path: write_figure(figure)}, Losses.collect("figure file", losses))
+    files = {**beside, path: write_figure(figure)}
+    return ModelFiles(path, files, Losses.collect("figure file", losses))
 
 
 SUFFIXES = (".xml", ".mjcf", ".urdf", ".osim")

@@ -241,7 +241,7 @@ def _check_start_outside(
     if deepest is not None and deepest.depth > _MAX_START_DEPTH:
         raise ModelError(
             f"segment {deepest.segment} starts {100.0 * deepest.depth:.3g} cm inside "
-            f"{deepest.prop}: raise the figure, or move the prop"
+            f"{deepest.prop}: raise the figure, as by a height of 0, or move the prop"
         )
 
 

@@ -281,7 +281,7 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     Raises ModelError for a law that a springs file cannot state, or a spring of the fields that the
     springs do not have.
     """
-    bare = replace(figure, path=None)
+    bare = replace(figure, path=None, springs_text=None)
     own = load_springs(bare).require_value().springs
     entries: list[SpringEntry] = []
     for name, joint in springs.joints.items():

@@ -141,8 +141,8 @@ def _no_printed_values_error(stem: str | None) -> Diagnostic:
 
 FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 
-_WITHIN_FIGURE = Path(f"<figure>{SPRINGS_SUFFIX}")
-"""Stands for the file of `Figure.springs_text`."""
+WITHIN_FIGURE = f"<figure>{SPRINGS_SUFFIX}"
+"""Origin of springs that are the `springs_text` of their figure."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +204,7 @@ def load_springs(
     own = _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX))
     texts = {} if path is None or text is None else {path: _source(path, text)}
     if figure.springs_text is not None:
-        own = _WITHIN_FIGURE
+        own = Path(WITHIN_FIGURE)
         texts[own] = _source(own, figure.springs_text)
         path = own if choice is None else path
     diagnostics, springs, bound = Diagnostics(), None, FileSprings(FIGURE_ORIGIN)

@@ -125,6 +125,10 @@ else:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
+_LONGEST_BEGINNING = 10_000
+"""Bytes in which the first line of a journal ends."""
+
+
 def read_journal(
     path: Path, expected: JournalHeader, measures: Iterable[str], runs: int
 ) -> JournalContent:
@@ -140,7 +144,7 @@ def read_journal(
 
     Raises:
         InputError: the file cannot be read.
-        UsageError: it was written before lines had checksums.
+        UsageError: it was written before lines had checksums, or is another file.
     """
     names, header = tuple(measures), None
     results, has_line = RunResults(names, runs), np.zeros(runs, bool)
@@ -148,6 +152,7 @@ def read_journal(
     damaged: list[int] = []
     size = lines = 0
     start = expected.checksum
+    _refuse_other_file(path)
     for number, line in enumerate(_complete_lines(path), 1):
         size += len(line)
         try:
@@ -176,6 +181,22 @@ def read_journal(
         header = expected
     damaged = sorted([*damaged, *contradicted.values()])
     return JournalContent(header, lines, results, has_line, tuple(damaged), size)
+
+
+def _refuse_other_file(path: Path) -> None:
+    """Raise UsageError for a file that has no line, and not the beginning of one either.
+
+    A power cut may leave zero bytes.
+    """
+    if not path.is_file():
+        return
+    with open_regular_file(path) as file:
+        beginning = file.readline(_LONGEST_BEGINNING)
+    is_whole = beginning.endswith(b"\n")
+    if beginning.strip(b"\0") and not (is_whole or beginning.startswith(b"{")):
+        raise UsageError(
+            f"`{path}` does not begin as a journal of runs: choose another folder, or delete it."
+        )
 
 
 def _complete_lines(path: Path) -> Iterator[bytes]:

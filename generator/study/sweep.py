@@ -196,8 +196,7 @@ def _with_files(study: Study) -> Study:
 def _damage_warnings(journal: Path, lines: Sequence[int]) -> Iterator[Diagnostic]:
     """Yield a warning for each of the first damaged lines, and one for the others."""
     for number in lines[:_MAX_WARNINGS]:
-        effect = "its run was computed again" if number > 1 else "the others show the study"
-        yield warning(f"`{journal}`: line {number} is damaged; {effect}")
+        yield warning(f"`{journal}`: line {number} is damaged and does not count")
     more = len(lines) - _MAX_WARNINGS
     if more > 0:
         yield warning(f"`{journal}`: {format_count(more, 'more line')} are damaged")

@@ -292,3 +292,14 @@ def test_ten_times_the_points_take_at_most_twenty_times_the_pairs(kind: str, win
     assert few > 3_000
     assert many <= 20 * few
     assert many < 60 * 30_000
+
+
+@pytest.mark.parametrize("times", [(0.0, np.nan, 0.1), (0.0, 0.1, 0.05), (0.0, np.inf, np.inf)])
+def test_times_that_are_not_times_have_no_criterion(times: tuple[float, ...]):
+    with pytest.raises(ValueError, match="must be finite and must not decrease"):
+        head_injury_criterion(np.array(times), np.ones((3, 3)))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_acceleration_that_is_not_finite_has_no_criterion(value: float):
+    assert np.isnan(head_injury_criterion(np.array([0.0, 0.1]), np.array([[1.0] * 3, [value] * 3])))

@@ -124,6 +124,6 @@ def test_without_ffmpeg_the_extra_is_named(failure: Exception, monkeypatch: pyte
         raise failure
 
     monkeypatch.setattr(video, "_ffmpeg", missing)
-    with pytest.raises(UsageError, match=r"pip install 'exudyn-mover\[video\]'"):
+    with pytest.raises(UsageError, match=r'pip install -e "\.\[video\]"'):
         Film.require_encoder(".mp4")
     Film.require_encoder(".gif")

@@ -158,3 +158,13 @@ def test_slides_are_refused(tmp_path: Path):
     path.write_text("time [s],rail.1 [deg],rail.2 [cm]\n0,0,1\n1,4,2\n2,8,4", encoding="utf-8")
     with pytest.raises(InputError, match="only rotations can be driven in a simulation or fitted"):
         read_measured_angles(path, slides())
+
+
+@pytest.mark.parametrize("time", [5.0, 1.6e9, 1.8e9, -1e300, 1e300])
+def test_a_start_of_another_epoch_is_refused(time: float):
+    times = 1.7e9 + np.arange(20) / 50.0
+    data = MeasuredAngles("swing.csv", times, (("left_knee", 0),), np.zeros((20, 1)))
+    with pytest.raises(UsageError, match=r"is not near the samples .* go from 1700000000.0 s to"):
+        data.check_time(time)
+    data.check_time(1.7e9 - 0.1)
+    data.check_time(1.7e9 + 0.1)

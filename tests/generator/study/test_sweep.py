@@ -133,7 +133,7 @@ def test_a_torn_line_is_cut_and_a_damaged_one_repeated(tmp_path: Path) -> None:
     result = sweep(tmp_path, engine)
     assert sorted(engine.done) == [0, 2, 3]  # the last, the second of the first sweep, the failed
     assert [each.message for each in result.warnings] == [
-        f"`{tmp_path / JOURNAL_NAME}`: line 3 is damaged; its run was computed again"
+        f"`{tmp_path / JOURNAL_NAME}`: line 3 is damaged and does not count"
     ]
     assert (tmp_path / TABLE_NAME).read_bytes() == table
 
@@ -149,12 +149,20 @@ def test_two_lines_of_a_run_are_damage_where_they_differ(tmp_path: Path) -> None
     result = sweep(tmp_path / "one", engine)
     assert sorted(engine.done) == [FAULTY_RUN, 4]
     assert [each.message.split(":")[-1] for each in result.warnings] == [
-        " line 8 is damaged; its run was computed again"
+        " line 8 is damaged and does not count"
     ]
     assert (tmp_path / "one" / TABLE_NAME).read_bytes() == table
     engine = Serial()
     assert sweep(tmp_path / "one", engine).warnings == ()
     assert engine.done == []
+
+
+@pytest.mark.parametrize("content", [b"notes", b"notes\nof mine\n"])
+def test_another_file_is_not_taken_for_a_journal(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / JOURNAL_NAME).write_bytes(content)
+    with pytest.raises(UsageError, match="does not begin as a journal of runs"):
+        sweep(tmp_path)
+    assert (tmp_path / JOURNAL_NAME).read_bytes() == content
 
 
 def test_a_damaged_first_line_costs_no_run(tmp_path: Path) -> None:
@@ -166,7 +174,7 @@ def test_a_damaged_first_line_costs_no_run(tmp_path: Path) -> None:
     result = sweep(tmp_path, engine)
     assert engine.done == [FAULTY_RUN]
     assert [each.message.split(":")[-1] for each in result.warnings] == [
-        " line 1 is damaged; the others show the study"
+        " line 1 is damaged and does not count"
     ]
     assert (tmp_path / TABLE_NAME).read_bytes() == table
     with pytest.raises(UsageError, match="does not begin as a journal"):
