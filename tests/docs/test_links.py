@@ -20,7 +20,7 @@ def block(language: str) -> str:
 
 
 def test_the_file_is_read():
-    reading = LINK_ENTRIES.parse_text(block("toml"), "arms.links.toml")
+    reading = LINK_ENTRIES.parse_text(block("toml"))
     assert reading.diagnostics == ()
     assert reading.value is not None
     assert [entry.joints for entry in reading.value.entries] == [("right_shoulder",), ("waist",)]
