@@ -17,15 +17,9 @@ from generator.diagnostics import (
     select_errors,
 )
 from generator.file_kind import FileKind
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import (
-    TableReader,
-    number_to_toml,
-    numbers_to_toml,
-    parse_document,
-    quote_toml,
-    text_to_toml,
-)
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import TomlSpans, locate_keys
+from generator.toml_file.writer import number_to_toml, numbers_to_toml, quote_toml, text_to_toml
 from springs import Joining
 
 Vector = tuple[float, float, float]

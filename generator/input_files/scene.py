@@ -20,13 +20,12 @@ from generator.diagnostics import (
 )
 from generator.file_kind import FileKind
 from generator.scene import Box, Plane, Prop, Scene, Shape, Vector
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import (
-    TableReader,
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import TomlSpans, locate_keys
+from generator.toml_file.writer import (
     degrees_to_toml,
     number_to_toml,
     numbers_to_toml,
-    parse_document,
     quote_long_toml,
     quote_toml,
 )

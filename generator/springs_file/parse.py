@@ -33,17 +33,18 @@ from generator.springs_file.laws import (
     parse_law,
 )
 from generator.springs_file.published import PublishedLaw
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import (
-    COUPLED_TABLE,
-    SPRING_TABLE,
-    TableReader,
-    parse_document,
-)
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import TomlSpans, locate_keys
 from springs import Damping, Joining
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.short_repr import short_repr
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
+
+SPRING_TABLE = "spring"
+"""Name of the tables of springs about one axis."""
+
+COUPLED_TABLE = "coupled"
+"""Name of the tables of laws over several joints."""
 
 TEXT_KEYS = ("motion", "reference", "why")
 DAMPING_AND_STOP_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")

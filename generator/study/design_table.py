@@ -12,7 +12,6 @@ from generator.input_files.csv_columns import (
     parse_number_cell,
     split_cells,
 )
-from generator.springs_file.toml_table import TableReader
 from generator.study.designs import evenly_spaced
 from generator.study.sensitivity import MIN_SAMPLES
 from generator.study.study import (
@@ -42,6 +41,7 @@ from generator.study.study_tables import (
     require_table,
 )
 from generator.text_io import csv_value, load_text
+from generator.toml_file.reader import TableReader
 
 MAX_RUNS = 1_000_000
 """Largest number of runs of a study; more are a typing error."""

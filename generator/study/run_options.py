@@ -19,9 +19,9 @@ from generator.kinematics.tree import build_tree
 from generator.motion_files.action import LENGTH_UNIT, display_unit
 from generator.scene import FLOOR, Scene, floor_prop
 from generator.simulation.plan import MAX_FRAMES, MAX_HEIGHT, Plan
-from generator.springs_file.toml_table import TableReader
 from generator.study.study_tables import RUN_FLAGS, adopt, parse_flag, parse_table, relative_path
 from generator.text_io import is_file
+from generator.toml_file.reader import TableReader
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
 

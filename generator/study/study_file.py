@@ -30,8 +30,6 @@ from generator.person.measures import estimate_measures
 from generator.person.survey import Sex
 from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.read import OPTIONAL_FILE, load_springs
-from generator.springs_file.toml_spans import locate_keys
-from generator.springs_file.toml_table import TableReader, parse_document
 from generator.study.design_table import MAX_RUNS, parse_design, parse_kind, parse_parameters
 from generator.study.designs import design_points, run_count
 from generator.study.measures import check_measures
@@ -77,6 +75,8 @@ from generator.study.study_tables import (
     require_table,
 )
 from generator.text_io import is_file, path_exists
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import locate_keys
 from springs import Joining, SpringSet
 
 MAX_RESAMPLES = 100_000

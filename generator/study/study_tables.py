@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from generator.diagnostics import Diagnostics, Parsed, closest_match, shorten
-from generator.springs_file.toml_table import TableReader
+from generator.toml_file.reader import TableReader
 
 STUDY_SUFFIX = ".study.toml"
 

@@ -11,8 +11,14 @@ from generator import Recording, read_figure, read_springs
 from generator.diagnostics import InputError
 from generator.springs_file.coupled import COUPLED_KEYS, TERM_KEYS
 from generator.springs_file.laws import CubicEntry
-from generator.springs_file.parse import SPRING_KEYS, SPRINGS_FILE, SPRINGS_FILE_KEYS, SpringsFile
-from generator.springs_file.toml_table import COUPLED_TABLE, SPRING_TABLE
+from generator.springs_file.parse import (
+    COUPLED_TABLE,
+    SPRING_KEYS,
+    SPRING_TABLE,
+    SPRINGS_FILE,
+    SPRINGS_FILE_KEYS,
+    SpringsFile,
+)
 from generator.springs_file.write import write_springs
 from generator.text_io import make_source
 from springs import Cubic, Linear

@@ -126,8 +126,7 @@ def test_a_parsed_value_or_all_its_diagnostics():
 def test_errors_of_a_part_stop_the_whole_with_one_hint():
     part, whole = Diagnostics(), Diagnostics()
     with pytest.raises(TooManyErrors):
-        for _ in range(MAX_DIAGNOSTICS):
-            part.error("wrong", None)
+        part.extend(Diagnostics([error("wrong")] * MAX_DIAGNOSTICS))
     with pytest.raises(TooManyErrors):
         whole.extend(part)
     assert whole.entries == part.entries

@@ -9,7 +9,7 @@ from generator.diagnostics import Source, select_errors
 from generator.springs_file.coupled import COUPLED_KEYS
 from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SPRING_KEYS, SPRINGS_FILE, SpringEntry, SpringsFile
-from generator.springs_file.toml_spans import locate_keys
+from generator.toml_file.spans import locate_keys
 from springs import Damping, Joining, Linear
 
 FULL = """\

@@ -3,9 +3,9 @@
 import pytest
 
 from generator.diagnostics import Diagnostics, Source
-from generator.springs_file.toml_spans import locate_keys
-from generator.springs_file.toml_table import TableReader, parse_document
 from generator.study.study_tables import parse_integer, require_keys, require_table
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import locate_keys
 from tests.generator.study.test_study_file import EXAMPLE
 from tests.paths import FIGURES
 from tests.study_runs import parse_study_text
