@@ -66,7 +66,6 @@ from generator.study.study_tables import (
     STUDY_KEYS,
     STUDY_SUFFIX,
     adopt,
-    parse_integer,
     parse_row,
     parse_table,
     reject_unknown_keys,
@@ -76,6 +75,7 @@ from generator.study.study_tables import (
 )
 from generator.text_io import is_file, path_exists
 from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Integer
 from generator.toml_file.spans import locate_keys
 from springs import Joining, SpringSet
 
@@ -269,7 +269,7 @@ def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity
     if confidence is not None and not 0.0 < confidence < 1.0:
         hint = "0.95 is the default"
         table.error("confidence", f"`confidence` must be between 0 and 1, not {confidence:g}", hint)
-    resamples = parse_integer(table, "resamples", 1, MAX_RESAMPLES)
+    resamples = Integer("resamples", 1, MAX_RESAMPLES).read(table)
     return Sensitivity(
         Sensitivity.confidence if confidence is None else confidence,
         Sensitivity.resamples if resamples is None else resamples,

@@ -23,6 +23,11 @@ _UNIT_FACTORS: Mapping[str, Fraction] = {
 """SI value of 1 for keys that end in `_deg` or `_cm`; keys of other endings are in SI already."""
 
 
+def unit_factor(key: str) -> Fraction:
+    """Return the SI value of 1 for numbers of a key, by its ending."""
+    return _UNIT_FACTORS.get(key.rpartition("_")[2], Fraction(1))
+
+
 @dataclass(frozen=True)
 class NumberText:
     """A decimal number as written, so that it is converted once and exactly."""
@@ -245,7 +250,7 @@ class TableReader:
         unit: str = "",
     ) -> float | None:
         """One finite number in SI."""
-        factor = _UNIT_FACTORS.get(unit or key.rpartition("_")[2], Fraction(1))
+        factor = unit_factor(unit or key)
         text = value.text if isinstance(value, NumberText) else None
         if type(value) is int:
             text = str(value) if value.bit_length() < 8 * MAX_WORD_LENGTH else "inf"
