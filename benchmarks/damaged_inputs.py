@@ -34,15 +34,15 @@ from generator.cli.com import com
 from generator.cli.mass import mass
 from generator.diagnostics import MoverError
 from generator.figure_file.write import write_figure
-from generator.input_files.drives import parse_drives_file
+from generator.input_files.drives import DRIVES_FILE
 from generator.input_files.links import LINK_ENTRIES
 from generator.input_files.loads import LOADS_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.model_files.formats import MODEL_FORMATS, read_model
 from generator.motion_files import (
+    COORDINATES_FILE,
     motion_from_action,
     motion_from_coordinates,
-    parse_coordinates_file,
     read_action,
     read_npz,
     write_recording,
@@ -125,7 +125,7 @@ def _read_action(path: Path) -> None:
 
 
 def _read_coordinates(path: Path) -> None:
-    motion_from_coordinates(parse_coordinates_file(path).require_value(), prototype())
+    motion_from_coordinates(COORDINATES_FILE.parse_file(path).require_value(), prototype())
 
 
 READERS: Mapping[str, Callable[[Path], object]] = {
@@ -134,7 +134,7 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     "psurf": lambda path: mass(str(path), "1000 kg/m3"),
     "mesh": lambda path: mass(str(path), "1000 kg/m3", None if path.suffix[1] == "g" else "mm"),
     "loads": lambda path: LOADS_FILE.parse_file(path, prototype()).require_value(),
-    "drives": lambda path: parse_drives_file(path, prototype()).require_value(),
+    "drives": lambda path: DRIVES_FILE.parse_file(path, prototype()).require_value(),
     "moments": lambda path: fit(path),
     "springs": lambda path: check(str(path)),
     "optional": lambda path: load_springs(prototype(), choice=path).require_value(),

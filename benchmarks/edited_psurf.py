@@ -21,7 +21,7 @@ from collections import Counter
 from pathlib import Path
 
 from benchmarks.sweeps import children
-from generator.figure_file.read import shipped_figures
+from generator.figure_file.read import FIGURE_FILE
 from generator.study.journal import JOURNAL_NAME
 from generator.study.sweep import TABLE_NAME
 
@@ -50,7 +50,7 @@ def main() -> None:
     """Print what happened, and fail if the tables differ."""
     with tempfile.TemporaryDirectory() as name:
         base = Path(name)
-        shipped = shipped_figures()["pendulum"].parent
+        shipped = FIGURE_FILE.shipped()["pendulum"].parent
         for file in ("pendulum.fig", "floor.pss", _PSURF):
             shutil.copy(shipped / file, base)
         (base / "fall.study.toml").write_text(_STUDY)

@@ -13,7 +13,7 @@ from importlib.metadata import version
 import numpy as np
 import trimesh
 
-from generator.geometry import Surface, format_psurf, mass_properties, parse_psurf
+from generator.geometry import PSURF_FILE, Surface, format_psurf, mass_properties
 from generator.geometry.surface import build_tetrahedra
 
 ROUNDS = 9
@@ -50,7 +50,9 @@ def main() -> None:
             f"{1e3 * times['trimesh']:6.1f} ms; ratio {times['here'] / times['trimesh']:.2f}"
         )
     text = format_psurf(Surface.from_faces(vertices, faces), Fraction(1))
-    reading = best({"psurf": lambda: parse_psurf(text, unit=Fraction(1))}, rounds=2)["psurf"]
+    reading = best({"psurf": lambda: PSURF_FILE.parse_text(text, unit=Fraction(1))}, rounds=2)[
+        "psurf"
+    ]
     print(f"  reading it as a psurf of {len(text) / 1e6:.1f} MB: {reading:.2f} s")
 
 

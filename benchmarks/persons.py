@@ -17,7 +17,7 @@ import numpy as np
 
 from generator import Plan, read_figure, read_springs, simulate
 from generator.diagnostics import MoverError
-from generator.figure_file import parse_figure_file
+from generator.figure_file import FIGURE_FILE
 from generator.geometry.intersections import triangulate
 from generator.geometry.validate import build_solid, winding_numbers
 from generator.person.measures import Measures, estimate_measures
@@ -89,7 +89,7 @@ def find_faults(person: Person, folder: Path, stop: float = STOP) -> Iterator[st
     yield from _body_faults(person)
     path = folder / "person.fig"
     person_files(person, path).write()
-    yield from (fault.message for fault in parse_figure_file(path).diagnostics)
+    yield from (fault.message for fault in FIGURE_FILE.parse_file(path).diagnostics)
     figure = read_figure(path)
     springs = read_springs(None, figure)
     yield from (fault.message for fault in simulation_obstacles(figure, springs))

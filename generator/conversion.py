@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
-from generator.figure_file.read import FIGURE_SUFFIX, read_figure, shipped_figures
+from generator.figure_file.read import FIGURE_FILE, read_figure
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
@@ -29,13 +29,13 @@ from generator.model_files.formats import (
 )
 from generator.model_files.imported import imported_files
 from generator.motion_files import (
+    COORDINATES_FILE,
     MOTION_FORMATS,
     FigureMotion,
     motion_from_action,
     motion_from_coordinates,
     motion_from_recording,
     motion_writer,
-    parse_coordinates_file,
     read_action,
     read_npz,
 )
@@ -55,7 +55,8 @@ READABLE_SUFFIXES = (ACTION_SUFFIX, NPZ_SUFFIX, *COORDINATE_SUFFIXES)
 def is_model(source: str) -> bool:
     """Return whether a source is a model: a file by its suffix, or a folder."""
     path = Path(source)
-    return path.suffix.lower() in SUFFIXES or (path.is_dir() and source not in shipped_figures())
+    is_folder = path.is_dir() and source not in FIGURE_FILE.shipped()
+    return is_folder or path.suffix.lower() in SUFFIXES
 
 
 def check_no_macros(source: str) -> None:
@@ -82,7 +83,7 @@ def find_named_figure(figure: str, sha256: str | None, motion: Path) -> Path:
     A file with the checksum has precedence. Raises InputError without any.
     """
     beside = motion.parent / figure
-    shipped = {each.name: each for each in shipped_figures().values()}.get(figure)
+    shipped = {each.name: each for each in FIGURE_FILE.shipped().values()}.get(figure)
     digests = {each: file_sha256(each) for each in (beside, shipped) if each is not None}
     found = [each for each, digest in digests.items() if digest is not None]
     if not found:
@@ -232,7 +233,7 @@ def figure_format(
             )
         return None
     found = model_format(path, name)
-    if free_root and FIGURE_SUFFIX in found.suffixes:
+    if free_root and FIGURE_FILE.suffix in found.suffixes:
         raise UsageError(
             f"{path}: a figure file keeps its joints to the ground; `mover simulate --free-root` "
             "lets the figure go"
@@ -281,7 +282,7 @@ def read_motion_with_warnings(
         owner = figure or _read_named_figure(action.header.figure, action.header.sha256, path)
         return motion_from_action(action, owner), ()
     if suffix in COORDINATE_SUFFIXES:
-        table = parse_coordinates_file(path).require_value()
+        table = COORDINATES_FILE.parse_file(path).require_value()
         owner = figure or _read_named_figure(table.figure, table.sha256, path)
         parsed = motion_from_coordinates(table, owner)
         return parsed.require_value(), parsed.diagnostics
@@ -301,7 +302,7 @@ def _read_named_figure(name: str | None, sha256: str | None, motion: Path) -> Fi
 def _convert_model(source: str, paths: list[Path]) -> dict[Path, Losses]:
     """Write the figure of a model, with a springs file beside it if it has springs."""
     for path in paths:
-        if path.suffix.lower() != FIGURE_SUFFIX:
-            raise UsageError(f"{path}: a model becomes a figure, {FIGURE_SUFFIX}")
+        if path.suffix.lower() != FIGURE_FILE.suffix:
+            raise UsageError(f"{path}: a model becomes a figure, {FIGURE_FILE.suffix}")
     imported = read_model(source)
     return {path: imported_files(imported, path).write() for path in paths}

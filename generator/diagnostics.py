@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -15,10 +16,11 @@ _NEWLINE = ord("\n")
 
 @dataclass(frozen=True)
 class Source:
-    """A text and its name for the user (a path, or `prototype` for a shipped figure)."""
+    """A text, its name for the user (a path, or `prototype` for a shipped figure), and its file."""
 
     name: str
     text: str = field(repr=False)
+    path: Path | None = field(default=None, compare=False, repr=False)
 
     @cached_property
     def _line_starts(self) -> NDArray[np.int64]:
@@ -266,7 +268,8 @@ class Diagnostics:
             self.entries.append(error(message, span, hint))
             return
         stopped = f"reading stopped here, after {MAX_DIAGNOSTICS} errors"
-        self.entries.append(error(message, span, _append_hint(hint, stopped)))
+        hint = hint if hint.endswith(stopped) else _append_hint(hint, stopped)
+        self.entries.append(error(message, span, hint))
         raise TooManyErrors
 
     def warning(self, message: str, span: Span | None, hint: str = "") -> None:

@@ -7,7 +7,7 @@ from typing import Concatenate, Generic, ParamSpec, TypeVar
 
 import figures
 from generator.diagnostics import Diagnostic, Diagnostics, Parsed, Source, error, spelling_hint
-from generator.text_io import is_file, parse_file, parse_source, parse_text, path_exists
+from generator.text_io import is_file, make_source, parse_file, parse_source, path_exists
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -59,10 +59,10 @@ class FileKind(Generic[T, P]):
 
     def parse_text(self, text: str, *args: P.args, **kwargs: P.kwargs) -> Parsed[T]:
         """Parse a text, which diagnostics call `<text>`; bad input becomes diagnostics."""
-        return parse_text(text, self._parser_with(*args, **kwargs), "<text>")
+        return self.parse(make_source(text), *args, **kwargs)
 
     def parse(self, source: Source, *args: P.args, **kwargs: P.kwargs) -> Parsed[T]:
-        """Parse a text that has a name; bad input becomes diagnostics."""
+        """Parse a text that has a name, or a file; bad input becomes diagnostics."""
         return parse_source(source, self._parser_with(*args, **kwargs))
 
     def _parser_with(

@@ -92,7 +92,7 @@ def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
         text = data.decode("utf-8")
     except UnicodeDecodeError as failure:
         return _decoding_error(data, name, failure.start)
-    source = Source(name, normalise_newlines(text))
+    source = make_source(text, name, path)
     zero = source.text.find("\0")
     if zero != -1:
         return source, error(
@@ -104,6 +104,11 @@ def load_text(path: Path, name: str) -> tuple[Source, Diagnostic | None]:
 def normalise_newlines(text: str) -> str:
     r"""`text` with every end of line (`\r\n`, `\r`, `\n`) written as `\n`."""
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def make_source(text: str, name: str = "<text>", path: Path | None = None) -> Source:
+    """Return a text with one kind of end of line, with its name in diagnostics and its file."""
+    return Source(name, normalise_newlines(text), path)
 
 
 def parse_file(
@@ -118,11 +123,6 @@ def parse_file(
     """
     source, unreadable = load_text(Path(path), str(path) if name is None else name)
     return Parsed(None, (unreadable,)) if unreadable is not None else parse_source(source, parse)
-
-
-def parse_text(text: str, parse: Callable[[Source, Diagnostics], T | None], name: str) -> Parsed[T]:
-    """Parse a text, which diagnostics call `name`; bad input raises nothing."""
-    return parse_source(Source(name, normalise_newlines(text)), parse)
 
 
 def parse_source(source: Source, parse: Callable[[Source, Diagnostics], T | None]) -> Parsed[T]:

@@ -11,12 +11,7 @@ from generator.cli.inputs import load_motion
 from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file import read_figure
-from generator.springs_file.read import (
-    LoadedSprings,
-    load_springs,
-    parse_springs_file,
-    read_springs,
-)
+from generator.springs_file.read import LoadedSprings, load_springs, load_springs_file, read_springs
 from plots.plate import Plate, plate_name
 from springs import Joining, SpringSet
 
@@ -116,11 +111,11 @@ def _plates_of_springs(path: Path, against: str | None) -> tuple[list[Plate], li
     """
     from plots.springs_plate import NamedSprings, springs_plates
 
-    parsed = parse_springs_file(path)
+    parsed = load_springs_file(path)
     own, warnings = parsed.require_value(), list(parsed.diagnostics)
     other = None
     if against is not None and Path(against).suffix == path.suffix:
-        beside = parse_springs_file(Path(against))
+        beside = load_springs_file(Path(against))
         warnings += beside.diagnostics
         name = Path(against).name if Path(against).name != path.name else against
         bound = _bound(Path(against), beside.require_value(), own.owner)

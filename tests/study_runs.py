@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+from generator.diagnostics import Parsed
 from generator.figure_file.read import read_figure
 from generator.simulation.plan import Plan, resolve_springs
 from generator.study.study import (
@@ -20,6 +21,8 @@ from generator.study.study import (
     Study,
     Take,
 )
+from generator.study.study_file import STUDY_FILE
+from generator.text_io import make_source
 
 POISON, FRAIL, FAULTY, FULL_DISK, SLOW = 666.0, 555.0, 444.0, 333.0, 60.0
 """Values at which a run kills its process, does so the first time only, raises an exception of the
@@ -27,6 +30,11 @@ program, cannot write, and takes a minute."""
 
 REAL, BEGIN = 1.0625, "begin"
 """Value at which a deadly run is simulated, and the file beside its motion that it waits for."""
+
+
+def parse_study_text(text: str, folder: Path) -> Parsed[Study]:
+    """The study that a text describes; paths in it are relative to a folder."""
+    return STUDY_FILE.parse(make_source(text, path=folder / "text.study.toml"))
 
 
 @cache

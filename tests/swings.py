@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.figure_file.read import parse_figure
+from generator.figure_file.read import FIGURE_FILE
 from generator.identification.fit import Fit, FitOptions, fit_springs
 from generator.identification.measured_angles import MeasuredAngles
 from generator.simulation.plan import Plan
@@ -72,7 +72,7 @@ def leg_case() -> Case:
     """The figure, which is in no file, with its springs."""
     from generator.springs_file.edit import springs_from_text
 
-    figure = parse_figure(FIGURE).require_value()
+    figure = FIGURE_FILE.parse_text(FIGURE).require_value()
     springs = springs_from_text(SPRINGS, figure, Path("leg.springs.toml"))
     return Case(figure, Plan(springs=springs))
 

@@ -13,10 +13,10 @@ import pytest
 
 from generator.diagnostics import InputError, Parsed, Source, select_errors
 from generator.figure import Figure
-from generator.figure_file import parse_figure_file, read_figure
-from generator.geometry import parse_psurf_file
+from generator.figure_file import FIGURE_FILE, read_figure
+from generator.geometry import PSURF_FILE
 from generator.geometry.validate import validate_surface
-from generator.input_files.drives import parse_drives_file
+from generator.input_files.drives import DRIVES_FILE
 from generator.input_files.links import LINK_ENTRIES
 from generator.input_files.live import LIVE_FILE
 from generator.input_files.loads import LOADS_FILE
@@ -24,15 +24,11 @@ from generator.input_files.moments import MOMENTS_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
 from generator.model_files.formats import parse_model
-from generator.motion_files import (
-    motion_from_coordinates,
-    parse_action,
-    parse_coordinates_file,
-)
+from generator.motion_files import ACTION_FILE, COORDINATES_FILE, motion_from_coordinates
 from generator.person.measures import MEASURES_FILE, estimate_measures
 from generator.person.survey import Sex
 from generator.springs_file.read import load_springs
-from generator.study.study_file import parse_study
+from generator.study.study_file import STUDY_FILE
 from tests.paths import FAULTS, FIGURES
 
 
@@ -53,7 +49,7 @@ def parse_springs(path: Path) -> Parsed:
 
 def parse_body(path: Path) -> Parsed:
     """The surface of a psurf if it encloses a body, with the diagnostics of text and surface."""
-    parsed = parse_psurf_file(path)
+    parsed = PSURF_FILE.parse_file(path)
     if parsed.value is None:
         return parsed
     diagnostics = validate_surface(parsed.value).diagnostics
@@ -62,7 +58,7 @@ def parse_body(path: Path) -> Parsed:
 
 def parse_coordinates_of_joints(path: Path) -> Parsed:
     """The motion of the figure of joints in a table of OpenSim."""
-    parsed = parse_coordinates_file(path)
+    parsed = COORDINATES_FILE.parse_file(path)
     if parsed.value is None:
         return parsed
     return motion_from_coordinates(parsed.value, joints())
@@ -81,11 +77,11 @@ def parse_measures_of_a_man(path: Path) -> Parsed:
 
 
 PARSERS: dict[str, Callable[[Path], Parsed]] = {
-    "figure": parse_figure_file,
+    "figure": FIGURE_FILE.parse_file,
     "pose": lambda path: POSE_FILE.parse_file(path, prototype()),
     "psurf": parse_body,
     "loads": lambda path: LOADS_FILE.parse_file(path, prototype()),
-    "drives": lambda path: parse_drives_file(path, prototype()),
+    "drives": lambda path: DRIVES_FILE.parse_file(path, prototype()),
     "moments": MOMENTS_FILE.parse_file,
     "springs": parse_springs,
     "optional": parse_springs,
@@ -93,8 +89,8 @@ PARSERS: dict[str, Callable[[Path], Parsed]] = {
     "scene": SCENE_FILE.parse_file,
     "live": LIVE_FILE.parse_file,
     "measures": parse_measures_of_a_man,
-    "study": parse_study,
-    "action": lambda path: parse_action(path.read_text(encoding="utf-8"), str(path)),
+    "study": STUDY_FILE.parse_file,
+    "action": ACTION_FILE.parse_file,
     "coordinates": parse_coordinates_of_joints,
     "model": lambda path: parse_model(
         Source(str(path), path.read_text(encoding="utf-8")), path.parent
@@ -128,13 +124,3 @@ def test_a_broken_file_gets_its_diagnostics(path: Path, request: pytest.FixtureR
         assert diagnostic.span is not None
         assert 0 <= diagnostic.span.start <= diagnostic.span.end
         assert diagnostic.span.end <= len(diagnostic.span.source.text) + 1
-
-
-@pytest.mark.parametrize(
-    "kind", ["pose", "psurf", "loads", "drives", "moments", "links", "measures", "coordinates"]
-)
-def test_a_missing_file_is_a_sentence(kind: str, tmp_path: Path):
-    parsed = PARSERS[kind](tmp_path / "none")
-    assert not parsed.value
-    (diagnostic,) = parsed.diagnostics
-    assert "cannot be read: no such file" in diagnostic.message

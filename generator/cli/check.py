@@ -3,7 +3,7 @@
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import degrees
 from pathlib import Path
 from typing import Annotated, assert_never
@@ -17,7 +17,7 @@ from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
 from generator.figure import Figure
-from generator.figure_file import find_figure, parse_figure_file
+from generator.figure_file import FIGURE_FILE
 from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.links import mirror_rotations
 from generator.person.identity import identity_of, range_publications
@@ -25,7 +25,7 @@ from generator.scene import Box, Plane, Prop, Scene
 from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import parallel_sign
-from generator.springs_file.read import LoadedSprings, parse_springs_file
+from generator.springs_file.read import LoadedSprings, load_springs_file
 from generator.study.study_tables import STUDY_SUFFIX
 from generator.text_io import is_file, path_exists
 from springs import SpringSet
@@ -126,9 +126,6 @@ def finding_severity(finding: Finding) -> str:
     return "doubt" if finding.is_doubt else "note"
 
 
-SPRINGS_SUFFIX = ".toml"
-
-
 def check(
     name: Annotated[
         str,
@@ -142,21 +139,12 @@ def check(
     springs: SpringsChoice = None,
 ) -> CommandResult:
     """Check a figure, springs, a scene or a study for errors."""
-    if name.endswith(SCENE_FILE.suffix) or (
-        name in SCENE_FILE.shipped() and not is_file(find_figure(name))
-    ):
-        if springs is not None:
-            raise UsageError("--springs applies to a figure, not to a scene")
-        return _check_scene(name)
-    if _is_study(name):
-        if springs is not None:
-            raise UsageError("--springs applies to a figure, not to a study")
-        return _check_study(name)
-    if Path(name).suffix == SPRINGS_SUFFIX:
-        if springs is not None:
-            raise UsageError("--springs applies to a figure, not to a springs file")
-        return _check_springs_file(name)
-    reading = parse_figure_file(name)
+    for noun, is_of_kind, check_file in _OTHER_KINDS:
+        if is_of_kind(name):
+            if springs is not None:
+                raise UsageError(f"--springs applies to a figure, not to {noun}")
+            return check_file(name)
+    reading = FIGURE_FILE.parse_file(name)
     faults, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
     mirrors, publications = None, _range_publications(reading.value)
     if reading.value is not None:
@@ -180,6 +168,13 @@ def _range_publications(figure: Figure | None) -> tuple[str, ...]:
     return range_publications(identity and identity.sex)
 
 
+def _is_scene(name: str) -> bool:
+    """Return whether a name is that of a scene's file, or of a shipped scene."""
+    return name.endswith(SCENE_FILE.suffix) or (
+        name in SCENE_FILE.shipped() and not is_file(FIGURE_FILE.find(name))
+    )
+
+
 def _check_scene(name: str) -> CommandResult:
     reading = SCENE_FILE.parse_file(name)
     use = "the scene cannot be used" if reading.value is None else "the scene can be used"
@@ -191,20 +186,20 @@ def _check_scene(name: str) -> CommandResult:
 
 def _is_study(name: str) -> bool:
     """Return whether a name is that of a study's file, or of a shipped study."""
-    if name.endswith(STUDY_SUFFIX) or path_exists(find_figure(name)) or Path(name).suffix:
+    if name.endswith(STUDY_SUFFIX) or path_exists(FIGURE_FILE.find(name)) or Path(name).suffix:
         return name.endswith(STUDY_SUFFIX)
-    from generator.study.study_file import shipped_studies  # imports what its runs need
+    from generator.study.study_file import STUDY_FILE  # imports what its runs need
 
-    return name in shipped_studies()
+    return name in STUDY_FILE.shipped()
 
 
 def _check_study(name: str) -> CommandResult:
     from generator.study.designs import run_count
-    from generator.study.study_file import parse_study
+    from generator.study.study_file import STUDY_FILE
 
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
-    reading = parse_study(name)
+    reading = STUDY_FILE.parse_file(name)
     study, use = reading.value, "the study cannot be run"
     if study is not None:
         use = f"the study can be run, with {format_count(run_count(study), 'run')} of {study.name}"
@@ -233,7 +228,7 @@ def _join(numbers: Sequence[float], separator: str) -> str:
 
 
 def _check_springs_file(name: str) -> CommandResult:
-    reading = parse_springs_file(Path(name))
+    reading = load_springs_file(Path(name))
     faults, loaded = reading.diagnostics, reading.value or LoadedSprings(SpringSet())
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
     figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
@@ -244,6 +239,14 @@ def _check_springs_file(name: str) -> CommandResult:
     return _check_result(
         faults, reports, loaded.springs, loaded.replaced, verdict, include_notes=True
     )
+
+
+_OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], CommandResult]]] = (
+    ("a scene", _is_scene, _check_scene),
+    ("a study", _is_study, _check_study),
+    ("a springs file", lambda name: Path(name).suffix == ".toml", _check_springs_file),
+)
+"""Kinds of files other than figures: with the article, which names are theirs, and their check."""
 
 
 def _is_stated(report: CurveReport, springs: SpringSet) -> bool:

@@ -12,7 +12,7 @@ from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, shorten, spelling_hint
 from generator.figure import Figure
-from generator.figure_file.read import find_figure, shipped_figures
+from generator.figure_file.read import FIGURE_FILE
 from generator.person.identity import identity_of
 from generator.person.person_files import read_references, sources_path
 from springs import SpringSet
@@ -276,7 +276,7 @@ def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
     yield THESIS_LANGUAGE_USE
     if springs.joints or springs.coupled:
         yield THESIS_LAWS_USE
-    for name, path in shipped_figures().items():
+    for name, path in FIGURE_FILE.shipped().items():
         if name in THESIS_FIGURE_USES and path == figure.path:
             yield THESIS_FIGURE_USES[name]
 
@@ -284,7 +284,7 @@ def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
 def _is_figure(name: str) -> bool:
     """Return whether a name is that of a file or of a shipped figure."""
     try:
-        return find_figure(name).exists()
+        return FIGURE_FILE.find(name).exists()
     except OSError:  # longer than any file's name
         return False
 
@@ -294,5 +294,5 @@ def _unknown_name_error(name: str) -> Diagnostic:
     return error(
         f"there is no file `{shorten(name)}`, "
         "no shipped figure and no published table with this name",
-        hint=spelling_hint(name, (*shipped_figures(), *table_names(name))),
+        hint=spelling_hint(name, (*FIGURE_FILE.shipped(), *table_names(name))),
     )

@@ -9,10 +9,9 @@ from generator.cli.answer import CommandResult, format_table
 from generator.cli.options import Density, FigureName, density_from_option
 from generator.cli.outputs import check_suffix, check_writable, write_file
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
-from generator.figure_file import parse_figure, parse_figure_file
-from generator.figure_file.read import FIGURE_SUFFIX
+from generator.figure_file import FIGURE_FILE
 from generator.geometry.completion import Addition, complete_figure
-from generator.text_io import load_text
+from generator.text_io import load_text, make_source
 
 
 def complete(
@@ -23,9 +22,9 @@ def complete(
     ],
 ) -> CommandResult:
     """Estimate missing masses and inertias of a figure from psurfs."""
-    check_suffix(output, FIGURE_SUFFIX, "a figure file")
+    check_suffix(output, FIGURE_FILE.suffix, "a figure file")
     kg_per_m3 = density_from_option("--density", density)
-    reading = parse_figure_file(name)
+    reading = FIGURE_FILE.parse_file(name)
     if reading.value is None or reading.value.path is None:
         raise InputError(reading.diagnostics)
     figure, path = reading.value, reading.value.path
@@ -36,7 +35,7 @@ def complete(
     except ValueError as failure:
         raise UsageError(f"--density {density}: {failure}") from None
     # The warnings of the completed figure, without those about the masses that were missing.
-    remaining = parse_figure(done.text, str(output)).diagnostics
+    remaining = FIGURE_FILE.parse(make_source(done.text, str(output))).diagnostics
     write_file(output, done.text.replace("\n", _line_ending(path)))
     faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
     return CommandResult(

@@ -45,7 +45,7 @@ from generator.conversion import (
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
-from generator.figure_file.read import FIGURE_SUFFIX
+from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
 from generator.losses import Losses
@@ -54,10 +54,10 @@ from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import Imported, format_imported_springs, imported_files
 from generator.model_files.model_files import ModelFiles, unreadable_file_error
 from generator.motion_files import (
+    COORDINATES_FILE,
     MOTION_FORMATS,
     FigureMotion,
     motion_writer,
-    parse_coordinates_file,
     read_action,
 )
 from generator.motion_files.resample import resample
@@ -117,14 +117,14 @@ def import_model(
         InputError: the model is wrong, a file cannot be written, or a springs file would be
             replaced that was not named.
     """
-    figures = [output for output in outputs if output.suffix.lower() == FIGURE_SUFFIX]
+    figures = [output for output in outputs if output.suffix.lower() == FIGURE_FILE.suffix]
     beside = {realpath(springs_path(figure)) for figure in figures}
     springs = [output for output in outputs if realpath(output) in beside]
     for output in outputs:
         if output not in figures and output not in springs:
             raise UsageError(
                 f"{output}: {source} is a model of another program and becomes a figure, "
-                f"{FIGURE_SUFFIX}; that can be converted further"
+                f"{FIGURE_FILE.suffix}; that can be converted further"
             )
     imported = read_model(source, separate=separate)
     models = [imported_files(imported, figure) for figure in figures]
@@ -325,8 +325,8 @@ def _convert_motion(
 
 _MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
     ".action": read_action,
-    ".mot": lambda path: parse_coordinates_file(path).require_value(),
-    ".sto": lambda path: parse_coordinates_file(path).require_value(),
+    ".mot": lambda path: COORDINATES_FILE.parse_file(path).require_value(),
+    ".sto": lambda path: COORDINATES_FILE.parse_file(path).require_value(),
 }
 """Readers of what a conversion writes, by suffix."""
 

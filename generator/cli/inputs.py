@@ -30,7 +30,7 @@ from generator.diagnostics import (
 )
 from generator.drive import Drive
 from generator.figure import Figure
-from generator.figure_file import parse_figure_file
+from generator.figure_file import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.free_root import settable_chains
 from generator.kinematics.links import LINKS_FILE, Links
@@ -61,7 +61,7 @@ from springs.published.range_of_motion import normal_range
 
 def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
     """Load a figure by its path or name, with warnings. Raises InputError."""
-    parsed = parse_figure_file(name)
+    parsed = FIGURE_FILE.parse_file(name)
     return parsed.require_value(), parsed.diagnostics
 
 

@@ -20,7 +20,8 @@ from generator.cli.options import (
 )
 from generator.diagnostics import UsageError, spelling_hint
 from generator.geometry.completion import ProductsOfInertia, mass_statements, products_of_inertia
-from generator.geometry.read import PSURF_SUFFIX, read_segment_surface, read_surface, surface_unit
+from generator.geometry.psurf import PSURF_FILE
+from generator.geometry.read import read_segment_surface, read_surface, surface_unit
 from generator.geometry.surface import Surface
 from generator.geometry.validate import Solid, build_solid
 from generator.inertia import MassProperties
@@ -116,7 +117,7 @@ def _load_surface(
         hint = spelling_hint(segment_name, figure.segments)
         raise UsageError(f"the figure has no segment `{segment_name}`; {hint}")
     segment = figure.segments[segment_name]
-    if unit is not None and Path(segment.psurf or "").suffix.lower() == PSURF_SUFFIX:
+    if unit is not None and Path(segment.psurf or "").suffix.lower() == PSURF_FILE.suffix:
         raise UsageError(
             f"--unit {unit_option}: `{segment.psurf}` is in cm, as the psurfs of all figures are; "
             "--unit is for files that do not say it"

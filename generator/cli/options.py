@@ -15,7 +15,7 @@ import typer
 
 from generator.diagnostics import UsageError, format_count, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
-from generator.figure_file.read import FIGURE_SUFFIX, shipped_figures
+from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import Chains, settable_chains
 from generator.motion_files.action import LENGTH_UNIT, display_unit, parse_displacement
@@ -37,7 +37,8 @@ def complete_figure_name(incomplete: str) -> list[str]:
 
     Nothing for other paths: the shell completes them itself.
     """
-    found = [*shipped_figures(), *sorted(str(path) for path in Path().glob(f"*{FIGURE_SUFFIX}"))]
+    here = sorted(str(path) for path in Path().glob(f"*{FIGURE_FILE.suffix}"))
+    found = [*FIGURE_FILE.shipped(), *here]
     return [name for name in found if name.startswith(incomplete)]
 
 

@@ -13,7 +13,7 @@ from generator.cli.answer import CommandResult, format_count, format_table
 from generator.cli.options import CM, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.diagnostics import InputError, error, warning
-from generator.figure_file.read import FIGURE_SUFFIX
+from generator.figure_file.read import FIGURE_FILE
 from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
 from generator.person.densities import (
@@ -70,7 +70,7 @@ def person(
     FILE.sources.csv says which. Without -o the person is shown only.
     """
     if output is not None:
-        check_suffix(output, FIGURE_SUFFIX, "a figure")
+        check_suffix(output, FIGURE_FILE.suffix, "a figure")
         check_writable([output], [measures])
     metres = length_from_option("--stature", stature, "1.75m")
     kilograms = mass_from_option("--mass", mass)

@@ -19,7 +19,7 @@ from generator.cli.options import (
 from generator.cli.outputs import check_writable, suffix_fault, write_file, write_pose_file
 from generator.diagnostics import UsageError
 from generator.figure import Figure
-from generator.figure_file.read import FIGURE_SUFFIX
+from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement, pose_figure
@@ -44,9 +44,9 @@ def pose(
 
     The option --set may be repeated and changes what --pose says.
     """
-    if output is not None and output.suffix.lower() not in (POSE_FILE.suffix, FIGURE_SUFFIX):
+    if output is not None and output.suffix.lower() not in (POSE_FILE.suffix, FIGURE_FILE.suffix):
         raise UsageError(
-            f"{output}: {suffix_fault(output)}; known are {POSE_FILE.suffix}, {FIGURE_SUFFIX}"
+            f"{output}: {suffix_fault(output)}; known are {POSE_FILE.suffix}, {FIGURE_FILE.suffix}"
         )
     figure, warnings = load_figure(name)
     placement, more = placement_from_options(figure, file, displacements or ())

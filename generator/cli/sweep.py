@@ -24,7 +24,7 @@ from generator.simulation.import_exudyn import import_exudyn
 from generator.study.designs import design_points, run_count
 from generator.study.run_results import RunResults
 from generator.study.study import Study
-from generator.study.study_file import find_study, parse_study
+from generator.study.study_file import STUDY_FILE
 from generator.study.sweep import (
     MOTIONS_NAME,
     TABLE_NAME,
@@ -111,11 +111,11 @@ def sweep(
     if output is None and not dry_run:
         raise UsageError("-o DIR is missing: the folder of the results")
     if table is not None:
-        _check_table(table, output, find_study(name))
+        _check_table(table, output, STUDY_FILE.find(name))
     engine, workers = _choose_engine(jobs, scheduler, insecure=insecure)
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
-    parsed = parse_study(name)
+    parsed = STUDY_FILE.parse_file(name)
     study = parsed.require_value()
     if table is not None:
         check_writable([table], [study.design.file], "study")

@@ -32,13 +32,13 @@ from generator.cli.outputs import (
 from generator.conversion import READABLE_SUFFIXES, check_readable, is_model
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
-from generator.figure_file.read import FIGURE_SUFFIX
+from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement, batched_placements
 from generator.motion_files import MOTION_FORMATS, FigureMotion
 from generator.motion_files.page import springs_choices
-from generator.springs_file.parse import SPRINGS_SUFFIX
-from generator.springs_file.read import parse_springs_file
+from generator.springs_file.parse import SPRINGS_FILE
+from generator.springs_file.read import load_springs_file
 from springs import Joining, SpringSet
 
 PAGE_SUFFIX = ".html"
@@ -128,7 +128,7 @@ def is_motion(path: Path) -> bool:
 
 
 def _is_springs_file(path: Path) -> bool:
-    return path.name.endswith(SPRINGS_SUFFIX)
+    return path.name.endswith(SPRINGS_FILE.suffix)
 
 
 def _check_kind(path: Path, figure: str | None, second: Path | None, export: Path | None) -> None:
@@ -139,15 +139,15 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
         if file.is_dir():
             raise UsageError(f"{file} is a directory: the page shows files, such as `figure.fig`")
     if is_model(str(path)):
-        target = f"{path.stem or 'figure'}{FIGURE_SUFFIX}"
+        target = f"{path.stem or 'figure'}{FIGURE_FILE.suffix}"
         raise UsageError(
             f"{path} is a model of another program: `mover convert {path} {target}` makes a "
             "figure of it"
         )
     if path.suffix.lower() in _OTHER_SUFFIXES and not _is_springs_file(path):
         raise UsageError(
-            f"{path} cannot be shown: the page shows figures, poses, motions and {SPRINGS_SUFFIX} "
-            "files"
+            f"{path} cannot be shown: the page shows figures, poses, motions and "
+            f"{SPRINGS_FILE.suffix} files"
         )
     if not is_motion(path):
         for option, value in (("--with", second), ("--export", export)):
@@ -239,7 +239,7 @@ def _springs_owner(path: Path, figure_name: str | None) -> tuple[Figure, _Warnin
     """Return the figure of a springs file: the one of `--figure`, or the one that it names."""
     if figure_name is not None:
         return load_figure(figure_name)
-    loaded = parse_springs_file(path).require_value()
+    loaded = load_springs_file(path).require_value()
     if loaded.owner is None or loaded.owner.path is None:
         raise UsageError(f"{path}: the figure of the springs is not known; add --figure FIGURE")
     return load_figure(str(loaded.owner.path))

@@ -1,19 +1,6 @@
 """From text to a `Figure`: tokens, syntax, resolve, check."""
 
 from generator.figure_file.check import simulation_diagnostics
-from generator.figure_file.read import (
-    find_figure,
-    parse_figure,
-    parse_figure_file,
-    read_figure,
-    shipped_figures,
-)
+from generator.figure_file.read import FIGURE_FILE, read_figure
 
-__all__ = [
-    "find_figure",
-    "parse_figure",
-    "parse_figure_file",
-    "read_figure",
-    "shipped_figures",
-    "simulation_diagnostics",
-]
+__all__ = ["FIGURE_FILE", "read_figure", "simulation_diagnostics"]

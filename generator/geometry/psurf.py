@@ -28,8 +28,9 @@ from generator.diagnostics import (
     shorten,
 )
 from generator.figure_file.lexer import MAX_WORD_LENGTH
+from generator.file_kind import FileKind
 from generator.geometry.surface import MIN_FACE_CORNERS, Surface, SurfaceText
-from generator.text_io import load_text, parse_source, parse_text, write_atomic
+from generator.text_io import parse_source, write_atomic
 from generator.units import Dimension, convert_to_si, default_unit_factor, shortest_decimal
 
 CENTIMETRE = default_unit_factor(Dimension.LENGTH)
@@ -49,32 +50,25 @@ MAX_LINES = 500_000
 """Lines of the longest file that is read, which takes some seconds."""
 
 
-def read_psurf(path: str | Path, unit: Fraction = CENTIMETRE) -> Surface:
-    """Read the surface in a psurf file with lengths in `unit` [m].
-
-    Raises InputError with all errors of the file.
-    """
-    return parse_psurf_file(path, unit).require_value()
-
-
-def parse_psurf_file(path: str | Path, unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
-    """Parse a psurf file; invalid input becomes diagnostics and raises nothing."""
-    source, unreadable = load_text(Path(path), str(path))
-    return Parsed(None, (unreadable,)) if unreadable is not None else _parse_once(source, unit)
+def _parse_psurf(
+    source: Source, diagnostics: Diagnostics, unit: Fraction = CENTIMETRE
+) -> Surface | None:
+    """Parse a psurf with lengths in `unit` [m]."""
+    parsed = _parse_once(source, unit)
+    diagnostics.extend(Diagnostics(list(parsed.diagnostics)))
+    return parsed.value
 
 
-def parse_psurf(text: str, name: str = "<text>", unit: Fraction = CENTIMETRE) -> Parsed[Surface]:
-    """Parse the text of a psurf; `name` stands for it in the diagnostics."""
-    return parse_text(text, partial(_parse_psurf, unit=unit), name)
+PSURF_FILE = FileKind("psurf", ".pss", _parse_psurf)
 
 
 @lru_cache(maxsize=32)
 def _parse_once(source: Source, unit: Fraction) -> Parsed[Surface]:
     """Parse a text; contact, mass, soundness and drawing read the same files of a figure again."""
-    return parse_source(source, partial(_parse_psurf, unit=unit))
+    return parse_source(source, partial(_parse_lines, unit=unit))
 
 
-def _parse_psurf(source: Source, diagnostics: Diagnostics, unit: Fraction) -> Surface | None:
+def _parse_lines(source: Source, diagnostics: Diagnostics, unit: Fraction) -> Surface | None:
     if _report_if_too_long(source, diagnostics):
         return None
     parser = _Parser(source, unit, diagnostics)

@@ -19,7 +19,7 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure, Segment
 from generator.figure_file.resolve import origin_span
-from generator.geometry.psurf import CENTIMETRE, read_psurf
+from generator.geometry.psurf import CENTIMETRE, PSURF_FILE
 from generator.geometry.surface import Surface, merge_vertices
 from generator.text_io import open_regular_file, os_error_reason
 
@@ -158,10 +158,8 @@ def _unreadable_reason(path: Path) -> str | None:
         return os_error_reason(failure)
 
 
-PSURF_SUFFIX = ".pss"
-
 FORMAT_UNITS: Mapping[str, Fraction | None] = {
-    PSURF_SUFFIX: CENTIMETRE,
+    PSURF_FILE.suffix: CENTIMETRE,
     ".stl": None,
     ".obj": None,
     ".ply": None,
@@ -201,8 +199,8 @@ def read_surface(path: str | Path, unit: Fraction | None = None) -> Surface:
         InputError: the file cannot be read.
     """
     meant = surface_unit(path, unit)
-    if Path(path).suffix.lower() == PSURF_SUFFIX:
-        return read_psurf(path, meant)
+    if Path(path).suffix.lower() == PSURF_FILE.suffix:
+        return PSURF_FILE.read(path, meant)
     return read_mesh(path, meant)
 
 

@@ -6,15 +6,12 @@ one displacement or `JOINT.k [deg]` for the k-th of a joint of several, counted 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from pathlib import Path
 from typing import assert_never
 
 import numpy as np
 
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     shorten,
@@ -22,13 +19,13 @@ from generator.diagnostics import (
 )
 from generator.drive import MAX_DISPLACEMENT, MIN_ROW_INTERVAL, Drive, Overshoot
 from generator.figure import AxisKind, Figure, Joint
+from generator.file_kind import FileKind
 from generator.input_files.csv_columns import (
     data_lines,
     parse_number_cell,
     split_cells,
     split_title,
 )
-from generator.text_io import parse_file, parse_text
 
 DRIVES_EXAMPLE = "time [s],left_knee [deg],left_shoulder.1 [deg]"
 
@@ -57,29 +54,10 @@ class _Header:
     columns: list[_Column] = field(default_factory=list[_Column])
 
 
-def parse_drives_file(
-    path: str | Path, figure: Figure, joint_names: Sequence[str] = ()
-) -> Parsed[Mapping[str, Drive]]:
-    """The drives in a table for a figure, with all diagnostics; bad input raises nothing.
-
-    Args:
-        path: of the table.
-        figure: whose joints are driven.
-        joint_names: names of the joints to drive; all of the table when there are none.
-    """
-    return parse_file(path, partial(_parse_table, figure=figure, joint_names=joint_names))
-
-
-def parse_drives(
-    text: str, figure: Figure, joint_names: Sequence[str] = (), name: str = "<text>"
-) -> Parsed[Mapping[str, Drive]]:
-    """The drives that `text` describes, with all diagnostics, which call the text `name`."""
-    return parse_text(text, partial(_parse_table, figure=figure, joint_names=joint_names), name)
-
-
-def _parse_table(
-    source: Source, diagnostics: Diagnostics, figure: Figure, joint_names: Sequence[str]
+def _parse_drives(
+    source: Source, diagnostics: Diagnostics, figure: Figure, joint_names: Sequence[str] = ()
 ) -> Mapping[str, Drive]:
+    """Parse a table for a figure; of the joints with these names, or of all in the table."""
     lines = data_lines(source)
     if not lines:
         diagnostics.error("there is no table in this file", Span(source, 0, 1), DRIVES_EXAMPLE)
@@ -88,6 +66,9 @@ def _parse_table(
     if header is None or not header.columns or diagnostics.has_errors:
         return {}
     return _build_drives(lines, header, diagnostics)
+
+
+DRIVES_FILE = FileKind("drives", ".csv", _parse_drives)
 
 
 def _parse_header(

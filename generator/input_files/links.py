@@ -12,8 +12,8 @@ from typing import Any, cast
 
 from generator.diagnostics import Diagnostics, Source, Span
 from generator.file_kind import FileKind
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import MAX_LINE_LENGTH, TableReader, parse_document
+from generator.toml_file.reader import MAX_LINE_LENGTH, TableReader, parse_document
+from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.units import parse_unit, shortest_decimal
 
 MAX_LINK_FACTOR = 1e6

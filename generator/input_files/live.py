@@ -13,19 +13,13 @@ from generator.diagnostics import (
     Diagnostics,
     ModelError,
     Source,
-    closest_match,
     select_errors,
 )
 from generator.file_kind import FileKind
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import (
-    TableReader,
-    number_to_toml,
-    numbers_to_toml,
-    parse_document,
-    quote_toml,
-    text_to_toml,
-)
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Integer, Number, TableRows, Text, Vector3, require_keys
+from generator.toml_file.spans import TomlSpans, locate_keys
+from generator.toml_file.writer import number_to_toml, numbers_to_toml, quote_toml, text_to_toml
 from springs import Joining
 
 Vector = tuple[float, float, float]
@@ -56,19 +50,25 @@ MAX_FORCE = 1e6
 
 _FILE_KIND = "live file"
 _HEADER, _START, _CHANGE = "", "start", "change"
-_HEADER_KEYS = ("figure", "sha256", "end_frame", _START, _CHANGE)
-_START_KEYS = (
-    "springs",
-    "law",
-    "gravity_m_s2",
-    "floor_height_m",
-    "root",
-    "tolerance",
-    "frame_s",
-    "pose",
-)
 _FREE, _ATTACHED = "free", "held"
 _NO_FLOOR = "none"
+
+_IN_BOUNDS = f"at most {MAX_SIZE:g}"
+_FIGURE, _DIGEST = Text("figure", example='"prototype.fig"'), Text("sha256")
+_END_FRAME = Integer("end_frame", 0, MAX_FRAMES, example="60")
+_HEADER_ROWS = TableRows(_FILE_KIND, (_FIGURE, _DIGEST, _END_FRAME), (_START, _CHANGE))
+_GRAVITY = Vector3("gravity_m_s2", MAX_SIZE, _IN_BOUNDS)
+_FLOOR_HEIGHT = Number("floor_height_m", -MAX_SIZE, MAX_SIZE)
+_TOLERANCE, _FRAME_INTERVAL = Number("tolerance", 1e-12, 0.1), Number("frame_s", 1e-4, 1.0)
+_SPRINGS, _POSE = Text("springs"), Text("pose")
+_START_ROWS = TableRows(
+    _START,
+    (_SPRINGS, _GRAVITY, _FLOOR_HEIGHT, _TOLERANCE, _FRAME_INTERVAL, _POSE),
+    ("law", "root"),
+)
+_FRAME = Integer("frame", 0, MAX_FRAMES, example="60")
+_SEGMENT, _POINT = Text("segment", example='"head"'), Vector3("point_m", MAX_SIZE, _IN_BOUNDS)
+_FORCE = Vector3("force_N", MAX_FORCE, f"at most {MAX_FORCE:g}")
 
 
 @dataclass(frozen=True)
@@ -194,9 +194,8 @@ def _parse_content(
     document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
 ) -> LiveLog | None:
     top = TableReader(document, _HEADER, 0, spans, diagnostics)
-    top.reject_unknown_keys(_HEADER_KEYS, _FILE_KIND)
-    figure, digest = _required_text(top, "figure", '"prototype.fig"'), top.text("sha256")
-    end_frame = _frame_number(top, "end_frame")
+    _HEADER_ROWS.check_keys(top)
+    figure, digest, end_frame = _FIGURE.read(top), _DIGEST.read(top), _END_FRAME.read(top)
     start = _parse_start(top)
     changes = [_parse_change(table) for table in _change_tables(top)]
     last = 0
@@ -214,49 +213,6 @@ def _parse_content(
     return LiveLog(figure, digest, start, tuple(each for each in changes if each), end_frame)
 
 
-def _required_text(table: TableReader, key: str, example: str) -> str | None:
-    """A text that must be there; None with an error noted, also of a slip of the key."""
-    if key not in table.content and not any(
-        closest_match(other, (key,)) for other in table.content
-    ):
-        message, hint = f"there is no `{key}`", f"write `{key} = {example}`"
-        table.diagnostics.error(message, table.header_span, hint)
-    return table.text(key)
-
-
-def _frame_number(table: TableReader, key: str) -> int | None:
-    """The number of a frame; None with an error noted."""
-    if key not in table.content:
-        table.diagnostics.error(f"there is no `{key}`", table.header_span, f"write `{key} = 60`")
-        return None
-    value = table.content[key]
-    if type(value) is int and 0 <= value <= MAX_FRAMES:
-        return value
-    table.error(key, f"`{key}` must be a whole number", f"from 0 to {MAX_FRAMES:,}")
-    return None
-
-
-def _bounded(
-    table: TableReader, key: str, least: float = -MAX_SIZE, largest: float = MAX_SIZE
-) -> float | None:
-    """A number in a range; None if it is absent or, with an error noted, wrong."""
-    value = table.number(key)
-    if value is None or least <= value <= largest:
-        return value
-    table.error(key, f"`{key}` must be from {least:g} to {largest:g}, not {value:g}")
-    return None
-
-
-def _vector(table: TableReader, key: str, largest: float = MAX_SIZE) -> Vector | None:
-    """Three numbers; None if they are absent or, with an error noted, wrong."""
-    values = table.numbers(key, 3)
-    for k, value in enumerate(values or ()):
-        if abs(value) > largest:
-            table.error(key, "this number is too large", f"at most {largest:g}", k)
-            return None
-    return cast("Vector | None", values)
-
-
 def _parse_start(top: TableReader) -> LiveStart:
     """The table `[start]`; what is wrong there has its default."""
     content: Any = top.content.get(_START, {})
@@ -264,15 +220,15 @@ def _parse_start(top: TableReader) -> LiveStart:
         top.error(_START, f"`{_START}` must be a table", f"write `[{_START}]`")
         return LiveStart()
     table = TableReader(cast("Mapping[str, Any]", content), _START, 0, top.spans, top.diagnostics)
-    table.reject_unknown_keys(_START_KEYS, "start")
+    _START_ROWS.check_keys(table)
     law, default = table.choice("law", tuple(each.value for each in Joining)), LiveStart()
-    gravity = _vector(table, "gravity_m_s2")
-    tolerance, frame = _bounded(table, "tolerance", 1e-12, 0.1), _bounded(table, "frame_s", 1e-4, 1)
+    gravity = _GRAVITY.read(table)
+    tolerance, frame = _TOLERANCE.read(table), _FRAME_INTERVAL.read(table)
     return LiveStart(
         table.text("springs"),
         None if law is None else Joining(law),
         default.gravity if gravity is None else gravity,
-        _bounded(table, "floor_height_m"),
+        _FLOOR_HEIGHT.read(table),
         table.choice("root", (_FREE, _ATTACHED)) == _FREE,
         default.tolerance if tolerance is None else tolerance,
         default.frame if frame is None else frame,
@@ -293,7 +249,7 @@ def _change_tables(top: TableReader) -> list[TableReader]:
 
 
 def _parse_gravity(table: TableReader) -> SetGravity | None:
-    gravity = _vector(table, "gravity_m_s2")
+    gravity = _GRAVITY.read(table)
     return None if gravity is None else SetGravity(gravity)
 
 
@@ -309,7 +265,7 @@ def _parse_scales(table: TableReader) -> SetScales | None:
 def _parse_floor(table: TableReader) -> SetFloor | None:
     if table.content["floor_height_m"] == _NO_FLOOR:
         return SetFloor(None)
-    height = _bounded(table, "floor_height_m")
+    height = _FLOOR_HEIGHT.read(table)
     return None if height is None else SetFloor(height)
 
 
@@ -319,9 +275,9 @@ def _parse_root(table: TableReader) -> SetRoot | None:
 
 
 def _parse_force(table: TableReader) -> SetForce | None:
-    segment = _required_text(table, "segment", '"head"')
-    force = _vector(table, "force_N", MAX_FORCE)
-    point = _vector(table, "point_m") if "point_m" in table.content else (0.0, 0.0, 0.0)
+    require_keys(table, {_SEGMENT.key: _SEGMENT.example}, _CHANGE, _CHANGE_KEYS)
+    segment, force = _SEGMENT.read(table), _FORCE.read(table)
+    point = _POINT.read(table) if _POINT.key in table.content else (0.0, 0.0, 0.0)
     return None if segment is None or force is None or point is None else SetForce(
         segment, point, force
     )  # fmt: skip
@@ -356,21 +312,22 @@ _CHANGE_FORMS: Mapping[str, _ChangeForm] = {
     "springs": _ChangeForm(_parse_springs),
     "stop": _ChangeForm(_parse_stop),
 }
+_CHANGE_KEYS = (_FRAME.key, _SEGMENT.key, _POINT.key, *_CHANGE_FORMS)
 
 
 def _parse_change(table: TableReader) -> LoggedChange | None:
     """One `[[change]]`; None, with an error noted, if it is wrong."""
-    frame = _frame_number(table, "frame")
+    require_keys(table, {_FRAME.key: _FRAME.example}, _CHANGE, _CHANGE_KEYS)
+    frame = _FRAME.read(table)
     present = [key for key in _CHANGE_FORMS if key in table.content]
     form = _CHANGE_FORMS[present[0]] if present else None
-    known = ("frame", "segment", "point_m", *_CHANGE_FORMS)
-    table.reject_unknown_keys(known, _CHANGE)
+    table.reject_unknown_keys(_CHANGE_KEYS, _CHANGE)
     if form is None:
         hint = f"one of: {', '.join(_CHANGE_FORMS)}"
         table.diagnostics.error("this change changes nothing", table.header_span, hint)
         return None
     for key in table.content:
-        if key in known and key not in ("frame", present[0], *form.others):
+        if key in _CHANGE_KEYS and key not in ("frame", present[0], *form.others):
             message = f"`{key}` does not belong to a change of `{present[0]}`"
             table.error(key, message, f"write another `[[{_CHANGE}]]`")
     change = form.parse(table)
@@ -411,12 +368,12 @@ def _start_lines(start: LiveStart) -> Iterator[str]:
         yield f"springs = {quote_toml(start.springs)}"
     if start.law is not None:
         yield f"law = {quote_toml(start.law.value)}"
-    yield f"gravity_m_s2 = {numbers_to_toml(start.gravity)}"
+    yield _GRAVITY.write(start.gravity)
     if start.floor is not None:
-        yield f"floor_height_m = {number_to_toml(start.floor)}"
+        yield _FLOOR_HEIGHT.write(start.floor)
     yield f"root = {quote_toml(_FREE if start.free_root else _ATTACHED)}"
-    yield f"tolerance = {number_to_toml(start.tolerance)}"
-    yield f"frame_s = {number_to_toml(start.frame)}"
+    yield _TOLERANCE.write(start.tolerance)
+    yield _FRAME_INTERVAL.write(start.frame)
     if start.pose:
         yield f"pose = {text_to_toml(start.pose)}"
 
@@ -424,7 +381,7 @@ def _start_lines(start: LiveStart) -> Iterator[str]:
 def _change_lines(change: LiveChange) -> Iterator[str]:
     match change:
         case SetGravity():
-            yield f"gravity_m_s2 = {numbers_to_toml(change.gravity)}"
+            yield _GRAVITY.write(change.gravity)
         case SetScales():
             yield f"scales = {numbers_to_toml((change.stiffness, change.damping))}"
         case SetFloor():
@@ -435,9 +392,9 @@ def _change_lines(change: LiveChange) -> Iterator[str]:
         case SetRoot():
             yield f"root = {quote_toml(_FREE if change.is_free else _ATTACHED)}"
         case SetForce():
-            yield f"segment = {quote_toml(change.segment)}"
-            yield f"point_m = {numbers_to_toml(change.point)}"
-            yield f"force_N = {numbers_to_toml(change.force)}"
+            yield _SEGMENT.write(change.segment)
+            yield _POINT.write(change.point)
+            yield _FORCE.write(change.force)
         case SetSprings():
             yield f"springs = {text_to_toml(change.text)}"
         case StopMotion():

@@ -5,7 +5,6 @@ its key.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -13,23 +12,16 @@ from generator.diagnostics import (
     Diagnostics,
     Source,
     Span,
-    closest_match,
     select_errors,
     shorten,
     spelling_hint,
 )
 from generator.file_kind import FileKind
 from generator.scene import Box, Plane, Prop, Scene, Shape, Vector
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import (
-    TableReader,
-    degrees_to_toml,
-    number_to_toml,
-    numbers_to_toml,
-    parse_document,
-    quote_long_toml,
-    quote_toml,
-)
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Number, TableRows, Text, Vector3
+from generator.toml_file.spans import TomlSpans, locate_keys
+from generator.toml_file.writer import quote_long_toml
 from generator.units import INPUT_BOUNDS, Dimension
 from springs.contact import DEFAULT_SURFACE, Surface
 
@@ -45,42 +37,45 @@ SURFACE_TABLE, PLANE_TABLE, BOX_TABLE = "surface", "plane", "box"
 SCENE_KEYS = (SURFACE_TABLE, PLANE_TABLE, BOX_TABLE)
 
 
-@dataclass(frozen=True)
-class _SurfaceNumber:
-    """A number of a surface: its attribute there, its range, and a hint for other values."""
-
-    attribute: str
-    least: float
-    largest: float
-    unit: str
-    hint: str
-
-
-_SURFACE_NUMBERS: Mapping[str, _SurfaceNumber] = {
-    "stiffness_N_m": _SurfaceNumber(
-        "stiffness", 1.0, 1e9, " N/m", "of each contact sphere; flesh on a hard floor: 3e4"
+_NUMBERS: Mapping[str, Number] = {
+    "stiffness": Number(
+        "stiffness_N_m", 1.0, 1e9, " N/m", "of each contact sphere; flesh on a hard floor: 3e4"
     ),
-    "damping_s_m": _SurfaceNumber(
-        "damping", 0.0, 1e3, " s/m", "0: an elastic impact; 1: the default"
+    "damping": Number("damping_s_m", 0.0, 1e3, " s/m", "0: an elastic impact; 1: the default"),
+    "friction": Number("friction", 0.0, MAX_FRICTION, "", "the coefficient of friction"),
+    "transition_depth": Number(
+        "transition_m", 1e-6, 1.0, " m", "the depth over which the stiffness grows"
     ),
-    "friction": _SurfaceNumber("friction", 0.0, MAX_FRICTION, "", "the coefficient of friction"),
-    "transition_m": _SurfaceNumber(
-        "transition_depth", 1e-6, 1.0, " m", "the depth over which the stiffness grows"
-    ),
-    "friction_speed_m_s": _SurfaceNumber(
-        "friction_speed", 1e-6, 10.0, " m/s", "below it friction is smaller; the default is 0.02"
+    "friction_speed": Number(
+        "friction_speed_m_s",
+        1e-6,
+        10.0,
+        " m/s",
+        "below it friction is smaller; the default is 0.02",
     ),
 }
-SURFACE_KEYS = ("name", *_SURFACE_NUMBERS, "source")
-PLANE_KEYS = ("name", "point_m", "normal", "surface")
-BOX_KEYS = ("name", "centre_m", "size_m", "angles_deg", "surface")
+"""Numbers of a surface, by attribute."""
 
-_EXAMPLES: Mapping[str, str] = {
-    "name": '"seat"',
-    "surface": '"wood"',
-    "normal": "[0, 1, 0]",
-    "centre_m": "[0, 0.2, -0.3]",
-    "size_m": "[0.5, 0.4, 0.4]",
+_AT_MOST = f"at most {MAX_LENGTH:g} m"
+_NAME, _SURFACE = Text("name", example='"seat"'), Text("surface", example='"wood"')
+_POINT = Vector3("point_m", MAX_LENGTH, _AT_MOST, "coordinate")
+_NORMAL = Vector3("normal", example="[0, 1, 0]")
+_CENTRE = Vector3("centre_m", MAX_LENGTH, _AT_MOST, "coordinate", example="[0, 0.2, -0.3]")
+_SIZE = Vector3(
+    "size_m",
+    MAX_LENGTH,
+    _AT_MOST,
+    "length",
+    ("a length of a box must be above zero", "in m, along its x, y, z"),
+    example="[0.5, 0.4, 0.4]",
+)
+_ANGLE_BOUND = INPUT_BOUNDS[Dimension.ANGLE]
+_ANGLES = Vector3("angles_deg", _ANGLE_BOUND.max_abs, str(_ANGLE_BOUND), "angle")
+
+SCENE_TABLES: Mapping[str, TableRows] = {
+    SURFACE_TABLE: TableRows(SURFACE_TABLE, (_NAME, *_NUMBERS.values(), Text("source"))),
+    PLANE_TABLE: TableRows(PLANE_TABLE, (_NAME, _POINT, _NORMAL, _SURFACE)),
+    BOX_TABLE: TableRows(BOX_TABLE, (_NAME, _CENTRE, _SIZE, _ANGLES, _SURFACE)),
 }
 
 _FILE_KIND = "scene file"
@@ -142,10 +137,13 @@ def _table_readers(top: TableReader, name: str) -> list[TableReader]:
         hint = f"write `[[{name}]]` above each"
         top.diagnostics.error(f"{plural} are tables", top.spans.table(name), hint)
         return []
-    return [
+    readers = [
         TableReader(table, name, index, top.spans, top.diagnostics)
         for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
     ]
+    for reader in readers:
+        SCENE_TABLES[name].check_keys(reader)
+    return readers
 
 
 def _parse_names(tables: list[TableReader], noun: str) -> list[str | None]:
@@ -153,7 +151,7 @@ def _parse_names(tables: list[TableReader], noun: str) -> list[str | None]:
     names: list[str | None] = []
     first: dict[str, Span] = {}
     for table in tables:
-        name = table.text("name") if _require_key(table, "name") else None
+        name = _NAME.read(table)
         if name is not None and not (name.isprintable() and 0 < len(name) <= MAX_NAME_LENGTH):
             hint = f"1 to {MAX_NAME_LENGTH} characters that can be printed"
             table.error("name", f"this is not a name of a {noun}", hint)
@@ -167,33 +165,13 @@ def _parse_names(tables: list[TableReader], noun: str) -> list[str | None]:
     return names
 
 
-def _require_key(table: TableReader, key: str) -> bool:
-    """Return whether a key is there; note an error if not, and no unknown key is a slip of it."""
-    known = {SURFACE_TABLE: SURFACE_KEYS, PLANE_TABLE: PLANE_KEYS, BOX_TABLE: BOX_KEYS}[table.name]
-    if key in table.content:
-        return True
-    if key not in (closest_match(other, known) for other in table.content if other not in known):
-        message, hint = f"this {table.name} has no `{key}`", f"write `{key} = {_EXAMPLES[key]}`"
-        table.diagnostics.error(message, table.header_span, hint)
-    return False
-
-
 def _parse_surface(table: TableReader) -> Surface:
     """One `[[surface]]`; what is wrong there has its default."""
-    table.reject_unknown_keys(SURFACE_KEYS, SURFACE_TABLE)
     source = table.text("source")
-    numbers: dict[str, float] = {}
-    for key, row in _SURFACE_NUMBERS.items():
-        value = table.number(key)
-        if value is None:
-            continue
-        if row.least <= value <= row.largest:
-            numbers[row.attribute] = value
-            continue
-        ends = f"from {row.least:g} to {row.largest:g}{row.unit}"
-        table.error(key, f"`{key}` must be {ends}, not {value:g}", row.hint)
+    numbers = {name: row.read(table) for name, row in _NUMBERS.items()}
+    numbers = {name: value for name, value in numbers.items() if value is not None}
     if source is None:
-        if not table.content.keys() & _SURFACE_NUMBERS.keys():
+        if not table.content.keys() & {row.key for row in _NUMBERS.values()}:
             return DEFAULT_SURFACE
         if "source" not in table.content:
             message, hint = (
@@ -208,10 +186,8 @@ def _parse_prop(
     table: TableReader, name: str | None, surfaces: Mapping[str, Surface]
 ) -> Prop | None:
     """One `[[plane]]` or `[[box]]`; None, with an error noted, if it is wrong."""
-    is_plane = table.name == PLANE_TABLE
-    table.reject_unknown_keys(PLANE_KEYS if is_plane else BOX_KEYS, table.name)
-    shape = _parse_plane(table) if is_plane else _parse_box(table)
-    surface = table.text("surface") if _require_key(table, "surface") else None
+    shape = _parse_plane(table) if table.name == PLANE_TABLE else _parse_box(table)
+    surface = _SURFACE.read(table)
     if surface is not None and surface not in surfaces:
         write = f'write `[[{SURFACE_TABLE}]]` and `name = "{shorten(surface)}"` below it'
         hint = spelling_hint(surface, surfaces) or write
@@ -221,41 +197,18 @@ def _parse_prop(
 
 
 def _parse_plane(table: TableReader) -> Plane | None:
-    point = _parse_lengths(table, "point_m") if "point_m" in table.content else _ORIGIN
-    normal = table.numbers("normal", 3) if _require_key(table, "normal") else None
+    point = _POINT.read(table) if _POINT.key in table.content else _ORIGIN
+    normal = _NORMAL.read(table)
     if normal is not None and not any(normal):
         table.error("normal", "the normal of a plane must not be zero", "up is [0, 1, 0]")
         normal = None
-    return None if point is None or normal is None else Plane(point, cast("Vector", normal))
+    return None if point is None or normal is None else Plane(point, normal)
 
 
 def _parse_box(table: TableReader) -> Box | None:
-    centre, size = (
-        _parse_lengths(table, key, is_size=key == "size_m") if _require_key(table, key) else None
-        for key in ("centre_m", "size_m")
-    )
-    angles = table.numbers("angles_deg", 3) if "angles_deg" in table.content else _ORIGIN
-    bound = INPUT_BOUNDS[Dimension.ANGLE]
-    for k, angle in enumerate(angles or ()):
-        if not bound.contains(angle):
-            table.error("angles_deg", "this angle is too large", str(bound), k)
-    if centre is None or size is None or angles is None:
-        return None
-    return Box(centre, size, cast("Vector", angles))
-
-
-def _parse_lengths(table: TableReader, key: str, *, is_size: bool = False) -> Vector | None:
-    """Three coordinates, or lengths of edges [m]; None, with an error noted, if they are wrong."""
-    values, is_valid = table.numbers(key, 3), True
-    for k, value in enumerate(values or ()):
-        if is_size and value <= 0.0:
-            table.error(key, "a length of a box must be above zero", "in m, along its x, y, z", k)
-            is_valid = False
-        elif abs(value) > MAX_LENGTH:
-            noun = "length" if is_size else "coordinate"
-            table.error(key, f"this {noun} is too large", f"at most {MAX_LENGTH:g} m", k)
-            is_valid = False
-    return cast("Vector", values) if values is not None and is_valid else None
+    centre, size = _CENTRE.read(table), _SIZE.read(table)
+    angles = _ANGLES.read(table) if _ANGLES.key in table.content else _ORIGIN
+    return None if centre is None or size is None or angles is None else Box(centre, size, angles)
 
 
 def write_scene(scene: Scene, comment: str = "") -> str:
@@ -278,9 +231,9 @@ def write_scene(scene: Scene, comment: str = "") -> str:
         lines += ["", f"[[{SURFACE_TABLE}]]", *_surface_lines(name, surface)]
     for prop in scene.props:
         table = PLANE_TABLE if isinstance(prop.shape, Plane) else BOX_TABLE
-        lines += ["", f"[[{table}]]", f"name = {quote_toml(prop.name)}", *_shape_lines(prop.shape)]
+        lines += ["", f"[[{table}]]", _NAME.write(prop.name), *_shape_lines(prop.shape)]
         surface_name = names[prop.surface, prop.surface.source]
-        lines.append(f"surface = {quote_toml(surface_name)}")
+        lines.append(_SURFACE.write(surface_name))
     text = "\n".join([*lines, ""]).lstrip("\n")
     errors = select_errors(SCENE_FILE.parse_text(text).diagnostics)
     if errors:
@@ -289,21 +242,19 @@ def write_scene(scene: Scene, comment: str = "") -> str:
 
 
 def _surface_lines(name: str, surface: Surface) -> Iterator[str]:
-    yield f"name = {quote_toml(name)}"
-    for key, row in _SURFACE_NUMBERS.items():
-        value = getattr(surface, row.attribute)
-        if row.attribute not in _SELDOM_WRITTEN or value != getattr(_DEFAULTS, row.attribute):
-            yield f"{key} = {number_to_toml(value)}"
+    yield _NAME.write(name)
+    for attribute, row in _NUMBERS.items():
+        value = getattr(surface, attribute)
+        if attribute not in _SELDOM_WRITTEN or value != getattr(_DEFAULTS, attribute):
+            yield row.write(value)
     if surface.source:
         yield f"source = {quote_long_toml(surface.source)}"
 
 
 def _shape_lines(shape: Shape) -> Iterator[str]:
     if isinstance(shape, Plane):
-        yield f"point_m = {numbers_to_toml(shape.point)}"
-        yield f"normal = {numbers_to_toml(shape.normal)}"
+        yield from (_POINT.write(shape.point), _NORMAL.write(shape.normal))
         return
-    yield f"centre_m = {numbers_to_toml(shape.centre)}"
-    yield f"size_m = {numbers_to_toml(shape.size)}"
+    yield from (_CENTRE.write(shape.centre), _SIZE.write(shape.size))
     if any(shape.angles):
-        yield f"angles_deg = {degrees_to_toml(shape.angles)}"
+        yield _ANGLES.write(shape.angles)

@@ -15,7 +15,7 @@ import numpy as np
 
 from generator.diagnostics import Diagnostics, MoverError, Source
 from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Site, SiteRef
-from generator.figure_file import parse_figure
+from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.geometry.read import segment_colour
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
@@ -34,7 +34,8 @@ from generator.model_files.xml import (
 from generator.names import coordinate_names, plain_names
 from generator.rotations import inverse_pose
 from generator.springs_file.edit import format_besides_fields
-from generator.springs_file.parse import SpringsFile, parse_springs
+from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
+from generator.text_io import make_source
 from springs import SpringSet
 
 MARK = "exudyn_mover"
@@ -236,7 +237,7 @@ def imported_from_embedded(
     same = {group: now[group] == parts[f"{group}_sha256"] for group in DIGESTED}
     words = {"model": "bodies and joints", "springs": "springs and loads"}
     changed = [word for group, word in words.items() if not same[group]]
-    figure = parse_figure(parts["figure"], "the figure in the model").value
+    figure = FIGURE_FILE.parse(make_source(parts["figure"], "the figure in the model")).value
     laws = _parse_springs_text(parts["springs"])
     bodies = {body.name: body for body in tree.bodies}
     names = {} if figure is None else plain_names(figure.segments)
@@ -294,7 +295,7 @@ def _parse_springs_text(text: str) -> SpringsFile | None:
     """Return the springs of a text, which may be empty; None for a wrong one."""
     if not text or text == NO_SPRINGS:
         return SpringsFile(())
-    return parse_springs(text, "the springs in the model").value
+    return SPRINGS_FILE.parse(make_source(text, "the springs in the model")).value
 
 
 def _with_masses(

@@ -8,19 +8,18 @@ from pathlib import Path
 
 from generator.figure import Figure
 from generator.figure_file.write import write_figure
-from generator.geometry.psurf import format_psurf
-from generator.geometry.read import PSURF_SUFFIX
+from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.geometry.surface import Surface
 from generator.losses import Loss
 from generator.model_files.model_files import geometry_folder
 from generator.names import reserve_name
-from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.springs_file.parse import SPRINGS_FILE
 
 
 def springs_path(path: Path, name: str | None = None) -> Path:
     """Return the path of the springs of the figure file at `path`; with a name, of others."""
     middle = "" if name is None else f".{name}"
-    return path.with_name(f"{path.stem}{middle}{SPRINGS_SUFFIX}")
+    return path.with_name(f"{path.stem}{middle}{SPRINGS_FILE.suffix}")
 
 
 _UNQUOTABLE = re.compile(r"[^ !#-\[\]-~]")
@@ -64,7 +63,7 @@ def figure_files(
     psurfs: dict[str, str] = {}
     taken: set[str] = set()
     for name, surface in surfaces.items():
-        psurf = folder / f"{reserve_name(name[:_MAX_NAME_PART], taken)}{PSURF_SUFFIX}"
+        psurf = folder / f"{reserve_name(name[:_MAX_NAME_PART], taken)}{PSURF_FILE.suffix}"
         files[psurf] = format_psurf(surface)
         psurfs[name] = f"{folder.name}/{psurf.name}"
     for segment, name in (surface_names or {name: name for name in surfaces}).items():

@@ -9,15 +9,14 @@ import numpy as np
 
 from generator.diagnostics import Diagnostic, InputError, Parsed, Severity, error
 from generator.figure import Figure
-from generator.figure_file.read import FIGURE_SUFFIX, parse_figure
+from generator.figure_file.read import FIGURE_FILE
 from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
-from generator.geometry.psurf import parse_psurf
-from generator.geometry.read import PSURF_SUFFIX
+from generator.geometry.psurf import PSURF_FILE
 from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
 from generator.names import plain_names
-from generator.springs_file.parse import SPRINGS_SUFFIX, parse_springs
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.text_io import write_atomic
 
@@ -47,7 +46,7 @@ class ModelFiles:
         for path, content in reversed(list(self.contents.items())):  # the figure is the last
             if isinstance(content, bytes):
                 continue
-            has_figure = path == self.path.with_name(f"{self.path.stem}{SPRINGS_SUFFIX}")
+            has_figure = path == self.path.with_name(f"{self.path.stem}{SPRINGS_FILE.suffix}")
             parsed = _parse_again(path, content, figure if has_figure else None)
             if parsed is None:
                 continue
@@ -81,14 +80,14 @@ def _parse_again(path: Path, text: str, figure: Figure | None) -> Parsed[Any] | 
         text: of the file.
         figure: to which springs are bound; None for springs that only extend others.
     """
-    if path.suffix.lower() == FIGURE_SUFFIX:
-        return parse_figure(text)
-    if path.suffix == PSURF_SUFFIX:
-        return parse_psurf(text)
-    if path.name.endswith(SPRINGS_SUFFIX):
-        return (
-            parse_springs(text) if figure is None else load_springs(figure, choice=path, text=text)
-        )
+    if path.suffix.lower() == FIGURE_FILE.suffix:
+        return FIGURE_FILE.parse_text(text)
+    if path.suffix == PSURF_FILE.suffix:
+        return PSURF_FILE.parse_text(text)
+    if path.name.endswith(SPRINGS_FILE.suffix):
+        if figure is None:
+            return SPRINGS_FILE.parse_text(text)
+        return load_springs(figure, choice=path, text=text)
     return None
 
 

@@ -9,23 +9,22 @@ from generator.figure import Figure
 from generator.losses import Losses
 from generator.motion_files import action, bvh, npz, opensim_table, tables
 from generator.motion_files.action import (
+    ACTION_FILE,
     ActionFile,
     action_from_recording,
     format_action,
     motion_from_action,
-    parse_action,
     read_action,
 )
 from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.npz import read_npz
-from generator.motion_files.opensim_table import (
-    motion_from_coordinates,
-    parse_coordinates_file,
-)
+from generator.motion_files.opensim_table import COORDINATES_FILE, motion_from_coordinates
 from generator.recording import Recording
 from springs import SpringSet
 
 __all__ = [
+    "ACTION_FILE",
+    "COORDINATES_FILE",
     "MOTION_FORMATS",
     "ActionFile",
     "FigureMotion",
@@ -36,8 +35,6 @@ __all__ = [
     "motion_from_coordinates",
     "motion_from_recording",
     "motion_writer",
-    "parse_action",
-    "parse_coordinates_file",
     "read_action",
     "read_npz",
     "write_recording",

@@ -20,7 +20,6 @@ import numpy as np
 from generator.diagnostics import (
     Diagnostics,
     InputError,
-    Parsed,
     Source,
     Span,
     TooManyErrors,
@@ -29,6 +28,7 @@ from generator.diagnostics import (
     spelling_hint,
 )
 from generator.figure import AxisKind, Figure, JointAxis
+from generator.file_kind import FileKind
 from generator.losses import Losses
 from generator.motion_files.motion import (
     NO_FIGURE,
@@ -41,7 +41,7 @@ from generator.motion_files.motion import (
 from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Recording
 from generator.rotations import Array
-from generator.text_io import load_text, normalise_newlines, write_atomic
+from generator.text_io import write_atomic
 from generator.units import Dimension, convert_to_si, format_quantity, parse_unit
 from springs.short_repr import short_repr
 
@@ -214,18 +214,18 @@ _FACTOR = re.compile(rf"([RT])\(({_NUMBER_REGEX}),({_NUMBER_REGEX}),({_NUMBER_RE
 
 def read_action(path: str | Path) -> ActionFile:
     """Read an action file. Raises InputError with all errors."""
-    source, fault = load_text(Path(path), str(path))
-    if fault is not None:
-        raise InputError((fault,))
-    return parse_action(source.text, source.name).require_value()
+    return ACTION_FILE.read(path)
 
 
-def parse_action(text: str, name: str = "<text>") -> Parsed[ActionFile]:
-    """Parse the text of an action file; diagnostics call it `name`."""
+def _parse_action(source: Source, diagnostics: Diagnostics) -> ActionFile | None:
     try:
-        return Parsed(_Parser(Source(name, normalise_newlines(text))).parse(), ())
+        return _Parser(source).parse()
     except InputError as failure:
-        return Parsed(None, tuple(failure.diagnostics))
+        diagnostics.extend(Diagnostics(list(failure.diagnostics)))
+        return None
+
+
+ACTION_FILE = FileKind("motion", ".action", _parse_action)
 
 
 class _Parser:

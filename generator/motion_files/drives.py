@@ -15,10 +15,10 @@ from generator.diagnostics import (
 )
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis
-from generator.input_files.drives import OVERSHOOT_HINT, describe_overshoot, parse_drives_file
+from generator.input_files.drives import DRIVES_FILE, OVERSHOOT_HINT, describe_overshoot
 from generator.motion_files.action import ActionFile, read_action
 from generator.motion_files.npz import read_npz
-from generator.motion_files.opensim_table import parse_coordinates_file
+from generator.motion_files.opensim_table import COORDINATES_FILE
 from generator.rotations import Array
 from generator.text_io import parse_source
 
@@ -56,7 +56,7 @@ def read_drives_with_warnings(
     elif suffix in (".mot", ".sto"):
         drives, found = _read_coordinate_drives(path, figure, joints)
     else:
-        reading = parse_drives_file(path, figure, joints)
+        reading = DRIVES_FILE.parse_file(path, figure, joints)
         drives = reading.require_value()
         _require_driven(joints, drives, str(path))
         return drives, reading.diagnostics
@@ -72,7 +72,7 @@ def _read_coordinate_drives(
     path: str | Path, figure: Figure, joints: Sequence[str]
 ) -> tuple[Mapping[str, Drive], tuple[Diagnostic, ...]]:
     """Read the drives in OpenSim's table, with warnings: displacements with a column are driven."""
-    table = parse_coordinates_file(path).require_value()
+    table = COORDINATES_FILE.parse_file(path).require_value()
     chains = table.chains(figure)
     parsed = parse_source(table.source, lambda _, found: table.displacements(chains, found))
     values: dict[str, dict[int, Array]] = {}

@@ -32,6 +32,7 @@ from generator.diagnostics import (
     spelling_hint,
 )
 from generator.figure import AxisKind, Figure, JointAxis
+from generator.file_kind import FileKind
 from generator.kinematics.free_root import (
     detach_root,
     free_joints,
@@ -53,7 +54,7 @@ from generator.motion_files.motion import (
 from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.text_io import parse_file, parse_source, write_atomic
+from generator.text_io import parse_source, write_atomic
 
 GROUND_REACTION_LABELS = tuple(
     f"ground_{quantity}{axis}" for quantity in ("force_v", "force_p", "torque_") for axis in "xyz"
@@ -291,13 +292,7 @@ def _listed(names: Iterator[str]) -> str:
     return ", ".join(listed[:MAX_NAMED_COLUMNS]) + (f" and {left} more" if left > 0 else "")
 
 
-def parse_coordinates_file(path: str | Path) -> Parsed[CoordinateTable]:
-    """Parse a `.mot` or `.sto` file, with all diagnostics; bad input raises nothing."""
-    return parse_file(path, parse_coordinates)
-
-
-def parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTable | None:
-    """Parse the text of a table; None, with the errors reported, if it is wrong."""
+def _parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTable | None:
     lines = _lines(source, diagnostics)
     entries = _parse_header(source, lines, diagnostics)
     in_degrees = None if entries is None else _check_header(source, entries, diagnostics)
@@ -325,6 +320,9 @@ def parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTab
     times, numbers = table[:, 0].copy(), table[:, 1:]
     others = tuple(titles[1:])
     return CoordinateTable(source, entries, title_line, others, in_degrees, times, numbers, starts)
+
+
+COORDINATES_FILE = FileKind("table of coordinates", ".mot", _parse_coordinates)
 
 
 def _parse_header(

@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import MoverError
 from generator.figure import AxisKind, Figure
-from generator.figure_file.read import FIGURE_SUFFIX
+from generator.figure_file.read import FIGURE_FILE
 from generator.losses import Loss, Losses
 from generator.motion_files.glb import format_glb
 from generator.motion_files.motion import NO_MASSES, FigureMotion, Header, unrepresented
 from generator.passive_curve import PassiveCurve, PublishedTorques, joint_label, passive_curves
 from generator.recording import Ending, Recording, energy_kinds
 from generator.rotations import Array, matrix_from_rotation_vector
-from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
 from springs import SpringSet
@@ -85,8 +85,8 @@ def springs_choices(header: Header, figure: Figure) -> Iterator[str | None]:
     if figure.path is not None:
         named = Path(header.springs.partition(" ")[0]).name  # a motion names no other folder
         prefix = f"{figure.path.stem}."
-        if named.startswith(prefix) and named.endswith(SPRINGS_SUFFIX):
-            choices.append(named.removeprefix(prefix).removesuffix(SPRINGS_SUFFIX))
+        if named.startswith(prefix) and named.endswith(SPRINGS_FILE.suffix):
+            choices.append(named.removeprefix(prefix).removesuffix(SPRINGS_FILE.suffix))
         choices.append(str(figure.path.parent / named))
     for choice in choices:
         with suppress(MoverError, OSError, ValueError):
@@ -145,7 +145,7 @@ def page_data(
     """
     header, recording = motion.header, motion.recording
     return {
-        "title": motion.figure.name or header.figure.removesuffix(FIGURE_SUFFIX),
+        "title": motion.figure.name or header.figure.removesuffix(FIGURE_FILE.suffix),
         "outcome": header.message,
         "succeeded": header.outcome is Ending.DONE,
         "springs": header.springs,

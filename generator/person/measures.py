@@ -31,8 +31,8 @@ from generator.file_kind import FileKind
 from generator.named_mapping import NamedMapping
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, SurveySample, survey
-from generator.springs_file.toml_spans import locate_keys
-from generator.springs_file.toml_table import TableReader, parse_document
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import locate_keys
 from generator.units import parse_unit
 from springs.published.reference import Reference
 from springs.short_repr import short_repr

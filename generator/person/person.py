@@ -19,7 +19,7 @@ from generator.person.passive_joints import (
 )
 from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
-from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
+from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.springs_file.read import load_springs, read_springs
 from generator.springs_file.write import write_springs
 from springs import SpringSet
@@ -76,7 +76,8 @@ class Person:
         """The springs with a law over hip and knee, for `Plan(springs=...)`; else as `springs`."""
         if self.coupled_springs_file is None:
             return self.springs
-        file, text = Path(f"<coupled>{SPRINGS_SUFFIX}"), write_springs(self.coupled_springs_file)
+        file = Path(f"<coupled>{SPRINGS_FILE.suffix}")
+        text = write_springs(self.coupled_springs_file)
         return load_springs(self.figure, choice=file, text=text).require_value().springs
 
 

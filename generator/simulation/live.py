@@ -52,7 +52,7 @@ from generator.simulation.plan import Plan
 from generator.simulation.stepper import Stepper
 from generator.simulation.stepper_state import Setting, StepperState, evaluate
 from generator.springs_file.edit import springs_from_text
-from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import read_springs
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
@@ -122,7 +122,7 @@ class LiveRun:
             MoverError: the figure or the start cannot be simulated step by step.
         """
         self.figure, self.start, self.floor = figure, start, start.floor
-        self._springs_file = (folder or Path()) / f"changed{SPRINGS_SUFFIX}"
+        self._springs_file = (folder or Path()) / f"changed{SPRINGS_FILE.suffix}"
         self._plan = plan_of_start(figure, start)
         self._stepper = Stepper(figure, self._plan, start.tolerance)
         self._log: list[LoggedChange] = []

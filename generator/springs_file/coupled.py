@@ -9,7 +9,7 @@ from typing import Any, cast
 from generator.diagnostics import Span, shorten, spelling_hint
 from generator.springs_file.axes import AXIS_NAMES, names_other_joint
 from generator.springs_file.published import PUBLISHED_KEY, parse_published_key
-from generator.springs_file.toml_table import Pair, TableReader
+from generator.toml_file.reader import Pair, TableReader
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.elastic import Range
 from springs.published.tables import coupled_law

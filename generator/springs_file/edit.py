@@ -12,7 +12,7 @@ from generator.springs_file.axes import AXIS_NAMES, AxisError, axis_by_name, par
 from generator.springs_file.bind import modified_law
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.laws import CubicEntry, EntryLaw, write_law
-from generator.springs_file.parse import SPRINGS_SUFFIX, SpringEntry, SpringsFile
+from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.read import PRINTED_SPRINGS, find_springs_file, load_springs
 from generator.springs_file.write import write_springs
@@ -298,7 +298,7 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
             text = write_springs(SpringsFile(tuple(entries), None, joining, coupled))
         except ValueError as failure:
             raise ModelError(f"a springs file cannot state these springs: {failure}") from None
-    made = springs_from_text(text, bare, Path(f"model{SPRINGS_SUFFIX}"))
+    made = springs_from_text(text, bare, Path(f"model{SPRINGS_FILE.suffix}"))
     if (made.joints, made.coupled) != (springs.joints, springs.coupled) or (
         text and made.joining is not springs.joining
     ):
@@ -520,9 +520,9 @@ def _name_of_base(figure: Figure, choice: str | Path | None, folder: Path) -> st
     own, _ = find_springs_file(figure.path.parent, figure.path.stem, None)
     if path is None:
         return None
-    stem, name = figure.path.stem, path.name.removesuffix(SPRINGS_SUFFIX)
+    stem, name = figure.path.stem, path.name.removesuffix(SPRINGS_FILE.suffix)
     if own is not None and path.resolve() == own.resolve():
-        return stem if own.name.endswith(SPRINGS_SUFFIX) else None
+        return stem if own.name.endswith(SPRINGS_FILE.suffix) else None
     if path.resolve().parent == folder.resolve():
         return path.name
     is_beside = own is not None and path.resolve().parent == own.resolve().parent

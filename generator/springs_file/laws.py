@@ -19,9 +19,8 @@ from generator.springs_file.published import (
     parse_published_law,
     write_published_law,
 )
-from generator.springs_file.toml_table import (
-    Pair,
-    TableReader,
+from generator.toml_file.reader import Pair, TableReader
+from generator.toml_file.writer import (
     degree_to_toml,
     degrees_to_toml,
     number_to_toml,

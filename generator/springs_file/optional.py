@@ -14,13 +14,12 @@ from math import isfinite
 
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     shorten,
 )
 from generator.figure_file.lexer import MAX_WORD_LENGTH
-from generator.text_io import parse_text
+from generator.file_kind import FileKind
 from generator.units import Dimension, convert_to_si, default_unit_factor
 from springs import Coefficients
 
@@ -87,13 +86,8 @@ class _Line:
         return self.words[0].extend_to(self.words[-1])
 
 
-def parse_optional(text: str, name: str = "<text>") -> Parsed[tuple[OptionalRecord, ...]]:
-    """The records that `text` holds, with all faults; `name` is what they call the text."""
-    return parse_text(text, parse_records, name)
-
-
-def parse_records(source: Source, diagnostics: Diagnostics) -> tuple[OptionalRecord, ...]:
-    """The sound records of a text; faults go to `diagnostics`, which may raise EnoughFaults."""
+def _parse_records(source: Source, diagnostics: Diagnostics) -> tuple[OptionalRecord, ...]:
+    """The sound records of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
     read = [
         _parse_record(group, diagnostics) for group in _group_lines(_lines(source), diagnostics)
     ]
@@ -109,6 +103,9 @@ def parse_records(source: Source, diagnostics: Diagnostics) -> tuple[OptionalRec
                 f"the first is in line {earlier.origins['axis'].line}",
             )
     return tuple(first.values())
+
+
+OPTIONAL_FILE = FileKind("printed springs", ".optional", _parse_records)
 
 
 def write_optional(records: Iterable[OptionalRecord]) -> str:

@@ -11,12 +11,12 @@ from typing import Any, cast
 
 from generator.diagnostics import (
     Diagnostics,
-    Parsed,
     Source,
     Span,
     shorten,
     spelling_hint,
 )
+from generator.file_kind import FileKind
 from generator.springs_file.axes import AXIS_NAMES, names_other_joint
 from generator.springs_file.coupled import CoupledEntry, parse_coupled_entry
 from generator.springs_file.laws import (
@@ -33,20 +33,18 @@ from generator.springs_file.laws import (
     parse_law,
 )
 from generator.springs_file.published import PublishedLaw
-from generator.springs_file.toml_spans import TomlSpans, locate_keys
-from generator.springs_file.toml_table import (
-    COUPLED_TABLE,
-    SPRING_TABLE,
-    TableReader,
-    parse_document,
-)
-from generator.text_io import parse_text
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.spans import TomlSpans, locate_keys
 from springs import Damping, Joining
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.short_repr import short_repr
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
-SPRINGS_SUFFIX = ".springs.toml"
+SPRING_TABLE = "spring"
+"""Name of the tables of springs about one axis."""
+
+COUPLED_TABLE = "coupled"
+"""Name of the tables of laws over several joints."""
 
 TEXT_KEYS = ("motion", "reference", "why")
 DAMPING_AND_STOP_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
@@ -121,15 +119,12 @@ class SpringsFile:
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
 
-def parse_springs(text: str, name: str = "<text>") -> Parsed[SpringsFile]:
-    """The springs that `text` describes, with all faults; `name` is what they call the text."""
-    return parse_text(text, parse_springs_source, name)
-
-
-def parse_springs_source(source: Source, diagnostics: Diagnostics) -> SpringsFile | None:
-    """The springs of a text; faults go to `diagnostics`, which may raise EnoughFaults."""
+def _parse_springs(source: Source, diagnostics: Diagnostics) -> SpringsFile | None:
     document = parse_document(source, "springs file", diagnostics)
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
+
+
+SPRINGS_FILE = FileKind("springs", ".springs.toml", _parse_springs)
 
 
 def _parse_content(

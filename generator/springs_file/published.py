@@ -6,7 +6,8 @@ from functools import cached_property
 from math import degrees
 
 from generator.diagnostics import shorten, spelling_hint
-from generator.springs_file.toml_table import TableReader, quote_toml
+from generator.toml_file.reader import TableReader
+from generator.toml_file.writer import quote_toml
 from springs.elastic import Elastic, valid_range
 from springs.published.rows import PublishedCurve
 from springs.published.tables import curve, publication, publications

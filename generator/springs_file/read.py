@@ -18,12 +18,7 @@ from generator.diagnostics import (
     shorten,
 )
 from generator.figure import AxisKind, Figure, Joint, Vector
-from generator.figure_file.read import (
-    FIGURE_SUFFIX,
-    parse_figure,
-    parse_figure_file,
-    shipped_figures,
-)
+from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
 from generator.named_mapping import NamedMapping
 from generator.springs_file.axes import parallel_sign, unit_axis
@@ -40,16 +35,9 @@ from generator.springs_file.bind_coupled import (
     replaced_laws,
 )
 from generator.springs_file.extend import FileSprings
-from generator.springs_file.optional import parse_records
-from generator.springs_file.parse import (
-    BASE_KEY,
-    EXTENDS_KEY,
-    NO_BASE,
-    SPRINGS_SUFFIX,
-    SpringsFile,
-    parse_springs_source,
-)
-from generator.text_io import load_text, normalise_newlines, parse_file
+from generator.springs_file.optional import OPTIONAL_FILE
+from generator.springs_file.parse import BASE_KEY, EXTENDS_KEY, NO_BASE, SPRINGS_FILE, SpringsFile
+from generator.text_io import load_text, make_source
 from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
 from springs.joint import UNKNOWN_AXIS
 from springs.stop import (
@@ -62,12 +50,10 @@ from springs.stop import (
 if TYPE_CHECKING:
     from springs.lint.report import LawReplacement
 
-OPTIONAL_SUFFIX = ".optional"
-
 NO_SPRINGS = "none"
 PRINTED_SPRINGS = "printed"
 
-_FILE_SUFFIXES = (".toml", OPTIONAL_SUFFIX)
+_FILE_SUFFIXES = (".toml", OPTIONAL_FILE.suffix)
 
 
 def find_springs_file(
@@ -82,14 +68,14 @@ def find_springs_file(
             path of a file; or NAME for `STEM.NAME.springs.toml` beside the figure.
     """
     if choice is None:
-        return _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX)), None
+        return _find_sibling(directory, stem, (SPRINGS_FILE.suffix, OPTIONAL_FILE.suffix)), None
     name = str(choice)
     if name == PRINTED_SPRINGS:
-        path = _find_sibling(directory, stem, (OPTIONAL_SUFFIX,))
+        path = _find_sibling(directory, stem, (OPTIONAL_FILE.suffix,))
         return path, None if path is not None else _no_printed_values_error(stem)
     if directory is None or stem is None or not _is_name(choice):
         return Path(choice), None
-    for full in (f"{stem}.{name}{SPRINGS_SUFFIX}", f"{name}{SPRINGS_SUFFIX}"):
+    for full in (f"{stem}.{name}{SPRINGS_FILE.suffix}", f"{name}{SPRINGS_FILE.suffix}"):
         if _is_file(directory / full):
             return directory / full, None
     known = (*springs_names(directory, stem), NO_SPRINGS, PRINTED_SPRINGS)
@@ -101,8 +87,8 @@ def find_springs_file(
 
 def springs_names(directory: Path, stem: str) -> tuple[str, ...]:
     """Return the names that choose springs beside a figure."""
-    paths = directory.glob("*" + SPRINGS_SUFFIX)
-    names = (path.name.removesuffix(SPRINGS_SUFFIX) for path in paths)
+    paths = directory.glob("*" + SPRINGS_FILE.suffix)
+    names = (path.name.removesuffix(SPRINGS_FILE.suffix) for path in paths)
     return tuple(sorted(n.removeprefix(f"{stem}.") for n in names if n.startswith(f"{stem}.")))
 
 
@@ -133,7 +119,7 @@ def _find_sibling(
 def _no_printed_values_error(stem: str | None) -> Diagnostic:
     if stem is None:
         return error("a figure from no file has no printed values", hint="name a file of springs")
-    name = f"{shorten(stem)}{OPTIONAL_SUFFIX}"
+    name = f"{shorten(stem)}{OPTIONAL_FILE.suffix}"
     return error(
         f"there is no `{name}` beside the figure", hint="the printed values are those of that file"
     )
@@ -141,7 +127,7 @@ def _no_printed_values_error(stem: str | None) -> Diagnostic:
 
 FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 
-WITHIN_FIGURE = f"<figure>{SPRINGS_SUFFIX}"
+WITHIN_FIGURE = f"<figure>{SPRINGS_FILE.suffix}"
 """Origin of springs that are the `springs_text` of their figure."""
 
 
@@ -201,11 +187,11 @@ def load_springs(
     path, missing = find_springs_file(directory, stem, choice)
     if missing is not None:
         return Parsed(None, (missing,))
-    own = _find_sibling(directory, stem, (SPRINGS_SUFFIX, OPTIONAL_SUFFIX))
-    texts = {} if path is None or text is None else {path: _source(path, text)}
+    own = _find_sibling(directory, stem, (SPRINGS_FILE.suffix, OPTIONAL_FILE.suffix))
+    texts = {} if path is None or text is None else {path: make_source(text, str(path))}
     if figure.springs_text is not None:
         own = Path(WITHIN_FIGURE)
-        texts[own] = _source(own, figure.springs_text)
+        texts[own] = make_source(figure.springs_text, str(own))
         path = own if choice is None else path
     diagnostics, springs, bound = Diagnostics(), None, FileSprings(FIGURE_ORIGIN)
     with suppress(TooManyErrors):
@@ -218,10 +204,6 @@ def load_springs(
     if diagnostics.has_errors or springs is None:
         return Parsed(None, diagnostics.sorted_by_position())
     return Parsed(LoadedSprings(springs, bound.replaced), diagnostics.sorted_by_position())
-
-
-def _source(path: Path, text: str) -> Source:
-    return Source(str(path), normalise_newlines(text))
 
 
 def read_springs(
@@ -296,7 +278,7 @@ def _joint_as_read(joint: Joint) -> Joint | None:
 @lru_cache(maxsize=16)
 def _joints_in(source: Source) -> Mapping[str, Joint]:
     """Return the joints of a figure's text."""
-    return parse_figure(source.text).require_value().joints
+    return FIGURE_FILE.parse_text(source.text).require_value().joints
 
 
 @dataclass
@@ -349,7 +331,7 @@ class _FileBinder:
             self.diagnostics.error(fault.message, fault.span, fault.hint)
             return FileSprings(path.name), None
         if path.suffix.lower() != ".toml":
-            records = parse_records(source, self.diagnostics)
+            records = OPTIONAL_FILE.parser(source, self.diagnostics) or ()
             bound = bind_optional_records(
                 self.figure, records, self.use_printed_values, self.diagnostics
             )
@@ -379,7 +361,7 @@ class _FileBinder:
         else:
             folders = [path.parent, *([self.own_path.parent] if self.own_path else [])]
             files = [
-                folder / f"{start}{name}{SPRINGS_SUFFIX}"
+                folder / f"{start}{name}{SPRINGS_FILE.suffix}"
                 for folder in folders
                 for start in ([f"{self.stem}."] if self.stem else []) + [""]
             ]
@@ -444,7 +426,7 @@ def _parse_content(
     source: Source, stem: str | None, diagnostics: Diagnostics
 ) -> SpringsFile | None:
     """Parse a springs file, with a warning if it names another figure."""
-    content = parse_springs_source(source, diagnostics)
+    content = SPRINGS_FILE.parser(source, diagnostics)
     if content is not None and content.figure and stem and content.figure != stem:
         diagnostics.warning(
             f"these springs were written for the figure `{shorten(content.figure)}`",
@@ -537,18 +519,18 @@ _AXIS_DIRECTIONS: Mapping[str | None, Vector] = {
 }
 
 
-def parse_springs_file(path: Path) -> Parsed[LoadedSprings]:
+def load_springs_file(path: Path) -> Parsed[LoadedSprings]:
     """The springs in a file, with all faults; bad input raises nothing.
 
     The figure that the file names is looked for beside it and among the shipped ones. Without one,
     joints and their axes are taken as the file has them.
     """
-    parsed = parse_file(path, parse_springs_source)
+    parsed = SPRINGS_FILE.parse_file(path)
     content = parsed.value
     if content is None:
         return Parsed(None, parsed.diagnostics)
     file = _find_figure_file(content, path.parent)
-    figure = None if file is None else parse_figure_file(file).value
+    figure = None if file is None else FIGURE_FILE.parse_file(file).value
     if figure is not None:
         folder = path.parent if file is None else file.parent
         own = load_springs(figure, folder, content.figure, path, with_base=False)
@@ -577,8 +559,8 @@ def _find_figure_file(content: SpringsFile, folder: Path) -> Path | None:
     """The file of the figure for which springs were written."""
     if content.figure is None:
         return None
-    beside = folder / f"{content.figure}{FIGURE_SUFFIX}"
-    return beside if beside.is_file() else shipped_figures().get(content.figure)
+    beside = folder / f"{content.figure}{FIGURE_FILE.suffix}"
+    return beside if beside.is_file() else FIGURE_FILE.shipped().get(content.figure)
 
 
 def _springs_without_figure(

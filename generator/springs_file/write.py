@@ -6,16 +6,16 @@ from generator.springs_file.coupled import NEAREST_CONSERVATIVE, CoupledEntry
 from generator.springs_file.laws import HYSTERESIS_KEY, MEASURED_KEY, SLIP_RATE_KEY, write_law
 from generator.springs_file.parse import (
     BASE_KEY,
+    COUPLED_TABLE,
     EXTENDS_KEY,
     NO_BASE,
+    SPRING_TABLE,
     SpringEntry,
     SpringsFile,
 )
 from generator.springs_file.published import PUBLISHED_KEY
-from generator.springs_file.toml_table import (
-    COUPLED_TABLE,
-    MAX_LINE_LENGTH,
-    SPRING_TABLE,
+from generator.toml_file.reader import MAX_LINE_LENGTH
+from generator.toml_file.writer import (
     degree_to_toml,
     degrees_to_toml,
     list_to_toml,

@@ -12,7 +12,6 @@ from generator.input_files.csv_columns import (
     parse_number_cell,
     split_cells,
 )
-from generator.springs_file.toml_table import TableReader
 from generator.study.designs import evenly_spaced
 from generator.study.sensitivity import MIN_SAMPLES
 from generator.study.study import (
@@ -32,7 +31,6 @@ from generator.study.study_tables import (
     PARAMETER_EXAMPLE,
     PARAMETER_KEYS,
     adopt,
-    parse_integer,
     parse_row,
     parse_table,
     parse_texts,
@@ -42,6 +40,8 @@ from generator.study.study_tables import (
     require_table,
 )
 from generator.text_io import csv_value, load_text
+from generator.toml_file.reader import TableReader
+from generator.toml_file.rows import Integer
 
 MAX_RUNS = 1_000_000
 """Largest number of runs of a study; more are a typing error."""
@@ -103,7 +103,7 @@ def _parse_distribution(
     if keys == ("values",):
         return _parse_levels(table, kind)
     numbers = {key: table.number(key) for key in keys}
-    points = parse_integer(table, "points", 2, MAX_RUNS)
+    points = Integer("points", 2, MAX_RUNS).read(table)
     first, second = numbers.values()
     if first is None or second is None:
         return None
@@ -204,8 +204,8 @@ def parse_design(
     elif "runs" in table.content:
         hint = "it has the rows of its file" if is_list else "it has all combinations of its values"
         table.error("runs", f"a {kind} design has no `runs`", hint)
-    runs = parse_integer(table, "runs", 1, MAX_RUNS) if has_runs else None
-    seed = parse_integer(table, "seed", 0, MAX_SEED)
+    runs = Integer("runs", 1, MAX_RUNS).read(table) if has_runs else None
+    seed = Integer("seed", 0, MAX_SEED).read(table)
     if "file" in table.content and not is_list:
         table.error("file", f"a {kind} design has no `file`", 'the kind of a file is "list"')
     rows = _parse_rows(table, tuple(parameters), folder) if is_list else ()

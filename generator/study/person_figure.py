@@ -10,7 +10,7 @@ from generator.person.body import build_body, side_names
 from generator.person.joints import person_figure
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import coupled_leg_springs, passive_axes, person_springs
-from generator.springs_file.parse import SPRINGS_SUFFIX, SpringsFile
+from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from generator.study.study import PersonArguments
@@ -52,7 +52,7 @@ def make_person(
         content = person_springs(axes)
         if person.springs == "coupled":
             content = _replace_entries(content, coupled_leg_springs(body, axes))
-        file, text = Path(f"person{SPRINGS_SUFFIX}"), write_springs(content)
+        file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
     loaded = load_springs(figure, choice=file, joining=joining, text=text).require_value()
     if not with_spheres:
         return figure, loaded.springs

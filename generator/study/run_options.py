@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -11,45 +11,27 @@ from generator.diagnostics import shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.values import displacement_bound
 from generator.input_files.pose import POSE_FILE
-from generator.input_files.scene import MAX_FRICTION, SCENE_FILE
+from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.free_root import Chains, settable_chains
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files.action import LENGTH_UNIT, display_unit
 from generator.scene import FLOOR, Scene, floor_prop
-from generator.simulation.plan import MAX_FRAMES, MAX_HEIGHT, Plan
-from generator.springs_file.toml_table import TableReader
-from generator.study.study_tables import RUN_FLAGS, adopt, parse_flag, parse_table, relative_path
+from generator.simulation.plan import MAX_FRAMES, Plan
+from generator.study.study_tables import (
+    FRICTION,
+    GRAVITY,
+    RUN_FLAGS,
+    RUN_NUMBERS,
+    adopt,
+    parse_table,
+    relative_path,
+)
 from generator.text_io import is_file
+from generator.toml_file.reader import TableReader
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
-
-MAX_TIME = 1e6
-"""Largest time of a run, and of its computation [s]."""
-
-MAX_GRAVITY = 1e9
-"""Largest component of gravity [m/s2]."""
-
-
-class _Range(NamedTuple):
-    """Range of a number, with its unit."""
-
-    least: float
-    largest: float
-    unit: str
-    excludes_zero: bool = False
-
-
-_NUMBERS: Mapping[str, _Range] = {
-    "stop": _Range(-MAX_TIME, MAX_TIME, " s"),
-    "start": _Range(-MAX_TIME, MAX_TIME, " s"),
-    "frame": _Range(0.0, MAX_TIME, " s", excludes_zero=True),
-    "tolerance": _Range(0.0, 1e3, " rad", excludes_zero=True),
-    "step": _Range(0.0, MAX_TIME, " s", excludes_zero=True),
-    "height": _Range(-MAX_HEIGHT, MAX_HEIGHT, " m"),
-    "wall_limit": _Range(0.0, MAX_TIME, " s", excludes_zero=True),
-}
 
 
 def parse_plan(
@@ -65,14 +47,11 @@ def parse_plan(
         springs: of the figure.
         folder: of the file.
     """
-    numbers = {key: _parse_number(top, key, one) for key, one in _NUMBERS.items()}
-    numbers = {key: value for key, value in numbers.items() if value is not None}
-    free_root, floor, self_contact = (parse_flag(top, key) for key in RUN_FLAGS)
+    read = {row.key: row.read(top) for row in RUN_NUMBERS}
+    numbers = {key: value for key, value in read.items() if value is not None}
+    free_root, floor, self_contact = (row.read(top) or False for row in RUN_FLAGS)
     options: dict[str, Any] = {key: value for key, value in numbers.items()}
-    gravity = top.numbers("gravity", 3) if "gravity" in top.content else None
-    for k, component in enumerate(gravity or ()):
-        if abs(component) > MAX_GRAVITY:
-            top.error("gravity", "this number is too large", f"at most {MAX_GRAVITY:g} m/s2", k)
+    gravity = GRAVITY.read(top)
     if gravity is not None:
         options["gravity"] = gravity
     _check_times(top, numbers)
@@ -107,21 +86,6 @@ def parse_plan(
         return None
 
 
-def _parse_number(top: TableReader, key: str, bounds: _Range) -> float | None:
-    value = top.number(key)
-    if value is None:
-        return None
-    if bounds.least <= value <= bounds.largest and not (bounds.excludes_zero and value == 0.0):
-        return value
-    if bounds.least == 0.0 and value <= 0.0:
-        least = "be above zero" if bounds.excludes_zero else "not be below zero"
-        top.error(key, f"`{key}` must {least}, not {value:g}")
-    else:
-        ends = f"from {bounds.least:g} to {bounds.largest:g}{bounds.unit}"
-        top.error(key, f"`{key}` must be {ends}, not {value:g}")
-    return None
-
-
 def _check_times(top: TableReader, numbers: Mapping[str, float]) -> None:
     """Note the errors of times that do not fit each other."""
     wrong = [key for key in ("start", "stop", "frame") if key in top.content and key not in numbers]
@@ -139,12 +103,12 @@ def _check_times(top: TableReader, numbers: Mapping[str, float]) -> None:
 
 def _parse_scene(top: TableReader, plan: Plan, folder: Path) -> Scene:
     """Return the floor and the props around the figure."""
-    floor = parse_flag(top, "floor") if isinstance(top.content.get("floor"), bool) else False
+    floor = top.content.get("floor") is True
     props, name = Scene(), top.text("scene")
     if name is not None:
         path = relative_path(name, folder)
         props = adopt(top, "scene", SCENE_FILE.parse_file(path if is_file(path) else name)) or props
-    friction = _parse_number(top, "friction", _Range(0.0, MAX_FRICTION, ""))
+    friction = FRICTION.read(top)
     if "friction" in top.content and not floor:
         hint = "write `floor = true`; in a scene file each surface has its own"
         top.error("friction", "friction needs a floor", hint)

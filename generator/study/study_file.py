@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-import figures
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
@@ -25,13 +24,12 @@ from generator.diagnostics import (
     spelling_hint,
 )
 from generator.figure import Figure
-from generator.figure_file.read import parse_figure_file, shipped_figures
+from generator.figure_file.read import FIGURE_FILE
+from generator.file_kind import FileKind
 from generator.person.measures import estimate_measures
 from generator.person.survey import Sex
 from generator.simulation.preconditions import simulation_obstacles
-from generator.springs_file.read import OPTIONAL_SUFFIX, load_springs
-from generator.springs_file.toml_spans import locate_keys
-from generator.springs_file.toml_table import TableReader, parse_document
+from generator.springs_file.read import OPTIONAL_FILE, load_springs
 from generator.study.design_table import MAX_RUNS, parse_design, parse_kind, parse_parameters
 from generator.study.designs import design_points, run_count
 from generator.study.measures import check_measures
@@ -68,7 +66,6 @@ from generator.study.study_tables import (
     STUDY_KEYS,
     STUDY_SUFFIX,
     adopt,
-    parse_integer,
     parse_row,
     parse_table,
     reject_unknown_keys,
@@ -76,7 +73,10 @@ from generator.study.study_tables import (
     require_keys,
     require_table,
 )
-from generator.text_io import is_file, parse_file, parse_text, path_exists
+from generator.text_io import is_file, path_exists
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Integer
+from generator.toml_file.spans import locate_keys
 from springs import Joining, SpringSet
 
 MAX_RESAMPLES = 100_000
@@ -100,42 +100,16 @@ class _Subject(NamedTuple):
     person: PersonArguments | None = None
 
 
-def shipped_studies() -> dict[str, Path]:
-    """The studies that come with this program, by name."""
-    paths = sorted(Path(figures.__path__[0]).glob(f"*{STUDY_SUFFIX}"))
-    return {path.name.removesuffix(STUDY_SUFFIX): path for path in paths}
-
-
-def find_study(path_or_name: str | Path) -> Path:
-    """Return an existing path, else that of a shipped study, else the path unchanged."""
-    path = Path(path_or_name)
-    return path if is_file(path) else shipped_studies().get(str(path_or_name), path)
-
-
 def read_study(path_or_name: str | Path) -> Study:
     """The study in a file or of a shipped name.
 
     Raises InputError with all diagnostics on any error. Warnings pass.
     """
-    return parse_study(path_or_name).require_value()
+    return STUDY_FILE.read(path_or_name)
 
 
-def parse_study(path_or_name: str | Path) -> Parsed[Study]:
-    """The study in a file or of a shipped name, with all diagnostics; bad input raises nothing."""
-    name, path = str(path_or_name), find_study(path_or_name)
-    if not path_exists(path):
-        hint = spelling_hint(name.removesuffix(STUDY_SUFFIX), shipped_studies())
-        missing = error(f"there is no file `{name}` and no shipped study of that name", hint=hint)
-        return Parsed(None, (missing,))
-    return parse_file(path, partial(_parse_source, folder=path.parent), name)
-
-
-def parse_study_text(text: str, folder: str | Path, name: str = "<text>") -> Parsed[Study]:
-    """The study that `text` describes; paths in it are relative to `folder`."""
-    return parse_text(text, partial(_parse_source, folder=Path(folder)), name)
-
-
-def _parse_source(source: Source, diagnostics: Diagnostics, folder: Path) -> Study | None:
+def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
+    folder = Path() if source.path is None else source.path.parent
     document = parse_document(source, _FILE_KIND, diagnostics)
     if document is None:
         return None
@@ -175,6 +149,9 @@ def _parse_source(source: Source, diagnostics: Diagnostics, folder: Path) -> Stu
     return study
 
 
+STUDY_FILE = FileKind("study", STUDY_SUFFIX, _parse_study, is_shipped=True)
+
+
 # Figure, person and springs
 
 
@@ -198,13 +175,13 @@ def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
         return None
     path = relative_path(name, folder)
     if not is_file(path):
-        path = shipped_figures().get(name, path)
+        path = FIGURE_FILE.shipped().get(name, path)
     if not path_exists(path):
-        hint = spelling_hint(Path(name).stem, shipped_figures())
+        hint = spelling_hint(Path(name).stem, FIGURE_FILE.shipped())
         message = f"there is no file `{shorten(name)}` and no shipped figure of that name"
         top.error("figure", message, hint)
         return None
-    figure = adopt(top, "figure", parse_figure_file(path))
+    figure = adopt(top, "figure", FIGURE_FILE.parse_file(path))
     if figure is None:
         return None
     choice = _springs_choice(top, folder)
@@ -224,7 +201,7 @@ def _springs_choice(top: TableReader, folder: Path) -> str | Path | None:
     if choice is None:
         return None
     path = relative_path(choice, folder)
-    is_path = len(Path(choice).parts) > 1 or Path(choice).suffix in (".toml", OPTIONAL_SUFFIX)
+    is_path = len(Path(choice).parts) > 1 or Path(choice).suffix in (".toml", OPTIONAL_FILE.suffix)
     return path if is_path or is_file(path) else choice
 
 
@@ -292,7 +269,7 @@ def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity
     if confidence is not None and not 0.0 < confidence < 1.0:
         hint = "0.95 is the default"
         table.error("confidence", f"`confidence` must be between 0 and 1, not {confidence:g}", hint)
-    resamples = parse_integer(table, "resamples", 1, MAX_RESAMPLES)
+    resamples = Integer("resamples", 1, MAX_RESAMPLES).read(table)
     return Sensitivity(
         Sensitivity.confidence if confidence is None else confidence,
         Sensitivity.resamples if resamples is None else resamples,

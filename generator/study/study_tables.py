@@ -7,15 +7,42 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from generator.diagnostics import Diagnostics, Parsed, closest_match, shorten
-from generator.springs_file.toml_table import TableReader
+from generator.input_files.scene import MAX_FRICTION
+from generator.simulation.plan import MAX_HEIGHT
+from generator.toml_file import rows
+from generator.toml_file.reader import TableReader
+from generator.toml_file.rows import Flag, Number, TableRows, Vector3
 
 STUDY_SUFFIX = ".study.toml"
 
 RUN_TABLES = ("set", "velocity")
-RUN_FLAGS = ("free_root", "floor", "self_contact")
-RUN_NUMBERS = ("stop", "start", "frame", "tolerance", "step", "height", "wall_limit")
-RUN_KEYS = (*RUN_NUMBERS, *RUN_FLAGS, "law", "gravity", "friction", "scene", "pose", *RUN_TABLES)
-"""Keys of the options of a run."""
+MAX_TIME = 1e6
+"""Largest time of a run, and of its computation [s]."""
+
+MAX_GRAVITY = 1e9
+"""Largest component of gravity [m/s2]."""
+
+RUN_NUMBERS = (
+    Number("stop", -MAX_TIME, MAX_TIME, " s"),
+    Number("start", -MAX_TIME, MAX_TIME, " s"),
+    Number("frame", 0.0, MAX_TIME, " s", is_positive=True),
+    Number("tolerance", 0.0, 1e3, " rad", is_positive=True),
+    Number("step", 0.0, MAX_TIME, " s", is_positive=True),
+    Number("height", -MAX_HEIGHT, MAX_HEIGHT, " m"),
+    Number("wall_limit", 0.0, MAX_TIME, " s", is_positive=True),
+)
+FLOOR = Flag("floor")
+RUN_FLAGS = (Flag("free_root"), FLOOR, Flag("self_contact"))
+GRAVITY = Vector3("gravity", MAX_GRAVITY, f"at most {MAX_GRAVITY:g} m/s2")
+FRICTION = Number("friction", 0.0, MAX_FRICTION)
+RUN_ROWS = TableRows(
+    "study",
+    (*RUN_NUMBERS, *RUN_FLAGS, GRAVITY, FRICTION),
+    ("law", "scene", "pose", *RUN_TABLES),
+)
+"""Options of a run."""
+
+RUN_KEYS = RUN_ROWS.keys
 
 STUDY_TABLES = ("design", "parameters", "measures", "sensitivity")
 STUDY_KEYS = ("figure", "person", "springs", *RUN_KEYS, *STUDY_TABLES)
@@ -61,15 +88,6 @@ def require_table(top: TableReader, name: str, example: str) -> TableReader | No
     return None
 
 
-def parse_flag(table: TableReader, key: str) -> bool:
-    """Return a value that is true or false; false where it is absent or, with an error, wrong."""
-    value: Any = table.content.get(key, False)
-    if isinstance(value, bool):
-        return value
-    table.error(key, f"`{key}` must be true or false", "without quotes")
-    return False
-
-
 def relative_path(text: str, folder: Path) -> Path:
     """Return the path of a file that a study in `folder` names."""
     return folder / Path(text)
@@ -83,20 +101,6 @@ def adopt(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
     return parsed.value
 
 
-def parse_integer(table: TableReader, key: str, least: int, largest: int) -> int | None:
-    """Return a whole number; None if it is absent or, with an error, wrong."""
-    value: Any = table.content.get(key)
-    if value is None:
-        return None
-    if type(value) is not int:
-        table.error(key, f"`{key}` must be a whole number", "without quotes and decimals")
-    elif not least <= value <= largest:
-        table.error(key, f"`{key}` must be from {least:,} to {largest:,}")
-    else:
-        return value
-    return None
-
-
 def reject_unknown_keys(table: TableReader, known: tuple[str, ...], noun: str) -> None:
     """Note an error for each unknown key; an option of the runs stands above all tables."""
     for key in table.content:
@@ -108,16 +112,13 @@ def reject_unknown_keys(table: TableReader, known: tuple[str, ...], noun: str) -
 
 
 def require_keys(table: TableReader, examples: Mapping[str, str], noun: str) -> bool:
-    """Note an error for each missing key, unless an unknown key is a slip of it."""
-    known = PERSON_KEYS + DESIGN_KEYS + PARAMETER_KEYS + MEASURE_KEYS
-    slips = {closest_match(key, examples) for key in table.content if key not in known}
-    missing = [key for key in examples if key not in table.content]
-    for key in missing:
-        if key not in slips:
-            hint = f"write `{key} = {examples[key]}`, for example"
-            message = f"this {noun} has no `{key}`"
-            table.diagnostics.error(message, table.header_span, hint)
-    return not missing
+    """Note an error for each missing key of a table, unless an unknown key is a slip of it.
+
+    Keys of other tables of a study are not slips.
+    """
+    return rows.require_keys(
+        table, examples, noun, PERSON_KEYS + DESIGN_KEYS + PARAMETER_KEYS + MEASURE_KEYS
+    )
 
 
 def parse_row(table: TableReader, name: str, noun: str, taken: Iterable[str]) -> TableReader | None:

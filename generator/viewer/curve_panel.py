@@ -11,7 +11,7 @@ import viser
 from generator.diagnostics import MoverError
 from generator.passive_curve import PassiveCurve, passive_torque
 from generator.springs_file.edit import SpringEdit, cubic_dead_zone, elastic_law, plain_law
-from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.viewer.curve_editor import (
     CurveEditor,
     CurveKey,
@@ -151,7 +151,7 @@ class CurvePanel(Panel):
                 "Both sides", False, hint="Also change the joint on the other side"
             )
             self._undo = gui.add_button("Undo changes of this curve", disabled=True)
-        self._file = gui.add_text("File", f"changed{SPRINGS_SUFFIX}")
+        self._file = gui.add_text("File", f"changed{SPRINGS_FILE.suffix}")
         self._save = gui.add_button("Save as .springs.toml", disabled=True)
         fields: dict[str, tuple[Any, Callable[[Any], Any]]] = {
             "scale": (self._scale, float),
@@ -278,8 +278,8 @@ class CurvePanel(Panel):
 
     def _save_file(self) -> None:
         name = self._file.value.strip()
-        if name and not name.endswith(SPRINGS_SUFFIX):
-            name = name.removesuffix(".toml") + SPRINGS_SUFFIX
+        if name and not name.endswith(SPRINGS_FILE.suffix):
+            name = name.removesuffix(".toml") + SPRINGS_FILE.suffix
         folder = self.viewer.content.folder
         requested = path_in_folder(folder, name, (".toml",))
         path = free_path(requested)

@@ -29,7 +29,7 @@ from generator.motion_files import MOTION_FORMATS
 from generator.rotations import Array, inverse_pose
 from generator.simulation.preconditions import model_obstacles
 from generator.springs_file.edit import springs_and_text
-from generator.springs_file.parse import SPRINGS_SUFFIX
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.text_io import os_error_reason
 from generator.viewer.folder import name_in_folder, path_in_folder
 from generator.viewer.live_process import (
@@ -339,7 +339,7 @@ class LivePanel(Panel):
             content.figure,
             content.springs,
             self.viewer.springs,
-            content.folder / f"changed{SPRINGS_SUFFIX}",
+            content.folder / f"changed{SPRINGS_FILE.suffix}",
             content.springs_choice,
         )
         return SetSprings(text)

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 
 from generator.study.run_case import run_case
 from generator.study.sensitivity import INDICES_NAME, IndexKind, StudyIndices, read_indices
-from generator.study.study_file import find_study, read_study
+from generator.study.study_file import STUDY_FILE, read_study
 from plots.canvas import BLUE, GREY, add_footer, create_panels, plot_style
 from plots.plate import Claim, Plate
 from plots.study_plate import StudyRuns, read_runs, sensitivity_plates
@@ -169,7 +169,7 @@ def _index_claims(indices: StudyIndices) -> Iterator[Claim]:
 def _repeated_run(name: str, runs: StudyRuns) -> Claim:
     """Compute the first run again."""
     values = [float(column[0]) for column in runs.parameters.values()]
-    result = run_case(read_study(find_study(name)), values)
+    result = run_case(read_study(STUDY_FILE.find(name)), values)
     differences = [
         abs((result.measures[measure] or np.nan) / column[0] - 1.0)
         for measure, column in runs.measures.items()

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from generator.figure import Figure
-from generator.figure_file.read import parse_figure
-from generator.springs_file.parse import parse_springs
+from generator.figure_file.read import FIGURE_FILE
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
+from generator.text_io import make_source
 from springs import total_torque
 from tests.paths import DOCS, FIGURES
 
@@ -22,7 +23,7 @@ def block(language: str) -> str:
 
 
 def double_pendulum() -> Figure:
-    reading = parse_figure(block(""), "figure-language.md")
+    reading = FIGURE_FILE.parse(make_source(block(""), "figure-language.md"))
     assert reading.diagnostics == ()
     assert reading.value is not None
     return reading.value
@@ -47,7 +48,7 @@ def test_its_springs_are_its_own() -> None:
 
 
 def test_the_springs_file_is_read_without_a_fault() -> None:
-    reading = parse_springs(block("toml"), "figure-language.md")
+    reading = SPRINGS_FILE.parse(make_source(block("toml"), "figure-language.md"))
     assert reading.diagnostics == ()
     assert reading.value is not None
     (entry,) = reading.value.entries

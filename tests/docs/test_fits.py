@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from generator.springs_file.parse import parse_springs
+from generator.springs_file.parse import SPRINGS_FILE
 from springs.lint.finding import FindingKind
 from tests.command import run
 from tests.paths import DOCS
@@ -27,7 +27,7 @@ def test_the_example_is_fitted_as_it_is_printed(tmp_path: Path, monkeypatch: pyt
     words = shlex.split(block("sh"))
     assert words[0] == "mover"
     run(*words[1:])
-    reading = parse_springs(Path("elbow.springs.toml").read_text(encoding="utf-8"))
+    reading = SPRINGS_FILE.parse_text(Path("elbow.springs.toml").read_text(encoding="utf-8"))
     assert reading.diagnostics == ()
     assert reading.value is not None
     (entry,) = reading.value.entries

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from generator.geometry import read_psurf
+from generator.geometry import PSURF_FILE
 from generator.geometry.validate import validate_surface
 from tests.paths import DOCS, FIGURES
 
@@ -44,7 +44,7 @@ EVERY = [*PERSON, "eclavicle.pss", "link1.pss", "floor.pss"]
 @cache
 def read(name):
     """Vertices (n, 3) [cm] and faces counted from 0."""
-    surface = read_psurf(FIGURES / name)
+    surface = PSURF_FILE.read(FIGURES / name)
     return surface.vertices * 100.0, surface.faces
 
 
@@ -67,7 +67,7 @@ def winding_number(body, point):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_a_psurf_is_one_sound_body_also_to_trimesh(name):
-    assert validate_surface(read_psurf(FIGURES / name)).diagnostics == []
+    assert validate_surface(PSURF_FILE.read(FIGURES / name)).diagnostics == []
     body = mesh(name)
     assert body.is_watertight
     assert body.is_winding_consistent

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from generator.input_files.scene import BOX_KEYS, PLANE_KEYS, SCENE_FILE, SURFACE_KEYS
+from generator.input_files.scene import SCENE_FILE, SCENE_TABLES
 from generator.scene import Box, Plane
 from springs.contact import DEFAULT_SURFACE
 from tests.paths import DOCS
@@ -35,7 +35,7 @@ def test_the_python_runs():
 
 def test_the_table_has_every_key():
     cells = "".join(line for line in SECTION.splitlines() if line.startswith("|"))
-    keys = {*SURFACE_KEYS, *PLANE_KEYS, *BOX_KEYS}
+    keys = {key for table in SCENE_TABLES.values() for key in table.keys}
     assert set(re.findall(r"`([a-z]+(?:_\w+)?)`", cells)) == keys
 
 

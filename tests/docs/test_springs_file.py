@@ -11,9 +11,16 @@ from generator import Recording, read_figure, read_springs
 from generator.diagnostics import InputError
 from generator.springs_file.coupled import COUPLED_KEYS, TERM_KEYS
 from generator.springs_file.laws import CubicEntry
-from generator.springs_file.parse import SPRING_KEYS, SPRINGS_FILE_KEYS, SpringsFile, parse_springs
-from generator.springs_file.toml_table import COUPLED_TABLE, SPRING_TABLE
+from generator.springs_file.parse import (
+    COUPLED_TABLE,
+    SPRING_KEYS,
+    SPRING_TABLE,
+    SPRINGS_FILE,
+    SPRINGS_FILE_KEYS,
+    SpringsFile,
+)
 from generator.springs_file.write import write_springs
+from generator.text_io import make_source
 from springs import Cubic, Linear
 from tests.paths import DOCS
 
@@ -24,7 +31,7 @@ CURVES, COUPLED = PAGE.split("## A law over several joints")
 
 
 def content(text: str) -> SpringsFile:
-    reading = parse_springs(text, "springs-file.md")
+    reading = SPRINGS_FILE.parse(make_source(text, "springs-file.md"))
     assert reading.diagnostics == ()
     assert reading.value is not None
     return reading.value
@@ -100,7 +107,7 @@ conservative = "nearest"
 terms = [
 """
         term = f"{{ amplitudes_Nm = {[1] * count}, rates_1_rad = {[1] * count} }},\n"
-        faults = parse_springs(said + terms * term + "]\n").diagnostics
+        faults = SPRINGS_FILE.parse_text(said + terms * term + "]\n").diagnostics
         assert bool(faults) is (count > 3 or terms > 40)
 
 
@@ -126,5 +133,5 @@ def test_springs_with_faults_are_an_error_that_holds_all(tmp_path: Path):
 
 def test_the_error_is_printed_as_the_page_has_it():
     text = '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 1\nscale = -1\n'
-    (fault,) = parse_springs(text, "my.springs.toml").diagnostics
+    (fault,) = SPRINGS_FILE.parse(make_source(text, "my.springs.toml")).diagnostics
     assert str(fault) in PAGE

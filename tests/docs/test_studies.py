@@ -10,8 +10,8 @@ import pytest
 
 from generator import design_points, run_case
 from generator.study.run_table import table_titles
-from generator.study.study_file import parse_study_text
 from tests.paths import DOCS, FIGURES
+from tests.study_runs import parse_study_text
 
 PAGE = (DOCS / "studies.md").read_text(encoding="utf-8")
 

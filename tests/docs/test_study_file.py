@@ -9,8 +9,8 @@ import pytest
 from generator.recording import Ending
 from generator.study import study_tables
 from generator.study.study import OUTCOMES, DesignKind, Take
-from generator.study.study_file import parse_study_text
 from tests.paths import DOCS, FIGURES
+from tests.study_runs import parse_study_text
 
 PAGE = (DOCS / "study-file.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)

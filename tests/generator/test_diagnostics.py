@@ -3,11 +3,14 @@ import pickle
 import pytest
 
 from generator.diagnostics import (
+    MAX_DIAGNOSTICS,
+    Diagnostics,
     InputError,
     MoverError,
     Parsed,
     Source,
     Span,
+    TooManyErrors,
     closest_match,
     error,
     select_errors,
@@ -118,3 +121,13 @@ def test_a_parsed_value_or_all_its_diagnostics():
     with pytest.raises(InputError) as caught:
         Parsed(None, (odd, error("wrong"))).require_value()
     assert caught.value.diagnostics == (odd, error("wrong"))
+
+
+def test_errors_of_a_part_stop_the_whole_with_one_hint():
+    part, whole = Diagnostics(), Diagnostics()
+    with pytest.raises(TooManyErrors):
+        part.extend(Diagnostics([error("wrong")] * MAX_DIAGNOSTICS))
+    with pytest.raises(TooManyErrors):
+        whole.extend(part)
+    assert whole.entries == part.entries
+    assert part.entries[-1].hint == "reading stopped here, after 100 errors"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure, read_springs
-from generator.springs_file.read import parse_springs_file
+from generator.springs_file.read import load_springs_file
 from plots.own_plates import OwnFiles
 from plots.springs_plate import NamedSprings, matching_literature, springs_plates
 from springs import Linear
@@ -34,7 +34,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_each_curve_has_a_plate_with_both_springs_and_the_literature(path: Path) -> None:
-    own = NamedSprings(path.name, parse_springs_file(path).require_value().springs)
+    own = NamedSprings(path.name, load_springs_file(path).require_value().springs)
     other = NamedSprings("prototype", read_springs(None, read_figure("prototype")))
     plates = {plate.name: plate for plate in springs_plates(own, other)}
     assert len(plates) == 2

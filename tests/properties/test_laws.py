@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from generator.simulation.exudyn_api import SYMBOLIC, symbols
 from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
-from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
+from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
 from springs import FLOATS, NUMPY, Cubic, Damping, Elastic, Linear, Stop
 from springs.elastic import Frictional, mirror_range, valid_range
@@ -266,5 +266,5 @@ def test_a_law_is_described_in_one_line_and_in_json(
 def test_a_law_that_is_written_is_read_back(form: LawForm[EntryLaw], data: st.DataObject):
     law = data.draw(ENTRY_STRATEGIES[form.entry_type], label="law")
     content = SpringsFile((SpringEntry(("knee",), law=law, motion="x", reference="x", why="x"),))
-    (entry,) = parse_springs(write_springs(content)).require_value().entries
+    (entry,) = SPRINGS_FILE.parse_text(write_springs(content)).require_value().entries
     assert entry.law == law

@@ -20,7 +20,7 @@ from generator.model_files.fit_error import FitError, format_range
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
 from generator.springs_file.laws import CubicEntry, EntryLaw, is_finite
 from generator.springs_file.parse import SpringEntry
-from generator.springs_file.toml_table import MAX_TEXT_LENGTH
+from generator.toml_file.reader import MAX_TEXT_LENGTH
 from springs import Cubic, Damping, Linear, NotRestoringError, passive_cubic
 from springs.elastic import Range
 from springs.exponential import Exponential

@@ -155,9 +155,7 @@ def interrupt(*_: object, **__: object) -> Any:
 INTERRUPTION = "interrupted before anything was written"
 
 
-@pytest.mark.parametrize(
-    "place", ["app", "_load_command", "generator.cli.inputs:parse_figure_file"]
-)
+@pytest.mark.parametrize("place", ["app", "_load_command", "generator.cli.com:load_figure"])
 def test_ctrl_c_before_a_run_is_reported(
     place: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

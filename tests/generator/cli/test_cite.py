@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from generator.figure_file import shipped_figures
+from generator.figure_file import FIGURE_FILE
 from springs.published.tables import coupled_law, curve, publication, publications
 from tests.command import answer, mover, run
 from tests.paths import FIGURES
@@ -102,7 +102,7 @@ def test_what_of_a_figure_is_the_thesis_s(figure: str, used: list[str]):
 def test_a_figure_of_a_shipped_name_is_not_the_shipped_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    bars = shipped_figures()["fourbar"].read_text(encoding="utf-8")
+    bars = FIGURE_FILE.shipped()["fourbar"].read_text(encoding="utf-8")
     (tmp_path / "prototype").write_text(bars, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     (reference,) = answer("cite", "prototype")["references"]

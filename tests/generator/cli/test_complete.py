@@ -9,7 +9,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure_file import simulation_diagnostics
-from generator.geometry import format_psurf, mass_properties, read_psurf
+from generator.geometry import PSURF_FILE, format_psurf, mass_properties
 from generator.geometry.surface import Surface
 from tests.bodies import box
 from tests.command import mover, run
@@ -149,7 +149,7 @@ def test_the_prototype_without_its_masses_gets_them_back_from_its_psurfs(tmp_pat
     assert list(figure.segments) == list(printed.segments)
     for entry in filled:
         psurf = printed.segments[entry["segment"]].psurf
-        expected = mass_properties(read_psurf(FIGURES / psurf), 1050.0)
+        expected = mass_properties(PSURF_FILE.read(FIGURES / psurf), 1050.0)
         segment = figure.segments[entry["segment"]]
         assert segment.mass == pytest.approx(expected.mass, rel=1e-6)
         assert segment.inertia == pytest.approx(np.diag(expected.inertia), rel=1e-6)

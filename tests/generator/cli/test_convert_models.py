@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from generator.conversion import convert
 from generator.diagnostics import UsageError
 from generator.figure_file import read_figure
-from generator.geometry.psurf import read_psurf
+from generator.geometry.psurf import PSURF_FILE
 from generator.springs_file.read import read_springs
 from tests.command import answer, mover, run
 from tests.generator.model_files.imported_models import MODELS
@@ -139,7 +139,7 @@ def test_what_is_written_is_read_again_or_nothing_is_written(model: str):
         figure = read_figure(path)
         read_springs(None, figure)
         for segment in figure.segments.values():
-            assert segment.psurf is None or read_psurf(path.parent / segment.psurf).face_count
+            assert segment.psurf is None or PSURF_FILE.read(path.parent / segment.psurf).face_count
 
 
 def test_tables_of_many_joints_are_thinned_and_steep_springs_bounded(tmp_path: Path):

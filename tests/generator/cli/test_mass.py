@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from generator import read_figure
-from generator.figure_file import parse_figure
-from generator.geometry import format_psurf, mass_properties, read_psurf
+from generator.figure_file import FIGURE_FILE
+from generator.geometry import PSURF_FILE, format_psurf, mass_properties
 from generator.geometry.surface import Surface
 from tests.bodies import box, inside_out, together
 from tests.command import answer, mover, run
@@ -99,10 +99,10 @@ def test_the_lines_of_a_segment_can_be_pasted():
     head, begin, rest = text.partition("  segment left_upper_arm {\n")
     block, end, tail = rest.partition("  }\n")
     kept = [line for line in block.splitlines(True) if "psurf" in line or "al->" in line]
-    figure = parse_figure(f"{head}{begin}{''.join(kept)}{lines}{end}{tail}").value
+    figure = FIGURE_FILE.parse_text(f"{head}{begin}{''.join(kept)}{lines}{end}{tail}").value
     assert figure is not None
     arm = figure.segments["left_upper_arm"]
-    expected = mass_properties(read_psurf(FIGURES / "euparm.pss"), 1050.0)
+    expected = mass_properties(PSURF_FILE.read(FIGURES / "euparm.pss"), 1050.0)
     assert arm.mass == pytest.approx(expected.mass, rel=1e-6)
     assert arm.inertia == pytest.approx(np.diag(expected.inertia), rel=1e-6)
     assert arm.centre_of_mass == pytest.approx(expected.centre, abs=1e-7)

@@ -19,13 +19,7 @@ from generator import (
     write_figure,
 )
 from generator.diagnostics import select_errors
-from generator.figure_file import (
-    parse_figure,
-    parse_figure_file,
-    read_figure,
-    shipped_figures,
-    simulation_diagnostics,
-)
+from generator.figure_file import FIGURE_FILE, read_figure, simulation_diagnostics
 from generator.figure_file.check import require_valid_figure
 from tests.paths import FAULTS
 
@@ -40,9 +34,9 @@ def test_a_simulation_needs_all_masses(stem: str, count: int):
     assert select_errors(diagnostics) == diagnostics
 
 
-@pytest.mark.parametrize("name", shipped_figures())
+@pytest.mark.parametrize("name", FIGURE_FILE.shipped())
 def test_masses_and_inertias_of_shipped_figures_are_plausible(name: str):
-    messages = [one.message for one in parse_figure_file(name).diagnostics]
+    messages = [one.message for one in FIGURE_FILE.parse_file(name).diagnostics]
     assert not [one for one in messages if " unit" in one or "has a mass of" in one]
 
 
@@ -122,8 +116,8 @@ MISTAKES = {
 
 
 def test_a_figure_made_in_python_is_that_of_its_text() -> None:
-    assert parse_figure(TEXT).value == PENDULUM
-    assert parse_figure(write_figure(PENDULUM)).value == PENDULUM
+    assert FIGURE_FILE.parse_text(TEXT).value == PENDULUM
+    assert FIGURE_FILE.parse_text(write_figure(PENDULUM)).value == PENDULUM
     require_valid_figure(PENDULUM, to_simulate=True)
 
 
@@ -131,7 +125,7 @@ def test_a_figure_made_in_python_is_that_of_its_text() -> None:
 def test_a_mistake_in_python_is_the_sentence_of_the_same_mistake_in_a_file(mistake: str) -> None:
     part, (right, wrong), owner = MISTAKES[mistake]
     assert TEXT.count(right) == 1
-    read = select_errors(parse_figure(TEXT.replace(right, wrong)).diagnostics)
+    read = select_errors(FIGURE_FILE.parse_text(TEXT.replace(right, wrong)).diagnostics)
     assert read
     with pytest.raises(InputError) as caught:
         require_valid_figure(PENDULUM.with_parts(part))

@@ -9,15 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import Diagnostics, InputError, Source, TooManyErrors, select_errors
+from generator.diagnostics import Diagnostics, Source, TooManyErrors, select_errors
 from generator.figure import AxisKind, JointAxis, Rotation, SiteRef, Translation
-from generator.figure_file import (
-    lexer,
-    parse_figure,
-    parse_figure_file,
-    read_figure,
-    shipped_figures,
-)
+from generator.figure_file import FIGURE_FILE, lexer, read_figure
 from generator.figure_file.lexer import TokenKind, tokenize
 
 FIGURE = """figure {{
@@ -47,7 +41,7 @@ def _text(segment="", joint="", figure=""):
 
 
 def _read(**parts):
-    reading = parse_figure(_text(**parts))
+    reading = FIGURE_FILE.parse_text(_text(**parts))
     assert reading.diagnostics == ()
     return reading.value
 
@@ -75,7 +69,7 @@ def test_the_pendulum_of_figure_3_4():
 
 @pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_the_shipped_figures_have_no_errors(name):
-    assert select_errors(parse_figure_file(name).diagnostics) == ()
+    assert select_errors(FIGURE_FILE.parse_file(name).diagnostics) == ()
 
 
 def test_a_joint_without_a_type_is_rigid():
@@ -171,9 +165,9 @@ def test_attribute_is_a_block_and_a_field():
 
 
 def test_comments_blanks_and_empty_statements_say_nothing():
-    plain = parse_figure(_text()).value
+    plain = FIGURE_FILE.parse_text(_text()).value
     text = _text().replace(";", " /* a ; } */ ;; # } \n").replace("site ", "site\n/**/ ")
-    assert parse_figure(text).value == plain
+    assert FIGURE_FILE.parse_text(text).value == plain
 
 
 def test_units_are_glued_or_spaced():
@@ -190,7 +184,7 @@ def test_the_words_of_the_language_can_be_names():
         .replace("elbow", "connect")
         .replace("near", "location")
     )
-    reading = parse_figure(text)
+    reading = FIGURE_FILE.parse_text(text)
     assert reading.diagnostics == ()
     assert reading.value.root == SiteRef("segment", "to")
 
@@ -214,7 +208,7 @@ def test_a_segment_may_close_a_loop():
 
 @pytest.mark.parametrize("length", [0.9999989, 1.0000011])
 def test_an_axis_off_by_more_than_its_print_is_refused(length):
-    reading = parse_figure(_text(joint=f"type = R(0,{length},0);"))
+    reading = FIGURE_FILE.parse_text(_text(joint=f"type = R(0,{length},0);"))
     assert "instead of 1" in reading.diagnostics[0].message
 
 
@@ -224,7 +218,7 @@ def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
         joint j{i} {{ connect {"arm" if i == 0 else f"s{i - 1}"}.CM to s{i}.CM; }}"""
         for i in range(10)
     )
-    reading = parse_figure(_text(figure=links))
+    reading = FIGURE_FILE.parse_text(_text(figure=links))
     assert reading.value.total_mass == pytest.approx(40.025)
     assert reading.diagnostics == ()
 
@@ -235,7 +229,7 @@ def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
 def test_a_shipped_name_is_found_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pendulum").mkdir()  # a folder of that name is not meant
-    reading = parse_figure_file("pendulum")
+    reading = FIGURE_FILE.parse_file("pendulum")
     assert reading.value == read_figure("pendulum")
     assert reading.value.path.name == "pendulum.fig"
 
@@ -248,26 +242,6 @@ def test_a_file_comes_before_a_shipped_name(tmp_path, monkeypatch):
     assert figure.path == Path("pendulum")
 
 
-def test_a_missing_file_is_told_with_the_nearest_shipped_name():
-    with pytest.raises(InputError) as raised:
-        read_figure("prototipe")
-    (fault,) = raised.value.diagnostics
-    assert fault.span is None
-    assert fault.hint == "did you mean `prototype`?"
-
-
-@pytest.mark.parametrize("name", ["no/such/file.fig", "a" * 5000, ""])
-def test_strange_names_are_told(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (fault,) = parse_figure_file(name).diagnostics
-    assert fault.span is None
-
-
-def test_a_directory_is_no_file(tmp_path):
-    (fault,) = parse_figure_file(tmp_path).diagnostics
-    assert "is a directory" in fault.message
-
-
 def test_a_file_that_may_not_be_read_is_told(tmp_path, monkeypatch):
     path = tmp_path / "arm.fig"
     path.write_text(_text())
@@ -276,59 +250,36 @@ def test_a_file_that_may_not_be_read_is_told(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "open", refuse)
-    (fault,) = parse_figure_file(path).diagnostics
+    (fault,) = FIGURE_FILE.parse_file(path).diagnostics
     assert fault.message.endswith("cannot be read: permission denied")
 
 
-def test_a_device_without_end_is_not_read_for_ever():
-    (fault,) = parse_figure_file("/dev/zero").diagnostics
-    assert fault.message == "`/dev/zero` cannot be read: it is not a regular file"
-
-
 def test_the_shipped_figures_are_named():
-    assert {"clavicles", "fourbar", "pendulum", "prototype"} <= set(shipped_figures())
+    assert {"clavicles", "fourbar", "pendulum", "prototype"} <= set(FIGURE_FILE.shipped())
 
 
 def test_a_geometry_file_beside_the_figure_is_found(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_text(_text(segment='psurf = "arm.pss";'))
-    assert len(parse_figure_file(path).diagnostics) == 1
+    assert len(FIGURE_FILE.parse_file(path).diagnostics) == 1
     (tmp_path / "arm.pss").write_text("")
-    assert parse_figure_file(path).diagnostics == ()
+    assert FIGURE_FILE.parse_file(path).diagnostics == ()
 
 
 def test_a_geometry_file_with_an_impossible_name_is_missing(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_text(_text(segment=f'psurf = "{"é" * 190}.pss";'))
-    (fault,) = parse_figure_file(path).diagnostics
+    (fault,) = FIGURE_FILE.parse_file(path).diagnostics
     assert "there is no file" in fault.message
 
 
 # Encodings
 
 
-@pytest.mark.parametrize(
-    "data",
-    [
-        _text().encode("utf-8-sig"),
-        _text().replace("\n", "\r\n").encode(),
-        _text().replace("\n", "\r").encode(),
-        _text().replace("figure {", "figure { # épaule", 1).encode(),
-    ],
-    ids=["byte-order mark", "CRLF", "CR", "UTF-8 comment"],
-)
-def test_harmless_encodings_are_read_in_silence(data, tmp_path):
-    path = tmp_path / "arm.fig"
-    path.write_bytes(data)
-    reading = parse_figure_file(path)
-    assert reading.diagnostics == ()
-    assert reading.value == parse_figure(_text()).value
-
-
 def test_the_place_of_a_wrong_byte_is_right_behind_a_byte_order_mark(tmp_path):
     path = tmp_path / "arm.fig"
     path.write_bytes(b"\xef\xbb\xbffigure\r\n{ # caf\xe9 }")
-    (fault,) = parse_figure_file(path).diagnostics
+    (fault,) = FIGURE_FILE.parse_file(path).diagnostics
     assert (fault.span.line, fault.span.column, fault.span.text) == (2, 8, "é")
 
 
@@ -365,7 +316,7 @@ LENGTH = 50_000
 def test_a_long_text_ends_soon(head, piece):
     text = head + piece * (LENGTH // len(piece))
     start = time.process_time()
-    faults = parse_figure(text).diagnostics
+    faults = FIGURE_FILE.parse_text(text).diagnostics
     told = "\n".join(str(fault) for fault in faults)
     # A guard against reading on without end, not a measure: coverage makes it several times slower.
     assert time.process_time() - start < 5.0
@@ -377,20 +328,20 @@ def test_a_long_text_ends_soon(head, piece):
 def test_of_ten_million_words_the_first_are_read(monkeypatch):
     monkeypatch.setattr(lexer, "MAX_TOKENS", 1_000)
     start = time.process_time()
-    faults = parse_figure("figure { root = " + "(" * 10_000_000).diagnostics
+    faults = FIGURE_FILE.parse_text("figure { root = " + "(" * 10_000_000).diagnostics
     assert time.process_time() - start < 5.0
     assert "more than 1,000 words and marks" in faults[-1].message
 
 
 def test_after_a_hundred_errors_reading_stops():
-    reading = parse_figure(_text(segment="colour = 1;\n" * 500))
+    reading = FIGURE_FILE.parse_text(_text(segment="colour = 1;\n" * 500))
     assert len(reading.diagnostics) == 100
     assert "reading stopped here, after 100 errors" in reading.diagnostics[-1].hint
 
 
 def test_of_many_warnings_a_hundred_are_told():
     sites = "".join(f"site s{i}->location = xyz(1,0,0);\n" for i in range(250))
-    reading = parse_figure(_text(segment=sites))
+    reading = FIGURE_FILE.parse_text(_text(segment=sites))
     assert reading.value is not None
     assert len(reading.diagnostics) == 100
     assert reading.diagnostics[-1].hint.endswith("and 150 more warnings")
@@ -431,6 +382,6 @@ def test_any_text_is_cut_into_tokens_in_order(text):
 @given(text=_SCRAPS)
 def test_any_text_is_read_without_a_traceback(text):
     for whole in (text, f"figure {{ {text}", _text(segment=text.replace("{", "(")), _text() + text):
-        reading = parse_figure(whole)
+        reading = FIGURE_FILE.parse_text(whole)
         assert (reading.value is None) is bool(select_errors(reading.diagnostics))
         assert all(str(fault) for fault in reading.diagnostics)

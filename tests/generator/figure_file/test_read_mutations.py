@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.diagnostics import select_errors
-from generator.figure_file import parse_figure, shipped_figures, simulation_diagnostics
+from generator.figure_file import FIGURE_FILE, simulation_diagnostics
 from generator.figure_file.write import write_figure
 
 LONGEST = 2.0
@@ -32,7 +32,7 @@ figure one_arm {
   root = floor.top;
 }
 """
-BASES = [shipped_figures()[name].read_text("utf-8") for name in ("pendulum", "fourbar")]
+BASES = [FIGURE_FILE.shipped()[name].read_text("utf-8") for name in ("pendulum", "fourbar")]
 BASES.append(OTHER_FIELDS)
 
 _TOKENS = re.compile(r"\w+|->|[^\w\s]|\s+")
@@ -103,13 +103,13 @@ def _wound(draw, text, start, end):
 @given(text=damaged())
 def test_a_damaged_file_is_told_or_read(text):
     start = time.process_time()
-    reading = parse_figure(text)
+    reading = FIGURE_FILE.parse_text(text)
     told = [str(fault) for fault in reading.diagnostics]
     assert time.process_time() - start < LONGEST
     assert (reading.value is None) is bool(select_errors(reading.diagnostics))
     assert all(told)
     if reading.value is not None:
-        again = parse_figure(write_figure(reading.value))
+        again = FIGURE_FILE.parse_text(write_figure(reading.value))
         assert again.value == reading.value
         assert len(simulation_diagnostics(reading.value)) == len(
             simulation_diagnostics(again.value)
@@ -122,7 +122,7 @@ def test_the_wounds_leave_some_files_whole_and_break_others():
     @settings(max_examples=60, derandomize=True, deadline=None, database=None)
     @given(text=damaged())
     def look(text):
-        outcomes.add(parse_figure(text).value is None)
+        outcomes.add(FIGURE_FILE.parse_text(text).value is None)
 
     look()
     assert outcomes == {True, False}

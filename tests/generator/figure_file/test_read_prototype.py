@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from generator.figure import AxisKind, Rotation, SiteRef, Translation
-from generator.figure_file import (
-    parse_figure_file,
-    read_figure,
-    shipped_figures,
-    simulation_diagnostics,
-)
+from generator.figure_file import FIGURE_FILE, read_figure, simulation_diagnostics
 from generator.figure_file.write import write_figure
 
 # name: psurf, attributes, mass [g], inertia [g cm2]
@@ -155,7 +150,7 @@ def test_ten_segments_move_with_22_degrees_of_freedom(figure):
 
 
 def test_the_reader_remarks_on_the_mass_and_on_nothing_else():
-    reading = parse_figure_file("prototype")
+    reading = FIGURE_FILE.parse_file("prototype")
     (fault,) = reading.diagnostics
     assert fault.message == (
         "total mass 49.28 kg is far below a 50th-percentile man's (about 78 kg)"
@@ -164,5 +159,5 @@ def test_the_reader_remarks_on_the_mass_and_on_nothing_else():
 
 
 def test_the_file_is_laid_out_by_the_writer(figure):
-    text = shipped_figures()["prototype"].read_text("utf-8")
+    text = FIGURE_FILE.shipped()["prototype"].read_text("utf-8")
     assert text[text.index("figure {") :] == write_figure(figure)

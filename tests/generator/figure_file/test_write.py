@@ -23,7 +23,7 @@ from generator.figure import (
     SiteRef,
     Translation,
 )
-from generator.figure_file import parse_figure, read_figure
+from generator.figure_file import FIGURE_FILE, read_figure
 from generator.figure_file.write import write_figure
 
 _LETTERS = string.ascii_letters + "_"
@@ -147,7 +147,7 @@ def _order(figure):
 @given(figure=figures())
 def test_any_figure_reads_back_equal_and_in_order(figure):
     text = write_figure(figure)
-    reading = parse_figure(text)
+    reading = FIGURE_FILE.parse_text(text)
     assert reading.value == figure, "\n".join(map(str, reading.diagnostics))
     assert _order(reading.value) == _order(figure)
     assert write_figure(reading.value) == text
@@ -156,7 +156,7 @@ def test_any_figure_reads_back_equal_and_in_order(figure):
 @pytest.mark.parametrize("name", ["prototype", "clavicles", "pendulum", "fourbar"])
 def test_a_shipped_figure_reads_back_equal(name):
     figure = read_figure(name)
-    assert parse_figure(write_figure(figure)).value == figure
+    assert FIGURE_FILE.parse_text(write_figure(figure)).value == figure
 
 
 def test_the_layout():

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.geometry.appearance import triangles_with_normals
-from generator.geometry.psurf import read_psurf
+from generator.geometry.psurf import PSURF_FILE
 from generator.geometry.surface import Surface
 from tests.motions import FIGURES
 
@@ -66,7 +66,7 @@ def test_a_star_shaped_face_is_covered_once(count: int, seed: int):
 
 @pytest.mark.parametrize("name", ["echest", "eltorso", "eupleg", "floor"])
 def test_a_psurf_keeps_its_area_and_its_outside(name: str):
-    surface = read_psurf(FIGURES / f"{name}.pss")
+    surface = PSURF_FILE.read(FIGURES / f"{name}.pss")
     corners, normals = triangles_with_normals(surface)
     fans, _ = surface.fan_triangles
     points = surface.vertices[fans]

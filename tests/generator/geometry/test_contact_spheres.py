@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from generator.contact_record import Overlap
 from generator.diagnostics import InputError
 from generator.figure import ContactSphere, Figure, Location, Segment, Site
-from generator.figure_file import parse_figure, read_figure
-from generator.geometry import Surface, read_psurf, write_psurf
+from generator.figure_file import FIGURE_FILE, read_figure
+from generator.geometry import PSURF_FILE, Surface, write_psurf
 from generator.geometry.contact_spheres import (
     LARGEST_ERROR,
     MAX_SPHERES,
@@ -47,7 +47,7 @@ TEXT = """figure {
 
 
 def chain() -> Figure:
-    figure = parse_figure(TEXT).value
+    figure = FIGURE_FILE.parse_text(TEXT).value
     assert figure is not None
     return figure
 
@@ -82,7 +82,7 @@ def test_the_prototype_lies_at_the_height_of_its_psurfs():
         assert fit.source is SphereSource.FITTED
         psurf = PROTOTYPE.segments[name].psurf
         assert psurf
-        vertices = read_psurf(FIGURES / psurf).vertices
+        vertices = PSURF_FILE.read(FIGURES / psurf).vertices
         error = np.abs(heights(fit, directions) - (vertices @ directions.T).max(axis=0)).max()
         assert fit.largest_error is not None
         assert fit.largest_error <= LARGEST_ERROR
@@ -102,7 +102,7 @@ def test_left_and_right_are_equal():
 @pytest.mark.parametrize("psurf", ["ecalf.pss", "elowarm.pss", "echest.pss"])
 def test_a_mirrored_segment_has_the_mirrored_spheres(psurf: str, axis: int, tmp_path: Path):
     signs = np.where(np.arange(3) == axis, -1.0, 1.0)
-    vertices = read_psurf(FIGURES / psurf).vertices
+    vertices = PSURF_FILE.read(FIGURES / psurf).vertices
     here, there = (
         fit_contact_spheres(with_points(vertices * flip, tmp_path))["link"]
         for flip in (np.ones(3), signs)
@@ -149,7 +149,7 @@ def test_corners_have_a_small_sphere_each(corners: list[tuple[float, ...]], tmp_
 def test_vertices_of_no_face_are_left_out(tmp_path: Path):
     corners = [(x, y, z) for x in (0, 0.3) for y in (0, 0.4) for z in (0, 0.5)]
     plain = fit_contact_spheres(with_points(np.array(corners), tmp_path))["link"]
-    surface = read_psurf(tmp_path / "link.pss")
+    surface = PSURF_FILE.read(tmp_path / "link.pss")
     stray = replace(surface, vertices=np.vstack([surface.vertices, [9.0, 9.0, 9.0]]), text=None)
     write_psurf(stray, tmp_path / "link.pss")
     link = replace(chain().segments["link"], psurf="link.pss")

@@ -8,16 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError
-from generator.geometry import (
-    Surface,
-    format_psurf,
-    mass_properties,
-    parse_psurf,
-    parse_psurf_file,
-    read_psurf,
-    write_psurf,
-)
+from generator.geometry import PSURF_FILE, Surface, format_psurf, mass_properties, write_psurf
 from generator.geometry.psurf import MAX_LINES
 from tests.paths import FIGURES
 
@@ -38,7 +29,7 @@ WEDGE = """\
 
 
 def parsed(text):
-    reading = parse_psurf(text)
+    reading = PSURF_FILE.parse_text(text)
     assert reading.diagnostics == ()
     return reading.value
 
@@ -51,7 +42,7 @@ def test_lengths_are_centimetres_and_vertices_count_from_one():
 
 
 def test_another_unit_can_be_said():
-    surface = parse_psurf(WEDGE, unit=Fraction(254, 10_000)).value
+    surface = PSURF_FILE.parse_text(WEDGE, unit=Fraction(254, 10_000)).value
     assert surface is not None
     assert surface.vertices[1].tolist() == [0.254, 0.0, 0.0]
 
@@ -68,12 +59,6 @@ def test_each_block_counts_its_own_vertices():
     assert [surface.vertex_name(v) for v in (0, 2, 3, 5)] == ["1:1", "1:3", "2:1", "2:3"]
 
 
-@pytest.mark.parametrize("end", ["\r\n", "\r"])
-def test_ends_of_line_do_not_matter(end):
-    surface = parsed(WEDGE.replace("\n", end))
-    assert surface.faces == parsed(WEDGE).faces
-
-
 def test_faces_know_their_lines():
     surface = parsed(WEDGE)
     assert [surface.face_name(f) for f in range(4)] == [
@@ -85,7 +70,7 @@ def test_faces_know_their_lines():
 
 
 def test_reading_stops_after_a_hundred_errors():
-    faults = parse_psurf("0 0 0\n" * 3 + ";;\n" + "1 2 7;\n" * 150 + ";;\n").diagnostics
+    faults = PSURF_FILE.parse_text("0 0 0\n" * 3 + ";;\n" + "1 2 7;\n" * 150 + ";;\n").diagnostics
     assert len(faults) == 100
     assert "reading stopped here" in faults[-1].hint
 
@@ -93,7 +78,7 @@ def test_reading_stops_after_a_hundred_errors():
 @pytest.mark.parametrize("text", ["4.0", "+4.0", "-1.5", ".5", "2x", "4.0 outer"])
 def test_the_text_of_a_face_does_not_begin_as_a_number(text):
     head = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n;;\n"
-    (fault,) = parse_psurf(f"{head}1 3 2 {text};\n1 2 4;\n;;\n").diagnostics[:1]
+    (fault,) = PSURF_FILE.parse_text(f"{head}1 3 2 {text};\n1 2 4;\n;;\n").diagnostics[:1]
     assert fault.span is not None
     assert (fault.span.line, fault.span.text) == (6, text.split()[0])
     assert "is not the number of a vertex" in fault.message
@@ -105,7 +90,7 @@ def test_other_text_of_a_face_says_nothing(text):
 
 
 def test_a_text_of_too_many_lines_is_refused():
-    (fault,) = parse_psurf("0 0 0\n" * MAX_LINES).diagnostics
+    (fault,) = PSURF_FILE.parse_text("0 0 0\n" * MAX_LINES).diagnostics
     assert fault.message == "this psurf has 500,001 lines"
     assert "at most 500,000 are read" in fault.hint
 
@@ -114,7 +99,10 @@ def test_a_text_of_too_many_lines_is_refused():
 def test_plain_vertices_are_read_as_others_are(numbers):
     """With a blank more than a word may be long, the same numbers are read one by one."""
     rest = "\n1 0 0\n0 1 0\n;;\n1 2 3;\n;;\n"
-    plain, long = parse_psurf(numbers + rest), parse_psurf(numbers + " " * 300 + rest)
+    plain, long = (
+        PSURF_FILE.parse_text(numbers + rest),
+        PSURF_FILE.parse_text(numbers + " " * 300 + rest),
+    )
     assert [f.message for f in plain.diagnostics] == [f.message for f in long.diagnostics]
     assert (plain.value is None) == (long.value is None)
     if plain.value is not None and long.value is not None:
@@ -123,12 +111,12 @@ def test_plain_vertices_are_read_as_others_are(numbers):
 
 def test_a_word_without_end_is_no_number():
     for text in ("9" * 5000 + " 0 0\n", "0 0 0\n;;\n1 2 " + "9" * 5000 + ";\n"):
-        assert any("9..." in fault.message for fault in parse_psurf(text).diagnostics)
+        assert any("9..." in fault.message for fault in PSURF_FILE.parse_text(text).diagnostics)
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in FIGURES.glob("*.pss")))
 def test_shipped_psurfs_come_back_as_they_are_written(name):
-    surface = read_psurf(FIGURES / name)
+    surface = PSURF_FILE.read(FIGURES / name)
     again = parsed(format_psurf(surface))
     assert (again.vertices == surface.vertices).all()
     assert again.faces == surface.faces
@@ -151,28 +139,18 @@ def surfaces(draw):
 
 @given(surfaces(), st.sampled_from([Fraction(1, 100), Fraction(1), Fraction(254, 10_000)]))
 def test_reading_undoes_writing(surface, unit):
-    again = parse_psurf(format_psurf(surface, unit), unit=unit).value
+    again = PSURF_FILE.parse_text(format_psurf(surface, unit), unit=unit).value
     assert again is not None
     assert (again.vertices == surface.vertices).all()
     assert again.faces == surface.faces
-
-
-@given(st.text(alphabet="012 ;.-e\nx", max_size=80))
-def test_any_text_is_read_or_told(text):
-    reading = parse_psurf(text)
-    assert (reading.value is None) is bool(reading.diagnostics)
-    for fault in reading.diagnostics:
-        assert fault.span is not None
-        assert 0 <= fault.span.start <= fault.span.end <= len(text)
-        assert str(fault)
 
 
 def test_files_are_read_and_written(tmp_path):
     surface = parsed(WEDGE)
     path = tmp_path / "wedge.pss"
     write_psurf(surface, path)
-    assert read_psurf(path).faces == surface.faces
-    assert read_psurf(str(path)).name == str(path)
+    assert PSURF_FILE.read(path).faces == surface.faces
+    assert PSURF_FILE.read(str(path)).name == str(path)
     with pytest.raises(OSError, match="directory"):
         write_psurf(surface, tmp_path / "nowhere" / "wedge.pss")
 
@@ -180,21 +158,15 @@ def test_files_are_read_and_written(tmp_path):
 def test_a_changed_file_is_parsed_again(tmp_path):
     path = tmp_path / "wedge.pss"
     path.write_text(WEDGE)
-    first = read_psurf(path)
-    assert read_psurf(path) is first
-    assert read_psurf(path, Fraction(1)).vertices[1, 0] == 10.0
+    first = PSURF_FILE.read(path)
+    assert PSURF_FILE.read(path) is first
+    assert PSURF_FILE.read(path, Fraction(1)).vertices[1, 0] == 10.0
     path.write_text(WEDGE.replace("10 0 0", "12 0 0"))
-    assert read_psurf(path).vertices[1, 0] == 0.12
+    assert PSURF_FILE.read(path).vertices[1, 0] == 0.12
     path.write_text(WEDGE.replace("1 3 2;", "1 3 9;"))
-    assert [str(one.message) for one in parse_psurf_file(path).diagnostics] == [
+    assert [str(one.message) for one in PSURF_FILE.parse_file(path).diagnostics] == [
         "there is no vertex 9"
     ]
-
-
-def test_a_missing_file_is_told(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
-        read_psurf(tmp_path / "none.pss")
-    assert "is a directory" in parse_psurf_file(tmp_path).diagnostics[0].message
 
 
 # Surfaces

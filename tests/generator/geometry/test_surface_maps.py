@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.geometry.primitives import box, sphere
-from generator.geometry.psurf import format_psurf, parse_psurf
+from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.geometry.surface import Surface, join_surfaces
 from generator.geometry.validate import build_solid
 from generator.rotations import matrix_from_xyz, pose_matrix
@@ -54,7 +54,7 @@ def test_faces_that_pass_a_vertex_twice_become_triangles_of_the_same_area(faces)
     assert [face for face in sound.faces if face in kept] != [] or not kept
     for one, other in zip(sums(surface), sums(sound), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-12)
-    again = parse_psurf(format_psurf(sound)).value
+    again = PSURF_FILE.parse_text(format_psurf(sound)).value
     assert (again is not None) == bool(sound.face_count)
 
 

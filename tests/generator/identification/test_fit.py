@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from generator.diagnostics import ModelError, UsageError
-from generator.figure_file import parse_figure
+from generator.figure_file import FIGURE_FILE
 from generator.identification.comparison import RELEASE, _scale_masses
 from generator.identification.fit import (
     HELD_TIME,
@@ -173,7 +173,7 @@ figure pole {
 
 
 def test_failed_runs_are_survived():
-    figure = parse_figure(INVERTED).require_value()
+    figure = FIGURE_FILE.parse_text(INVERTED).require_value()
     springs = springs_from_text("", figure, Path("pole.springs.toml"))
     case = Case(figure, Plan(springs=springs, stop=1.2))
     scale = parse_path("springs.foot.scale", case)

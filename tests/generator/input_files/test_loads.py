@@ -1,7 +1,5 @@
 """Loads from a file: what is read, and what is said of what cannot be."""
 
-from pathlib import Path
-
 import pytest
 
 from generator.figure import Figure, SiteRef
@@ -53,17 +51,6 @@ SITE = "lower_torso.distal"
 
 def test_no_end_of_faults_is_told(figure: Figure):
     assert len(LOADS_FILE.parse_text(HEADER + "x\n" * 5000, figure).diagnostics) == 100
-
-
-def test_a_file_is_read_by_its_path(figure: Figure, tmp_path: Path):
-    path = tmp_path / "push.csv"
-    path.write_text(HEADER + f"{SITE},globalforce,0,1,2,3\n", encoding="utf-8-sig")
-    (load,) = LOADS_FILE.read(path, figure)
-    assert load.site == SiteRef("lower_torso", "distal")
-
-
-def test_a_folder_is_not_a_file(figure: Figure, tmp_path: Path):
-    assert "is a directory" in LOADS_FILE.parse_file(tmp_path, figure).diagnostics[0].message
 
 
 def test_the_example_of_the_documentation_can_be_read(figure: Figure):

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError, Severity, Source
-from generator.figure_file import read_figure, shipped_figures
+from generator.diagnostics import Severity, Source
+from generator.figure_file import FIGURE_FILE, read_figure
 from generator.geometry.contact_spheres import fit_contact_spheres
 from generator.input_files.scene import SCENE_FILE, read_scene, write_scene
 from generator.kinematics.centre_of_mass import centre_of_mass
@@ -155,7 +155,7 @@ def test_no_text_breaks_the_reader(text: str):
 
 def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
     assert set(SCENE_FILE.shipped()) == {"bed", "seat", "step"}
-    assert not SCENE_FILE.shipped().keys() & shipped_figures().keys()
+    assert not SCENE_FILE.shipped().keys() & FIGURE_FILE.shipped().keys()
     assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
     own = tmp_path / "own.scene.toml"
     own.write_text(TEXT, encoding="utf-8")
@@ -169,18 +169,6 @@ def test_a_file_comes_before_a_shipped_scene(tmp_path: Path, monkeypatch: pytest
     assert SCENE_FILE.find("seat") == SCENE_FILE.shipped()["seat"]
     Path("bed").write_text(TEXT, encoding="utf-8")
     assert SCENE_FILE.find("bed") == Path("bed")
-
-
-@pytest.mark.parametrize("name", ["sea", "seat.scene.toml", "folder/seats"])
-def test_a_missing_scene_is_a_sentence_with_a_hint(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.chdir(tmp_path)
-    (fault,) = SCENE_FILE.parse_file(name).diagnostics
-    assert fault.message == f"there is no file `{name}` and no shipped scene of that name"
-    assert "seat" in fault.hint
-    with pytest.raises(InputError, match="no shipped scene"):
-        read_scene(name)
 
 
 @pytest.mark.parametrize("name", SCENE_FILE.shipped())

@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from generator.diagnostics import InputError
-from generator.figure_file import parse_figure, read_figure
+from generator.figure_file import FIGURE_FILE, read_figure
 from generator.kinematics.links import LINKS_FILE, Coordinate, Link
 from tests.paths import DOCS
 
@@ -29,7 +28,7 @@ figure {
 
 
 def slides():
-    figure = parse_figure(SLIDES).value
+    figure = FIGURE_FILE.parse_text(SLIDES).value
     assert figure is not None
     return figure
 
@@ -171,8 +170,3 @@ def test_factors_beyond_reason_are_refused(tmp_path):
         (fault,) = reading_of(tmp_path, table("waist", "left_hip_joint", factor=factor)).diagnostics
         assert fault.message == "no joint follows another by such a factor"
         assert fault.span is not None
-
-
-def test_a_missing_file_is_told(tmp_path):
-    with pytest.raises(InputError, match="cannot be read: no such file"):
-        LINKS_FILE.read(tmp_path / "none.links.toml", PROTOTYPE)

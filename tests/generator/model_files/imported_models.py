@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import Figure
-from generator.figure_file import parse_figure_file
+from generator.figure_file import FIGURE_FILE
 from generator.kinematics.placement import Placement, forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.model_files.body_tree.to_figure import FRAME, ORIGIN, WORLD
@@ -30,7 +30,7 @@ def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSe
     """The figure and its springs as the files say them that hold it."""
     path = folder / "model.fig"
     imported_files(imported, path).write()
-    figure = parse_figure_file(path).value
+    figure = FIGURE_FILE.parse_file(path).value
     assert figure is not None
     bare = {name: replace(one, psurf=None) for name, one in figure.segments.items()}
     assert replace(figure, segments=bare) == imported.figure

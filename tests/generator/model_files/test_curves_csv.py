@@ -13,7 +13,7 @@ import pytest
 from generator import read_figure
 from generator.diagnostics import InputError
 from generator.figure import Figure
-from generator.figure_file.read import shipped_figures
+from generator.figure_file.read import FIGURE_FILE
 from generator.losses import Losses
 from generator.model_files.curves_csv import ROTATION_VECTOR, format_curves, has_curves
 from generator.model_files.formats import model_format
@@ -48,7 +48,7 @@ def rows_of(rows: list[Row], joint_name: str, direction: tuple[float, ...]) -> l
 
 
 def cases() -> Iterator[tuple[Figure, SpringSet]]:
-    for name in sorted(shipped_figures().keys() - {"female50"}):
+    for name in sorted(FIGURE_FILE.shipped().keys() - {"female50"}):
         drawn = read_figure(name)
         springs = read_springs(None, drawn)
         if has_curves(springs):

@@ -11,7 +11,7 @@ import pytest
 
 from generator.diagnostics import InputError
 from generator.figure import Attribute, ContactSphere, Figure
-from generator.figure_file import parse_figure
+from generator.figure_file import FIGURE_FILE
 from generator.kinematics.loops import OpenLoopError
 from generator.losses import Losses
 from generator.model_files.biomod.write import format_biomod
@@ -21,6 +21,7 @@ from generator.model_files.opensim import write as osim
 from generator.model_files.opensim.write import format_osim
 from generator.model_files.urdf import write as urdf
 from generator.model_files.urdf.write import SPRINGS_LOSS, format_urdf
+from generator.text_io import make_source
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -278,7 +279,7 @@ NO_MASS = """figure {
 
 @pytest.mark.parametrize("module", [mjcf, osim, urdf])
 def test_segments_without_mass_are_refused_all_at_once(module: object, tmp_path: Path) -> None:
-    of = parse_figure(NO_MASS, "light.fig").value
+    of = FIGURE_FILE.parse(make_source(NO_MASS, "light.fig")).value
     assert of is not None
     path = tmp_path / "out"
     with pytest.raises(InputError) as failure:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from generator import read_action, write_recording
 from generator.diagnostics import InputError, UsageError
 from generator.figure import AxisKind, JointAxis
-from generator.motion_files import ActionFile, action_from_recording, format_action, parse_action
+from generator.motion_files import ACTION_FILE, ActionFile, action_from_recording, format_action
 from generator.motion_files.action import format_displacement, parse_displacement
 from generator.motion_files.motion import Header
 from generator.recording import Ending, Outcome, Recording
@@ -134,12 +134,7 @@ def test_a_file_cut_anywhere_is_refused():
     whole = format_action(leg()).rstrip()
     for length in range(0, len(whole), 7):
         with pytest.raises(InputError):
-            parse_action(whole[:length]).require_value()
-
-
-def test_a_file_that_is_not_there_is_a_sentence(tmp_path: Path):
-    with pytest.raises(InputError, match="cannot be read: no such file"):
-        read_action(tmp_path / "none.action")
+            ACTION_FILE.parse_text(whole[:length]).require_value()
 
 
 @pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
@@ -152,6 +147,8 @@ def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
 def test_the_example_of_the_documentation_is_an_action_file():
     text = (DOCS / "action-file.md").read_text(encoding="utf-8")
     block = text[text.index("    # The motion") : text.index("(The numbers")]
-    action = parse_action("\n".join(line[4:] for line in block.splitlines())).require_value()
+    action = ACTION_FILE.parse_text(
+        "\n".join(line[4:] for line in block.splitlines())
+    ).require_value()
     assert action.header.figure == "pendulum.fig"
     assert np.degrees(action.displacements["shoulder"][0]) == pytest.approx([0.0, 40.0, 20.0])

@@ -12,7 +12,7 @@ from generator import Plan, read_figure, simulate
 from generator.diagnostics import MoverError
 from generator.geometry.appearance import linear_colour
 from generator.geometry.contact_spheres import mass_capsule
-from generator.geometry.psurf import read_psurf
+from generator.geometry.psurf import PSURF_FILE
 from generator.motion_files import FigureMotion, motion_from_recording
 from generator.motion_files.glb import write
 from generator.motion_files.motion import motion_from_figure
@@ -135,7 +135,7 @@ def test_a_pose_is_a_file_without_an_animation(tmp_path: Path):
             assert np.allclose(pose[:3, 3], site(motion, name, each)[0], atol=WITHIN)
         if segment.psurf is not None:
             turn, shift = motion.poses[name][0, :3, :3], motion.poses[name][0, :3, 3]
-            surface = read_psurf(FIGURES / str(segment.psurf))
+            surface = PSURF_FILE.read(FIGURES / str(segment.psurf))
             vertices = surface.vertices @ turn.T + shift
             pose, mesh = scene.graph.get(name)[0], scene.geometry[name]
             shown = trimesh.transform_points(mesh.vertices, pose)
@@ -178,7 +178,7 @@ def test_meshes_are_the_psurfs_with_their_colours(prototype: Path):
     for name in with_psurfs:
         mesh = scene.geometry[name]
         assert isinstance(mesh, trimesh.Trimesh)
-        surface = read_psurf(FIGURES / str(figure.segments[name].psurf))
+        surface = PSURF_FILE.read(FIGURES / str(figure.segments[name].psurf))
         fans, _ = surface.fan_triangles
         volume = np.sum(np.linalg.det(surface.vertices[fans].transpose(1, 0, 2))) / 6.0
         assert mesh.volume == pytest.approx(volume, rel=1e-5)

@@ -20,18 +20,17 @@ from generator.motion_files import (
     motion_from_coordinates,
     motion_from_recording,
     opensim_table,
-    parse_coordinates_file,
 )
 from generator.motion_files.opensim_table import (
+    COORDINATES_FILE,
     GROUND_REACTION_LABELS,
-    parse_coordinates,
     point_wrench,
     write_mot,
     write_sto,
 )
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.text_io import parse_text
+from generator.text_io import make_source
 from springs import SpringSet
 from tests.chains import FREE, body, figure, ground, joint
 from tests.contacts import contact_record, touching_run
@@ -206,7 +205,7 @@ def table_text(labels: Sequence[str], rows: Array, *, in_degrees: bool = False) 
 
 
 def parse_motion(text: str, made: Figure) -> Parsed[FigureMotion]:
-    table = parse_text(text, parse_coordinates, "table.sto").require_value()
+    table = COORDINATES_FILE.parse(make_source(text, "table.sto")).require_value()
     return motion_from_coordinates(table, made)
 
 
@@ -258,7 +257,7 @@ def test_a_free_motion_keeps_the_axes_of_its_free_joint(
     (name,) = free.chains.keys() - made.joints.keys()
     motion = replace(free, chains={**free.chains, name: axes})
     write_sto(motion, tmp_path / "free.sto")
-    table = parse_coordinates_file(tmp_path / "free.sto").require_value()
+    table = COORDINATES_FILE.parse_file(tmp_path / "free.sto").require_value()
     parsed = motion_from_coordinates(table, made)
     assert parsed.diagnostics == ()
     back = parsed.require_value()
@@ -291,13 +290,13 @@ def test_huge_tables_are_refused(monkeypatch: pytest.MonkeyPatch):
     assert fault.message == "5 frames of this figure are too many"
     longest = max(map(len, text.splitlines()))
     monkeypatch.setattr(opensim_table, "MAX_LINE_LENGTH", longest)
-    parse_text(text, parse_coordinates, "table.sto").require_value()
+    COORDINATES_FILE.parse(make_source(text, "table.sto")).require_value()
     monkeypatch.setattr(opensim_table, "MAX_LINE_LENGTH", longest - 1)
-    (fault,) = parse_text(text, parse_coordinates, "table.sto").diagnostics
+    (fault,) = COORDINATES_FILE.parse(make_source(text, "table.sto")).diagnostics
     assert fault.message == f"this line is longer than {longest - 1} characters"
     monkeypatch.undo()
     monkeypatch.setattr(opensim_table, "MAX_HEADER_LINES", 6)
-    (fault,) = parse_text(text, parse_coordinates, "table.sto").diagnostics
+    (fault,) = COORDINATES_FILE.parse(make_source(text, "table.sto")).diagnostics
     assert fault.message == "the line `endheader` is missing"
 
 
@@ -330,7 +329,7 @@ def test_a_table_that_opensim_has_written_again_is_the_same_motion(suffix: str, 
     table.trimFrom(0.5 * float(motion.times[1]))
     api.STOFileAdapter.write(table, str(tmp_path / "theirs.sto"))
     parsed = motion_from_coordinates(
-        parse_coordinates_file(tmp_path / "theirs.sto").require_value(), motion.figure
+        COORDINATES_FILE.parse_file(tmp_path / "theirs.sto").require_value(), motion.figure
     )
     assert parsed.diagnostics == ()
     back = parsed.require_value()
@@ -355,7 +354,7 @@ def test_states_of_opensim_are_a_motion(tmp_path: Path):
     table = manager.getStatesTable()
     api.STOFileAdapter.write(table, str(tmp_path / "states.sto"))
     parsed = motion_from_coordinates(
-        parse_coordinates_file(tmp_path / "states.sto").require_value(), made
+        COORDINATES_FILE.parse_file(tmp_path / "states.sto").require_value(), made
     )
     motion = parsed.require_value()
     (left_out,) = (each.message for each in parsed.diagnostics)
@@ -424,7 +423,7 @@ def test_a_result_of_inverse_kinematics_of_opensim_is_a_motion(tmp_path: Path):
     tool.set_results_directory(str(tmp_path))
     assert tool.run()
     parsed = motion_from_coordinates(
-        parse_coordinates_file(tmp_path / "ik.mot").require_value(), made
+        COORDINATES_FILE.parse_file(tmp_path / "ik.mot").require_value(), made
     )
     assert parsed.diagnostics == ()
     found = parsed.require_value()

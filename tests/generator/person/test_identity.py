@@ -3,7 +3,7 @@
 import pytest
 
 from generator.figure import Figure
-from generator.figure_file import parse_figure
+from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.person.identity import Identity, identity_of, range_publications
 from generator.person.survey import Sex
@@ -18,7 +18,7 @@ TEXT = """figure {{
 
 
 def figure(fields: str, name: str = "person") -> Figure:
-    return parse_figure(TEXT.format(name=name, fields=fields)).require_value()
+    return FIGURE_FILE.parse_text(TEXT.format(name=name, fields=fields)).require_value()
 
 
 def test_a_figure_of_a_file_states_sex_and_stature():
@@ -30,7 +30,7 @@ def test_a_figure_of_a_file_states_sex_and_stature():
 def test_what_is_written_is_read(sex: Sex):
     made = Identity(sex, 1.7553)
     written = write_figure(figure("rgb = (1,0,0);").with_parts(made.attribute))
-    assert identity_of(parse_figure(written).require_value()) == made
+    assert identity_of(FIGURE_FILE.parse_text(written).require_value()) == made
 
 
 @pytest.mark.parametrize(

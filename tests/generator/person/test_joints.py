@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.figure import Figure, Joint
-from generator.figure_file.read import parse_figure, read_figure
+from generator.figure_file.read import FIGURE_FILE, read_figure
 from generator.figure_file.write import write_figure
 from generator.input_files.pose import read_pose
 from generator.kinematics.placement import forward_kinematics, initial_displacements
@@ -281,7 +281,7 @@ def test_every_limit_has_a_source(sex: Sex):
 
 def test_the_figure_is_the_same_after_writing_and_reading():
     figure = person_figure(body())
-    read = parse_figure(write_figure(figure))
+    read = FIGURE_FILE.parse_text(write_figure(figure))
     assert not read.diagnostics
     assert read.value == figure
     identity = identity_of(read.value)

@@ -19,7 +19,6 @@ from generator.person.measures import (
 )
 from generator.person.sources import Origin
 from generator.person.survey import Sex, survey
-from generator.text_io import parse_text
 
 SEXES = st.sampled_from(list(Sex))
 LEVELS = sorted({row.level for row in survey().dimensions.values()} - {"", "leg", "trunk"})
@@ -361,12 +360,6 @@ def test_contradictions_of_a_file_are_shown_at_the_last_measured_dimension(tmp_p
     assert first.message == "`waist_depth` (0.4 m) does not fit `waist_breadth` (0.2 m)"
     assert first.span is not None
     assert first.span.text == "40"
-
-
-@given(text=st.text(max_size=200) | st.text("abc_cm= 0123456789.[]{}\"'\n", max_size=80))
-def test_any_text_is_dimensions_or_diagnostics(text: str):
-    parsed = parse_text(text, MEASURES_FILE.parser, "me.toml")
-    assert (parsed.value is None) is bool(parsed.diagnostics)
 
 
 def test_sources_name_the_regression_the_user_or_the_scaling():

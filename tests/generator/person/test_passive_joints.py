@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import Plan, simulate
-from generator.figure_file.read import parse_figure
+from generator.figure_file.read import FIGURE_FILE
 from generator.person.body import build_body
 from generator.person.joints import PERSON_JOINTS, motion_range, person_figure
 from generator.person.measures import Sex, estimate_measures
@@ -21,7 +21,7 @@ from generator.person.passive_joints import (
     springs_comment,
 )
 from generator.person.sources import Origin
-from generator.springs_file.parse import parse_springs
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from springs import AxisSpring, Damping, JointSprings, SpringSet
@@ -134,7 +134,7 @@ def test_bound_springs_are_those_of_the_axes_and_equal_on_both_sides():
 
 @pytest.mark.parametrize("content", [person_springs(axes()), coupled()], ids=["axes", "coupled"])
 def test_reading_after_writing_returns_equal_springs(content):
-    read = parse_springs(write_springs(content)).require_value()
+    read = SPRINGS_FILE.parse_text(write_springs(content)).require_value()
     assert (read.entries, read.joining) == (content.entries, content.joining)
     assert read.coupled == content.coupled
 
@@ -198,7 +198,7 @@ def hinge(body):
       joint left_knee {{ connect thigh.distal to shank.proximal; type = R(0,-1,0); }}
       root = thigh.distal;
     }}"""
-    return parse_figure(text).require_value()
+    return FIGURE_FILE.parse_text(text).require_value()
 
 
 @pytest.mark.parametrize("person", [(), (Sex.FEMALE, 1.6, 55.0)])

@@ -10,7 +10,7 @@ import figures
 from benchmarks.persons import draw_measures, find_faults
 from generator import Plan, convert, read_figure, read_springs, simulate, write_figure
 from generator.diagnostics import ModelError, UsageError
-from generator.figure_file.read import parse_figure
+from generator.figure_file.read import FIGURE_FILE
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS
 from generator.person.joints import PERSON_JOINTS
 from generator.person.measures import estimate_measures
@@ -157,7 +157,7 @@ def test_springs_of_the_prototype_fit_the_joints_that_it_has(tmp_path: Path):
 @pytest.mark.parametrize(("sex", "stature", "mass"), draw_persons(4, seed=15))
 def test_a_random_person_is_sound_and_moves(sex: Sex, stature: float, mass: float):
     person = build_person(estimate_measures(sex, stature, mass))
-    read = parse_figure(write_figure(person.figure))
+    read = FIGURE_FILE.parse_text(write_figure(person.figure))
     assert not read.diagnostics
     assert read.value == replace(person.figure, springs_text=None)
     assert person.figure.total_mass == pytest.approx(mass, abs=1e-9)

@@ -8,7 +8,7 @@ import pytest
 
 from generator.diagnostics import Parsed
 from generator.figure_file import read_figure
-from generator.springs_file.parse import parse_springs
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import LoadedSprings, load_springs, springs_names
 from springs import SpringSet
 from springs.coupled import CoupledExponential, loop_work, nearest_conservative_law
@@ -166,7 +166,7 @@ def test_a_name_that_is_none_lists_what_there_is(choice: str):
 
 @pytest.mark.parametrize("held", ["20", "-20", "0.0", "19.999999999"])
 def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
-    assert parse_springs(LEG.replace("[10]", f"[{held}]")).diagnostics == ()
+    assert SPRINGS_FILE.parse_text(LEG.replace("[10]", f"[{held}]")).diagnostics == ()
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_within_the_known_range_a_coordinate_is_held_without_a_word(held: str):
     ],
 )
 def test_names_without_a_known_joint_are_not_doubted(old: str, new: str):
-    assert parse_springs(OWN.replace(old, new)).diagnostics == ()
+    assert SPRINGS_FILE.parse_text(OWN.replace(old, new)).diagnostics == ()
 
 
 def test_two_laws_over_the_same_axes_add(tmp_path: Path):
@@ -196,7 +196,7 @@ def test_a_law_may_have_six_coordinates():
         'coordinates = ["u", "v", "w", "x", "y", "z"]\n'
         f"terms = [{{ amplitudes_Nm = {[-1] * 6}, rates_1_rad = {[1] * 6} }}]\n"
     )
-    assert parse_springs(text).diagnostics == ()
+    assert SPRINGS_FILE.parse_text(text).diagnostics == ()
 
 
 def test_a_law_that_is_scaled_to_nothing_can_be_checked(tmp_path: Path):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.diagnostics import ModelError, UsageError
-from generator.figure_file import shipped_figures
+from generator.figure_file import FIGURE_FILE
 from generator.springs_file.edit import (
     SpringEdit,
     apply_edits,
@@ -33,7 +33,7 @@ from tests.laws import STRATEGIES
 FIGURE = read_figure("prototype")
 SPRINGS = read_springs(None, FIGURE)
 KNEE = SPRINGS.joints["left_knee"].axes[0].direction
-OWN_FILE = shipped_figures()["prototype"].with_name("prototype.springs.toml")
+OWN_FILE = FIGURE_FILE.shipped()["prototype"].with_name("prototype.springs.toml")
 ANGLES = np.radians(np.linspace(-30.0, 150.0, 181))
 LAWS = st.one_of(*STRATEGIES.values()).filter(lambda law: not isinstance(law, Stop))
 

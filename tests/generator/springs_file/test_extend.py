@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from generator import read_figure
-from generator.figure_file import shipped_figures
-from generator.springs_file.read import limp_joints, load_springs, parse_springs_file
+from generator.figure_file import FIGURE_FILE
+from generator.springs_file.read import limp_joints, load_springs, load_springs_file
 from springs import Damping, Joining, Linear, SpringSet, Stop
 
 PROTOTYPE = read_figure("prototype")
-FOLDER = shipped_figures()["prototype"].parent
+FOLDER = FIGURE_FILE.shipped()["prototype"].parent
 ELBOW = '[[spring]]\njoints = ["left_elbow"]\nstiffness_Nm_rad = 4\n'
 
 
@@ -118,10 +118,10 @@ def test_a_check_of_a_file_finds_what_its_base_makes_wrong(path: Path) -> None:
     path.write_text(
         'figure = "prototype"\nextends = "coupled"\n' + ELBOW.replace("elbow", "knee"), "utf-8"
     )
-    (fault,) = parse_springs_file(path).diagnostics
+    (fault,) = load_springs_file(path).diagnostics
     assert fault.message.startswith("`left_knee` has a law over several joints")
     path.write_text('figure = "prototype"\n' + ELBOW, "utf-8")
-    loaded = parse_springs_file(path).require_value()
+    loaded = load_springs_file(path).require_value()
     assert set(loaded.springs.joints) == {"left_elbow"}
     assert loaded.complete.joints.keys() == OWN.joints.keys()
 

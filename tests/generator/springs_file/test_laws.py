@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import select_errors
 from generator.figure import Figure
-from generator.figure_file import parse_figure
-from generator.springs_file.parse import parse_springs
+from generator.figure_file import FIGURE_FILE
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from springs import AxisSpring, Damping, total_torque
 from springs.published.tables import curve, publication, publications
@@ -28,7 +28,7 @@ ANGLES = np.radians(np.linspace(-30.0, 150.0, 37))
 
 
 def figure() -> Figure:
-    reading = parse_figure(FIGURE)
+    reading = FIGURE_FILE.parse_text(FIGURE)
     assert reading.value is not None, reading.diagnostics
     return reading.value
 
@@ -170,7 +170,7 @@ DEGREES = st.integers(-360_000, 360_000).map(lambda angle: angle / 1000.0)
 
 @given(st.lists(st.tuples(DEGREES, st.floats(-1e3, 1e3)), max_size=5))
 def test_any_points_make_a_curve_or_a_fault(points: list[tuple[float, float]]):
-    reading = parse_springs(spring(f"points_deg_Nm = {[list(p) for p in points]!r}"))
+    reading = SPRINGS_FILE.parse_text(spring(f"points_deg_Nm = {[list(p) for p in points]!r}"))
     angles = [angle for angle, _ in points]
     in_order = len(points) > 1 and all(a < b for a, b in pairwise(angles))
     assert bool(select_errors(reading.diagnostics)) is not in_order

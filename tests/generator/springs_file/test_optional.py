@@ -5,12 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import Diagnostics, Source
-from generator.springs_file.optional import (
-    OptionalRecord,
-    parse_optional,
-    parse_records,
-    write_optional,
-)
+from generator.springs_file.optional import OPTIONAL_FILE, OptionalRecord, write_optional
 from springs.published.tables import publication
 from tests.paths import FIGURES
 
@@ -46,7 +41,7 @@ records = st.lists(
 
 
 def test_the_thesis_s_example_is_read_in_si():
-    reading = parse_optional(FIGURE_4_1)
+    reading = OPTIONAL_FILE.parse_text(FIGURE_4_1)
     assert reading.diagnostics == ()
     assert reading.value == (
         OptionalRecord(1, 1, (0.0, 243.65, 0.0, 841.68)),
@@ -55,7 +50,7 @@ def test_the_thesis_s_example_is_read_in_si():
 
 
 def test_records_know_where_they_are_written():
-    origins = parse_optional(FIGURE_4_1, "x.optional").value[1].origins
+    origins = OPTIONAL_FILE.parse_text(FIGURE_4_1).value[1].origins
     assert {key: (span.line, span.text) for key, span in origins.items()} == {
         "axis": (5, "9 3"),
         "coefficients": (6, "-155000000 845000000 -1240000000 492000000"),
@@ -86,7 +81,7 @@ def test_the_shipped_file_holds_the_printed_cubics():
         for axis, letter in enumerate("xyz", start=1)
     }
     expected |= {(n, 3): (cubic(joint), (0.0, end)) for n, (joint, end) in REVOLUTES.items()}
-    shipped = parse_optional((FIGURES / "prototype.optional").read_text()).require_value()
+    shipped = OPTIONAL_FILE.parse_text((FIGURES / "prototype.optional").read_text()).require_value()
     assert [(record.joint, record.axis) for record in shipped] == sorted(expected)
     for record in shipped:
         coefficients, dead_zone = expected[record.joint, record.axis]
@@ -97,7 +92,7 @@ def test_the_shipped_file_holds_the_printed_cubics():
 
 @given(records)
 def test_reading_what_was_written_gives_the_same_records_to_the_last_bit(written):
-    reading = parse_optional(write_optional(written))
+    reading = OPTIONAL_FILE.parse_text(write_optional(written))
     assert reading.diagnostics == ()
     assert list(reading.value) == written
 
@@ -112,21 +107,19 @@ def test_what_is_written_looks_like_the_thesis_s_file():
 @pytest.mark.parametrize(
     "text",
     [
-        GOOD.replace("\n", "\r\n"),
-        GOOD.replace("\n", "\r"),
         "# springs\n\n" + GOOD.replace("1 1\n", "  1\t1   # waist, x\n\n"),
         GOOD.replace("1 2 3 4", "1.0D0 2e0 +.3E+1 4."),
     ],
 )
-def test_line_ends_comments_blanks_and_fortran_exponents_do_not_matter(text):
-    reading = parse_optional(text)
+def test_comments_blanks_and_fortran_exponents_do_not_matter(text):
+    reading = OPTIONAL_FILE.parse_text(text)
     assert reading.diagnostics == ()
-    assert reading.value == parse_optional(GOOD).value
+    assert reading.value == OPTIONAL_FILE.parse_text(GOOD).value
 
 
 def test_a_record_beside_a_broken_one_is_read():
     text = "1 1\n1 2 x 4\n0 0\n0 0 0\n" + GOOD.replace("1 1", "1 2")
-    records = parse_records(Source("<text>", text), Diagnostics())
+    records = OPTIONAL_FILE.parser(Source("<text>", text), Diagnostics())
     assert [(record.joint, record.axis) for record in records] == [(1, 2)]
 
 
@@ -136,7 +129,7 @@ def test_a_record_beside_a_broken_one_is_read():
 )
 def test_enormous_nonsense_is_refused_quickly(text):
     start = time.process_time()
-    reading = parse_optional(text)
+    reading = OPTIONAL_FILE.parse_text(text)
     assert time.process_time() - start < 2.0
     assert reading.value is None
     assert 1 <= len(reading.diagnostics) <= 101

@@ -7,7 +7,7 @@ import pytest
 
 from generator.diagnostics import Parsed, select_errors
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment, SiteRef
-from generator.figure_file import parse_figure, read_figure, shipped_figures
+from generator.figure_file import FIGURE_FILE, read_figure
 from generator.springs_file.read import LoadedSprings, load_springs
 from springs import (
     AxisSpring,
@@ -25,7 +25,7 @@ from springs.stop import DEFAULT_TRANSLATION_STOP_ONSET, DEFAULT_TRANSLATION_STO
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 PROTOTYPE = read_figure("prototype")
-FOLDER = shipped_figures()["prototype"].parent
+FOLDER = FIGURE_FILE.shipped()["prototype"].parent
 PAIRS = ("shoulder", "hip_joint")
 
 CHAIN = "R(0,0,1)*R(1,0,0)*R(0,1,0)"
@@ -40,7 +40,7 @@ def figure(**joints: str) -> Figure:
     for name, fields in joints.items():
         parts.append(f"segment {name}_body {{ site s->location = trans(0,0,0); }}")
         parts.append(f"joint {name} {{ connect base.s to {name}_body.s; {fields} }}")
-    reading = parse_figure("\n".join(["figure {", *parts, "root = base.s;", "}"]))
+    reading = FIGURE_FILE.parse_text("\n".join(["figure {", *parts, "root = base.s;", "}"]))
     assert reading.value is not None, reading.diagnostics
     return reading.value
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import select_errors
 from generator.springs_file.coupled import CoupledEntry
-from generator.springs_file.parse import SpringEntry, SpringsFile, parse_springs
+from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.write import write_springs
 from springs import Damping, Joining, Linear
@@ -108,7 +108,7 @@ FILES = st.builds(
 
 @given(FILES, TEXTS.filter(lambda text: text.isprintable()))
 def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
-    reading = parse_springs(write_springs(content, comment))
+    reading = SPRINGS_FILE.parse_text(write_springs(content, comment))
     # Where it is held, a law may be an extrapolation.
     assert select_errors(reading.diagnostics) == ()
     assert reading.value == content
@@ -116,9 +116,9 @@ def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
 
 @pytest.mark.parametrize("name", ["prototype.springs.toml", "prototype.coupled.springs.toml"])
 def test_the_prototypes_springs_are_read_back(name: str):
-    content = parse_springs((FIGURES / name).read_text(encoding="utf-8")).value
+    content = SPRINGS_FILE.parse_text((FIGURES / name).read_text(encoding="utf-8")).value
     assert content is not None
-    assert parse_springs(write_springs(content)).value == content
+    assert SPRINGS_FILE.parse_text(write_springs(content)).value == content
 
 
 def test_the_comment_stands_above():

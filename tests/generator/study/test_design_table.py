@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from generator.diagnostics import Severity
 from generator.study.designs import design_points
 from generator.study.study import DesignKind
-from generator.study.study_file import parse_study_text
+from tests.study_runs import parse_study_text
 
 TEXT = """\
 figure = "pendulum"

@@ -12,9 +12,9 @@ from generator.input_files.scene import read_scene
 from generator.kinematics.free_root import settable_chains
 from generator.simulation.plan import Plan
 from generator.springs_file.read import read_springs
-from generator.study.study_file import parse_study_text
 from springs import Joining
 from tests.paths import FIGURES
+from tests.study_runs import parse_study_text
 
 REST = """
 [design]

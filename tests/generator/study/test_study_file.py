@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError, Severity, select_errors
+from generator.diagnostics import InputError, Severity
 from generator.figure_file import read_figure
 from generator.person.survey import Sex
 from generator.simulation.plan import Plan
@@ -28,15 +28,9 @@ from generator.study.study import (
     Take,
     Uniform,
 )
-from generator.study.study_file import (
-    find_study,
-    parse_study,
-    parse_study_text,
-    read_study,
-    shipped_studies,
-)
-from generator.text_io import MAX_FILE_BYTES
+from generator.study.study_file import read_study
 from tests.paths import FIGURES
+from tests.study_runs import parse_study_text
 
 EXAMPLE = """\
 figure = "pendulum"
@@ -224,28 +218,10 @@ def test_springs_are_chosen_as_in_a_run():
     assert expected.coupled
 
 
-def test_an_unknown_study_is_a_sentence_with_the_nearest_name(tmp_path: Path):
-    parsed = parse_study(tmp_path / "none.study.toml")
-    (fault,) = parsed.diagnostics
-    assert "no shipped study of that name" in fault.message
-    for name, path in shipped_studies().items():
-        assert find_study(name) == path
-        (fault,) = parse_study(f"{name}x").diagnostics
-        assert fault.hint == f"did you mean `{name}`?"
-
-
-def test_what_is_not_a_text_is_a_sentence(tmp_path: Path):
-    (fault,) = parse_study(tmp_path).diagnostics
-    assert "is a directory" in fault.message
+def test_a_text_that_is_too_long_is_a_sentence(tmp_path: Path):
     large = tmp_path / "large.toml"
-    with large.open("wb") as file:
-        file.truncate(MAX_FILE_BYTES + 1)
-    (fault,) = parse_study(large).diagnostics
-    assert "larger than 32 MB" in fault.message
     large.write_text(EXAMPLE + "# a long comment\n" * 10_000, "utf-8")
-    (fault,) = parse_study(large).diagnostics
-    assert fault.message == "this is too long for a study file"
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="this is too long for a study file"):
         read_study(large)
 
 
@@ -283,38 +259,3 @@ def test_powers_of_two_have_no_warning(runs: int):
     assert parsed.value is not None
     is_power = runs in [1 << k for k in range(11)]
     assert (parsed.diagnostics == ()) is is_power
-
-
-PIECES = (
-    "",
-    "[",
-    "]",
-    "{",
-    "}",
-    '"',
-    "\n",
-    "=",
-    ",",
-    "-",
-    "0",
-    "nan",
-    "1e999",
-    "true",
-    "\x00",
-    "é",
-)
-TABLES = ("[design]", "[person]\n", "floor = true\n", "[[measures]]\n", "set.shoulder = 3\n")
-
-
-@given(
-    places=st.lists(st.integers(0, len(EXAMPLE)), min_size=2, max_size=2).map(sorted),
-    piece=st.sampled_from(PIECES + TABLES),
-)
-@settings(max_examples=100, deadline=None)
-def test_no_text_makes_the_reader_fail(places: list[int], piece: str):
-    start, stop = places[0], min(places[1], places[0] + 20)
-    parsed = parse_study_text(EXAMPLE[:start] + piece + EXAMPLE[stop:], FIGURES)
-    assert (parsed.value is None) is bool(select_errors(parsed.diagnostics))
-    for fault in parsed.diagnostics:
-        assert fault.span is not None
-        assert str(fault)

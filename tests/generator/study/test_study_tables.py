@@ -3,12 +3,13 @@
 import pytest
 
 from generator.diagnostics import Diagnostics, Source
-from generator.springs_file.toml_spans import locate_keys
-from generator.springs_file.toml_table import TableReader, parse_document
-from generator.study.study_file import parse_study_text
-from generator.study.study_tables import parse_integer, require_keys, require_table
+from generator.study.study_tables import require_keys, require_table
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Integer
+from generator.toml_file.spans import locate_keys
 from tests.generator.study.test_study_file import EXAMPLE
 from tests.paths import FIGURES
+from tests.study_runs import parse_study_text
 
 
 def reader(text: str) -> TableReader:
@@ -27,13 +28,13 @@ def messages(table: TableReader) -> list[str]:
 @pytest.mark.parametrize("value", ["true", "1.0", '"1"', "[1]", "nan"])
 def test_an_integer_is_written_without_decimals(value: str):
     table = reader(f"runs = {value}")
-    assert parse_integer(table, "runs", 1, 9) is None
+    assert Integer("runs", 1, 9).read(table) is None
     assert messages(table) == ["`runs` must be a whole number"]
 
 
 def test_an_integer_is_within_its_range():
     table = reader("a = 1\nb = 9\nc = 0\nd = 10")
-    assert [parse_integer(table, key, 1, 9) for key in "abcde"] == [1, 9, None, None, None]
+    assert [Integer(key, 1, 9).read(table) for key in "abcde"] == [1, 9, None, None, None]
     assert messages(table) == [f"`{key}` must be from 1 to 9" for key in "cd"]
 
 

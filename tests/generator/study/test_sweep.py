@@ -28,7 +28,6 @@ from generator.study.study import (
     Study,
     Uniform,
 )
-from generator.study.study_file import parse_study_text
 from generator.study.sweep import (
     STUDY_NAME,
     TABLE_NAME,
@@ -48,7 +47,7 @@ from generator.study.worker_pool import (
 )
 from tests.paths import FIGURES
 from tests.processes import ENVIRONMENT
-from tests.study_runs import FAULTY, POISON, list_study, quick_run
+from tests.study_runs import FAULTY, POISON, list_study, parse_study_text, quick_run
 
 VALUES = (0.1, 0.2, FAULTY, 0.4, 0.5)
 STUDY = list_study(*VALUES)

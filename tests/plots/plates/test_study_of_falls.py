@@ -8,7 +8,7 @@ import pytest
 from generator.study.designs import design_points
 from generator.study.sensitivity import IndexKind, estimate_indices, read_indices
 from generator.study.study import RunResult
-from generator.study.study_file import find_study, read_study
+from generator.study.study_file import STUDY_FILE, read_study
 from plots.plates.study_of_falls import DATA, _index_claims
 from plots.study_plate import read_runs
 from tests.plots.drawn import plate
@@ -19,15 +19,15 @@ PEOPLE = DATA / "study_falls"
 @pytest.mark.parametrize("name", ["falls", "falls_stiffness"])
 def test_the_tables_are_of_the_shipped_studies(name: str) -> None:
     folder = DATA / f"study_{name}"
-    assert (folder / "study.toml").read_bytes() == find_study(name).read_bytes()
-    points, runs = design_points(read_study(find_study(name))), read_runs(folder)
+    assert (folder / "study.toml").read_bytes() == STUDY_FILE.find(name).read_bytes()
+    points, runs = design_points(read_study(STUDY_FILE.find(name))), read_runs(folder)
     for column, values in zip(points.T, runs.parameters.values(), strict=True):
         assert values == pytest.approx(column, rel=1e-9)
     assert runs.is_done.all()
 
 
 def test_the_indices_are_those_of_the_table() -> None:
-    study = read_study(find_study("falls"))
+    study = read_study(STUDY_FILE.find("falls"))
     with (PEOPLE / "runs.csv").open(encoding="utf-8", newline="") as table:
         rows = [
             RunResult(

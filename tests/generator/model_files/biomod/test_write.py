@@ -9,7 +9,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure, SiteRef
-from generator.figure_file.read import shipped_figures
+from generator.figure_file.read import FIGURE_FILE
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.model_files.biomod.write import FITTED_LOSS, format_files
@@ -33,7 +33,7 @@ from tests.generator.model_files.model_cases import (
 
 pytestmark = pytest.mark.verify
 
-SHIPPED = {name: read_figure(name) for name in shipped_figures() if name != "female50"}
+SHIPPED = {name: read_figure(name) for name in FIGURE_FILE.shipped() if name != "female50"}
 """Figures of different joints."""
 
 FIGURES = {**TREES, **SHIPPED}

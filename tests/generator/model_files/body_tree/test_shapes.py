@@ -7,7 +7,7 @@ import pytest
 
 from generator.figure import Attribute, Figure, Segment, SiteRef
 from generator.geometry.primitives import box, sphere
-from generator.geometry.psurf import format_psurf, parse_psurf
+from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.geometry.read import segment_colour
 from generator.geometry.surface import Surface
 from generator.losses import Losses
@@ -106,7 +106,7 @@ def test_faces_that_are_lines_are_left_out(name: str, tmp_path: Path):
     surface = MeshFiles(losses, {".vtp": read_vtp}).find([tmp_path], name)
     assert surface is not None
     surfaces, _ = join_shapes({"arm": [Shape(surface)]}, losses)
-    again = parse_psurf(format_psurf(surfaces["arm"])).require_value()
+    again = PSURF_FILE.parse_text(format_psurf(surfaces["arm"])).require_value()
     assert again.face_count == 2
     assert texts(losses) == []
 

@@ -15,7 +15,7 @@ from generator import read_figure
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.tables import Times
-from generator.springs_file.optional import parse_optional
+from generator.springs_file.optional import OPTIONAL_FILE
 from generator.springs_file.read import load_springs
 
 PRINTED = Path(__file__).parent / "figures_3_1_to_3_3"
@@ -89,8 +89,8 @@ def test_jackforce_is_figure_3_3(tmp_path):
 
 
 def test_optional_is_that_of_appendix_a_number_for_number(tmp_path):
-    made = parse_optional(written("prototype", tmp_path / "out")[dyspam.OPTIONAL])
-    appendix = parse_optional((SHIPPED / "prototype.optional").read_text())
+    made = OPTIONAL_FILE.parse_text(written("prototype", tmp_path / "out")[dyspam.OPTIONAL])
+    appendix = OPTIONAL_FILE.parse_text((SHIPPED / "prototype.optional").read_text())
     assert made.diagnostics == appendix.diagnostics == ()
     assert len(made.value) == 19
     assert made.value == appendix.value

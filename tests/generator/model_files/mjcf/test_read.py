@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Source
-from generator.figure_file import parse_figure
+from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.model_files.body_tree.to_figure import ORIGIN, WORLD
 from generator.model_files.formats import parse_model, read_model
@@ -188,7 +188,7 @@ def test_carriers_of_light_bodies_have_inertia():
     text = f"<mujoco><worldbody>{body}</worldbody></mujoco>"
     figure = parse_model(Source("m.xml", text), None).require_value().figure
     assert all(min(segment.inertia or (0.0,)) > 0.0 for segment in figure.bodies.values())
-    assert parse_figure(write_figure(figure)).value is not None
+    assert FIGURE_FILE.parse_text(write_figure(figure)).value is not None
 
 
 def test_every_figure_that_was_read_is_written_and_read_again(path, tmp_path):

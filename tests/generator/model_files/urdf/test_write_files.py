@@ -13,7 +13,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
-from generator.figure_file.read import shipped_figures
+from generator.figure_file.read import FIGURE_FILE
 from generator.geometry.appearance import segment_appearances
 from generator.model_files.curves_csv import ROTATION_VECTOR, format_curves, has_curves
 from generator.model_files.urdf.write import SPRINGS_LOSS, format_files, format_urdf
@@ -23,7 +23,7 @@ from springs.hysteresis import Hysteresis
 from tests.chains import SKEW
 from tests.generator.model_files.model_cases import hinge, on_a_rail, slide, spring_set
 
-SHIPPED = [name for name in shipped_figures() if name != "female50"]
+SHIPPED = [name for name in FIGURE_FILE.shipped() if name != "female50"]
 """Figures of different joints."""
 
 

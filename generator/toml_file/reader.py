@@ -1,25 +1,17 @@
-"""Values of a TOML table, read in SI by the unit that ends their key, and written."""
+"""Values of a TOML table, read in SI by the unit that ends their key."""
 
-import json
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from math import isfinite
 from typing import Any, cast
 
 from generator.diagnostics import Diagnostics, Source, Span, shorten, spelling_hint
 from generator.figure_file.lexer import MAX_WORD_LENGTH
-from generator.springs_file.toml_spans import TomlSpans
-from generator.units import convert_to_si, parse_unit, shortest_decimal
-
-SPRING_TABLE = "spring"
-"""Name of the tables of springs about one axis in a springs file."""
-
-COUPLED_TABLE = "coupled"
-"""Name of the tables of laws over several joints."""
+from generator.toml_file.spans import TomlSpans
+from generator.units import convert_to_si, parse_unit
 
 ENERGY_HINT = "a passive joint feeds no energy"
 
@@ -29,6 +21,11 @@ _UNIT_FACTORS: Mapping[str, Fraction] = {
     unit: parse_unit(unit).factor for unit in ("deg", "mm", "cm", "in", "ft")
 }
 """SI value of 1 for keys that end in `_deg` or `_cm`; keys of other endings are in SI already."""
+
+
+def unit_factor(key: str) -> Fraction:
+    """Return the SI value of 1 for numbers of a key, by its ending."""
+    return _UNIT_FACTORS.get(key.rpartition("_")[2], Fraction(1))
 
 
 @dataclass(frozen=True)
@@ -253,7 +250,7 @@ class TableReader:
         unit: str = "",
     ) -> float | None:
         """One finite number in SI."""
-        factor = _UNIT_FACTORS.get(unit or key.rpartition("_")[2], Fraction(1))
+        factor = unit_factor(unit or key)
         text = value.text if isinstance(value, NumberText) else None
         if type(value) is int:
             text = str(value) if value.bit_length() < 8 * MAX_WORD_LENGTH else "inf"
@@ -335,83 +332,3 @@ def _syntax_error(message: str, source: Source) -> tuple[str, Span]:
     before = sum(len(text) + 1 for text in source.text.split("\n")[: line - 1])
     offset = before + min(column - 1, max(len(source.line_text(line)) - 1, 0))
     return text, Span(source, offset, offset + 1)
-
-
-_DEGREE_FACTOR = parse_unit("deg").factor
-_RADIAN_FACTOR = parse_unit("rad").factor
-_MAX_LINE_WIDTH = 96
-_WORD = re.compile("[^ ]+ *")
-
-
-def pairs_to_toml(pairs: Iterable[tuple[str, str]]) -> str:
-    """List of pairs, each number in TOML already."""
-    return list_to_toml(f"[{first}, {second}]" for first, second in pairs)
-
-
-def list_to_toml(items: Iterable[str]) -> str:
-    """A list, over several lines where it would make a long one."""
-    texts = list(items)
-    short = f"[{', '.join(texts)}]"
-    return (
-        short
-        if len(short) <= _MAX_LINE_WIDTH
-        else "\n".join(["[", *(f"    {t}," for t in texts), "]"])
-    )
-
-
-def names_to_toml(names: Iterable[str]) -> str:
-    """List of strings."""
-    return f"[{', '.join(map(quote_toml, names))}]"
-
-
-def number_to_toml(value: float, unit: Fraction = _RADIAN_FACTOR) -> str:
-    """Shortest decimal number that is read back as `value`.
-
-    Raises:
-        ValueError: for a number that is not finite.
-    """
-    if not isfinite(value):
-        raise ValueError(f"a file holds finite numbers, not {value}")
-    return shortest_decimal(value, unit)
-
-
-def degree_to_toml(value: float) -> str:
-    """Decimal number of degrees for an angle [rad]."""
-    return number_to_toml(value, _DEGREE_FACTOR)
-
-
-def numbers_to_toml(values: Iterable[float]) -> str:
-    """List of decimal numbers."""
-    return f"[{', '.join(map(number_to_toml, values))}]"
-
-
-def degrees_to_toml(values: Iterable[float]) -> str:
-    """List of decimal numbers of degrees for angles [rad]."""
-    return f"[{', '.join(map(degree_to_toml, values))}]"
-
-
-def quote_toml(text: str) -> str:
-    """A string in quotes, with the escapes that TOML shares with JSON."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def quote_long_toml(text: str) -> str:
-    """A string over several lines that is read as one, where it would make a long line.
-
-    Each line but the last ends in blanks and a backslash: the reader drops what follows up to the
-    next word, so that blanks at the very start of a text need one line.
-    """
-    if len(text) <= _MAX_LINE_WIDTH or text.startswith(" "):
-        return quote_toml(text)
-    lines = [""]
-    for word in _WORD.findall(quote_toml(text)[1:-1]):
-        if len(lines[-1]) + len(word) > _MAX_LINE_WIDTH:
-            lines.append("")
-        lines[-1] += word
-    return '"""\\\n' + "\\\n".join(filter(None, lines)) + '"""'
-
-
-def text_to_toml(text: str) -> str:
-    """A text of several lines as a string of several lines."""
-    lines = (quote_toml(line)[1:-1] for line in text.split("\n"))
-    return '"""\n' + "\n".join(lines) + '"""'

@@ -3,7 +3,7 @@
 import pytest
 
 from generator.diagnostics import Source
-from generator.springs_file.toml_spans import locate_keys
+from generator.toml_file.spans import locate_keys
 
 
 @pytest.mark.parametrize(
