@@ -9,16 +9,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property, reduce
-from math import degrees, hypot, inf, isfinite
+from math import hypot, inf, isfinite
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar, assert_never
 
 import numpy as np
 
 from generator.diagnostics import ModelError, Parsed, Span, format_count, shorten
 from generator.named_mapping import Named, NamedMapping
 from generator.notebook import html_table
-from generator.rotations import Array, matrix_from_xyz, pose_matrix
+from generator.rotations import Array, matrix_from_xyz, pose_matrix, unit_vector
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
 from springs.short_repr import short_repr
 
 Vector = tuple[float, float, float]
@@ -203,11 +204,51 @@ class SiteRef:
 class AxisKind(StrEnum):
     """Kind of a joint axis; the value is the letter that files write.
 
-    Match it exhaustively, so that the type checker finds every place that a new kind needs.
+    `JointAxis.twist` and `units` say what most code needs of it. Code that can hold some kinds only
+    matches it exhaustively or calls `is_rotation`, so that the type checker finds every place that
+    a new kind needs.
     """
 
     ROTATION = "R"
     TRANSLATION = "T"
+
+    @property
+    def units(self) -> AxisUnits:
+        """Units of its displacement and of what resists it."""
+        match self:
+            case AxisKind.ROTATION:
+                return ROTATION_UNITS
+            case AxisKind.TRANSLATION:
+                return TRANSLATION_UNITS
+            case _:
+                assert_never(self)
+
+
+def is_rotation(kind: Literal[AxisKind.ROTATION, AxisKind.TRANSLATION]) -> bool:
+    """Return True for a rotation, False for a translation.
+
+    For code that can hold these two kinds only: the type checker names each call that could get
+    another one.
+    """
+    match kind:
+        case AxisKind.ROTATION:
+            return True
+        case AxisKind.TRANSLATION:
+            return False
+        case _:
+            assert_never(kind)
+
+
+class Twist(NamedTuple):
+    """Motion for a unit rate of a displacement, of the child's site in the parent's at zero.
+
+    Attributes:
+        angular: angular velocity for a unit rate.
+        linear: velocity of the sites' common origin for a unit rate.
+    """
+
+    angular: Vector
+    linear: Vector
 
 
 @dataclass(frozen=True)
@@ -230,6 +271,23 @@ class JointAxis:
         if abs(length - 1.0) > ROUNDED_AXIS_TOLERANCE:
             x, y, z = self.axis
             object.__setattr__(self, "axis", (x / length, y / length, z / length))
+
+    @property
+    def units(self) -> AxisUnits:
+        """Units of its displacement and of what resists it."""
+        return self.kind.units
+
+    @cached_property
+    def twist(self) -> Twist:
+        """Motion for a unit rate: a rotation about the axis, or a translation along it."""
+        x, y, z = unit_vector(self.axis).tolist()
+        match self.kind:
+            case AxisKind.ROTATION:
+                return Twist((x, y, z), (0.0, 0.0, 0.0))
+            case AxisKind.TRANSLATION:
+                return Twist((0.0, 0.0, 0.0), (x, y, z))
+            case _:
+                assert_never(self.kind)
 
 
 @short_repr
@@ -292,7 +350,7 @@ class Joint:
 def _format_displacements(joint: Joint) -> str:
     """Format the displacements in degrees and centimetres."""
     return ", ".join(
-        f"{degrees(value):.4g} deg" if axis.kind is AxisKind.ROTATION else f"{100.0 * value:.4g} cm"
+        axis.units.format(value)
         for axis, value in zip(joint.chain, joint.displacement, strict=True)
     )
 

@@ -9,13 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from itertools import pairwise
-from typing import assert_never
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import ModelError
-from generator.figure import AxisKind, JointAxis
+from generator.figure import JointAxis, Twist, is_rotation
 from generator.rotations import (
     PERPENDICULAR_TOLERANCE,
     Array,
@@ -60,16 +59,12 @@ class Chain:
     @cached_property
     def rotations(self) -> tuple[int, ...]:
         """Indices of the rotations among the factors."""
-        return tuple(
-            k for k, factor in enumerate(self.joint_axes) if factor.kind is AxisKind.ROTATION
-        )
+        return tuple(k for k, axis in enumerate(self.joint_axes) if any(axis.twist.angular))
 
     @cached_property
     def translations(self) -> tuple[int, ...]:
         """Indices of the translations among the factors."""
-        return tuple(
-            k for k, factor in enumerate(self.joint_axes) if factor.kind is AxisKind.TRANSLATION
-        )
+        return tuple(k for k, axis in enumerate(self.joint_axes) if any(axis.twist.linear))
 
     @cached_property
     def translations_are_outer(self) -> bool:
@@ -111,7 +106,7 @@ class Chain:
         """Return the child's site in the parent's frame, (..., n) [rad or m] to (..., 4, 4)."""
         values = np.asarray(displacements, dtype=float)
         start = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
-        steps = [_axis_pose(f, values[..., k]) for k, f in enumerate(self.joint_axes)]
+        steps = [_axis_pose(axis.twist, values[..., k]) for k, axis in enumerate(self.joint_axes)]
         return reduce(lambda pose, step: step @ pose, steps, start)
 
     def twists(self, displacements: ArrayLike) -> Array:
@@ -124,17 +119,11 @@ class Chain:
         rows = np.zeros((*values.shape, 6))
         outer = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
         for k in reversed(range(len(self.joint_axes))):
-            axis = outer[..., :3, :3] @ unit_vector(self.joint_axes[k].axis)
-            kind = self.joint_axes[k].kind
-            match kind:
-                case AxisKind.ROTATION:
-                    rows[..., k, :3] = axis
-                    rows[..., k, 3:] = np.cross(outer[..., :3, 3], axis)
-                case AxisKind.TRANSLATION:
-                    rows[..., k, 3:] = axis
-                case _:
-                    assert_never(kind)
-            outer = outer @ _axis_pose(self.joint_axes[k], values[..., k])
+            twist = self.joint_axes[k].twist
+            angular, linear = (outer[..., :3, :3] @ np.array(part) for part in twist)
+            rows[..., k, :3] = angular
+            rows[..., k, 3:] = np.cross(outer[..., :3, 3], angular) + linear
+            outer = outer @ _axis_pose(twist, values[..., k])
         return rows
 
     def displacements(self, pose: ArrayLike, near: ArrayLike | None = None) -> Array:
@@ -153,7 +142,10 @@ class Chain:
         """
         x = np.asarray(poses, dtype=float)
         result = np.zeros((len(x), len(self.joint_axes)))
-        turns, slides = list(self.rotations), list(self.translations)
+        turns: list[int] = []
+        slides: list[int] = []
+        for k, axis in enumerate(self.joint_axes):
+            (turns if is_rotation(axis.kind) else slides).append(k)
         first = None if near is None else np.asarray(near, dtype=float)[turns]
         result[:, turns] = self._continuous_angles(x[:, :3, :3], first)
         if slides:
@@ -207,18 +199,10 @@ def _commute(rotation: JointAxis, translation: JointAxis) -> bool:
     )
 
 
-def _axis_pose(joint_axis: JointAxis, value: ArrayLike) -> Array:
-    """Return the pose matrix of one factor, shape (..., 4, 4)."""
+def _axis_pose(twist: Twist, value: ArrayLike) -> Array:
+    """Return the pose matrix of one factor, shape (..., 4, 4): it moves along its own axis only."""
     v = np.asarray(value, dtype=float)
-    axis = unit_vector(joint_axis.axis)
-    match joint_axis.kind:
-        case AxisKind.ROTATION:
-            return pose_matrix(matrix_from_axis_angle(axis, v), np.zeros((*v.shape, 3)))
-        case AxisKind.TRANSLATION:
-            identity = np.broadcast_to(np.eye(3), (*v.shape, 3, 3))
-            return pose_matrix(identity, v[..., None] * axis)
-        case _:
-            assert_never(joint_axis.kind)
+    return pose_matrix(matrix_from_axis_angle(twist.angular, v), v[..., None] * twist.linear)
 
 
 def _nearest_rotation_angle(axis: Array, matrices: Array) -> Array:

@@ -9,10 +9,11 @@ import numpy as np
 
 from generator.contact_record import ContactRecord
 from generator.diagnostics import format_count
-from generator.figure import AxisKind, JointAxis
+from generator.figure import JointAxis
 from generator.named_mapping import NamedMapping
 from generator.notebook import html_table
 from generator.rotations import Array
+from generator.units import AxisUnits
 from springs.short_repr import short_repr
 
 
@@ -154,11 +155,11 @@ _PARTS = {
 """Part of a recording to which a mapping belongs."""
 
 
-def _format_range(kind: AxisKind, values: Array) -> tuple[str, ...]:
+def _format_range(units: AxisUnits, values: Array) -> tuple[str, ...]:
     """Format the first, smallest, largest and last value in deg or cm, and the unit."""
-    scale, unit = (np.degrees(1.0), "deg") if kind is AxisKind.ROTATION else (100.0, "cm")
     numbers = (values[0], np.min(values), np.max(values), values[-1])
-    return (*(f"{round(scale * number, 2) + 0.0:.2f}" for number in numbers), unit)
+    texts = (f"{round(units.scale * number, 2) + 0.0:.2f}" for number in numbers)
+    return (*texts, units.displacement)
 
 
 @dataclass(frozen=True)
@@ -246,7 +247,7 @@ class Recording:
     def _repr_html_(self) -> str:
         """Table of the joints with the range of their displacements, for notebooks."""
         rows = (
-            (name, k + 1, *_format_range(self.chains[name][k].kind, values[:, k]))
+            (name, k + 1, *_format_range(self.chains[name][k].units, values[:, k]))
             for name, values in self.displacements.items()
             for k in range(values.shape[1])
         )

@@ -11,7 +11,7 @@ from decimal import Context, Decimal
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
-from math import isfinite
+from math import degrees, isfinite, radians
 
 from generator.diagnostics import shorten, spelling_hint
 
@@ -104,6 +104,53 @@ INPUT_BOUNDS: Mapping[Dimension, InputBound] = {
         InputBound(Dimension.DENSITY, 1e6, "1e6 kg/m3"),
     )
 }
+
+
+@dataclass(frozen=True)
+class AxisUnits:
+    """Units in which text has the quantities of a joint axis; inside they are in SI.
+
+    Attributes:
+        displacement: unit of a displacement.
+        scale: number of these units in a radian or a metre.
+        si: unit of a displacement inside.
+        effort: unit of a torque or a force.
+        stiffness: unit of a stiffness.
+        damping: unit of a viscous damping.
+        preposition: "about" or "along" the axis.
+    """
+
+    displacement: str
+    scale: float
+    si: str
+    effort: str
+    stiffness: str
+    damping: str
+    preposition: str
+
+    @property
+    def is_angle(self) -> bool:
+        """True where a displacement is an angle."""
+        return self.si == "rad"
+
+    @property
+    def rate(self) -> str:
+        """Unit of a rate of a displacement."""
+        return f"{self.displacement}/s"
+
+    def format(self, value: float) -> str:
+        """Format a displacement [rad or m], such as `12.5 deg`."""
+        return f"{self.scale * value + 0.0:.4g} {self.displacement}"
+
+    def si_value(self, number: float) -> float:
+        """Return the displacement [rad or m] of a number in the unit of text."""
+        return radians(number) if self.is_angle else number / self.scale
+
+
+ROTATION_UNITS = AxisUnits(
+    "deg", degrees(1.0), "rad", "N m", "N m/rad", "N m s/rad", preposition="about"
+)
+TRANSLATION_UNITS = AxisUnits("cm", 100.0, "m", "N", "N/m", "N s/m", preposition="along")
 
 
 MAX_MODEL_NUMBER = 1e50

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from generator.contact_record import ContactRecord
-from generator.figure import AxisKind
+from generator.figure import is_rotation
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.kinematics.placement import Displacements
 from generator.motion_files import FigureMotion
@@ -105,7 +105,7 @@ def motion_quantities(motion: FigureMotion, springs: SpringSet) -> MotionQuantit
 
 
 def _rotations(motion: FigureMotion, joint: str) -> list[int]:
-    return [k for k, axis in enumerate(motion.chains[joint]) if axis.kind is AxisKind.ROTATION]
+    return [k for k, axis in enumerate(motion.chains[joint]) if is_rotation(axis.kind)]
 
 
 def _rates(motion: FigureMotion) -> Displacements:
@@ -208,7 +208,7 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
         for spring in own.translations:
             for k, factor in enumerate(chain):
                 along = float(np.dot(spring.direction, factor.axis))
-                if factor.kind is AxisKind.TRANSLATION and abs(along) > 1.0 - 1e-9:
+                if not is_rotation(factor.kind) and abs(along) > 1.0 - 1e-9:
                     displacement = np.sign(along) * motion.displacements[name][:, k]
                     stored += total_energy(spring.elastic, displacement)
     for spring in springs.coupled:

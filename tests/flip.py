@@ -106,8 +106,8 @@ FLIPS = (
     Flip("rotation of an inertia tensor", "generator/inertia.py", "@ self.inertia @", ".T @ self.inertia.T @",
          "generator/test_inertia.py"),
     # Kinematics
-    Flip("sense of a rotation in the mirror", KINEMATICS, "return -_MIRROR_SIGNS * direction",
-         "return _MIRROR_SIGNS * direction",
+    Flip("sense of a rotation in the mirror", KINEMATICS, "concatenate([-_MIRROR_SIGNS, _MIRROR_SIGNS])",
+         "concatenate([_MIRROR_SIGNS, _MIRROR_SIGNS])",
          KINEMATICS + "/test_links_mirror.py " + KINEMATICS),
     Flip("side of the tree that moves", KINEMATICS, "(1.0 if branch.parent_is_inboard else -1.0)",
          "(-1.0 if branch.parent_is_inboard else 1.0)", KINEMATICS + "/test_tree*.py " + KINEMATICS),
@@ -125,8 +125,8 @@ FLIPS = (
     Flip("volume of a tetrahedron", "generator/geometry", "self.determinants.sum()) / 6.0",
          "self.determinants.sum()) / 3.0", "generator/geometry"),
     # Motion files
-    Flip("length unit of action files", "generator/motion_files", 'LENGTH_UNIT = "cm"',
-         'LENGTH_UNIT = "mm"', MOTIONS),
+    Flip("length unit of action files", "generator/units.py", '"cm", 100.0, "m"',
+         '"mm", 100.0, "m"', MOTIONS),
     Flip("normalised time of action files", "generator/motion_files", "(times - times[0]) / (whole",
          "times / (whole", MOTIONS),
     Flip("degrees in .mot files", "generator/motion_files", "np.degrees(values) if in_degrees",

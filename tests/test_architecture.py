@@ -144,3 +144,16 @@ def test_the_tests_mirror_the_packages():
     tests = [path for path in inner if path.relative_to(TESTS).parts[0] not in NOT_MIRRORED]
     assert len(tests) > 50
     assert [str(path.relative_to(TESTS)) for path in tests if not mirrored(path)] == []
+
+
+def test_kinds_of_joint_axes_are_not_compared():
+    """A comparison with one kind takes any other for its opposite; the type checker cannot tell."""
+    compared = [
+        f"{name}:{node.lineno}"
+        for name, path in FILES.items()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Compare)
+        for side in (node.left, *node.comparators)
+        if isinstance(side, ast.Attribute) and ast.unparse(side.value) == "AxisKind"
+    ]
+    assert not compared, "match them exhaustively, or use `is_rotation`, `twist` or `units`"

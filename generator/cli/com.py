@@ -29,7 +29,7 @@ from generator.diagnostics import Diagnostic, UsageError
 from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.placement import Placement
 from generator.motion_files import FigureMotion
-from generator.motion_files.action import display_unit, format_displacement
+from generator.motion_files.action import format_displacement
 from generator.person.identity import identity_of
 from generator.rotations import Array
 from generator.text_io import format_csv_comment
@@ -122,8 +122,8 @@ def _jacobian_data(placement: Placement, masses: Masses) -> list[dict[str, objec
         {
             "joint": joint.name,
             "displacement": k,
-            "unit": f"cm/{display_unit(factor)}",
-            "slope": in_cm(next(columns) * float(parse_unit(display_unit(factor)).factor)),
+            "unit": f"cm/{factor.units.displacement}",
+            "slope": in_cm(next(columns) * float(parse_unit(factor.units.displacement).factor)),
         }
         for joint in placement.tree.figure.joints.values()
         for k, factor in enumerate(joint.chain, 1)

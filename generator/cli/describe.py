@@ -7,9 +7,9 @@ from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.options import FigureName, SpringsChoice, in_display_units
 from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
 from generator.diagnostics import Diagnostic, InputError
-from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment
+from generator.figure import Figure, Joint, JointAxis, Segment, is_rotation
 from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
-from generator.motion_files.action import display_unit, format_chain
+from generator.motion_files.action import format_chain
 from generator.person.identity import identity_of
 from generator.simulation.preconditions import simulation_obstacles
 from springs import SpringSet
@@ -40,8 +40,8 @@ def describe(name: FigureName, springs: SpringsChoice = None) -> CommandResult:
 
 def joint_kind(chain: Sequence[JointAxis]) -> str:
     """The name of a joint of this chain among mechanisms."""
-    turns = sum(factor.kind is AxisKind.ROTATION for factor in chain)
-    slides = sum(factor.kind is AxisKind.TRANSLATION for factor in chain)
+    turns = sum(is_rotation(factor.kind) for factor in chain)
+    slides = len(chain) - turns
     names = {
         (0, 0): "fixed",
         (1, 0): "revolute",
@@ -151,7 +151,7 @@ def _format_vector(values: Sequence[float] | None) -> str:
 
 def _format_displacement(joint: Joint) -> str:
     shown = zip(in_display_units(joint.displacement, joint.chain), joint.chain, strict=True)
-    return " ".join(f"{value:.4g} {display_unit(factor)}" for value, factor in shown)
+    return " ".join(f"{value:.4g} {axis.units.displacement}" for value, axis in shown)
 
 
 def _data(
@@ -189,7 +189,7 @@ def _data(
                 "type": format_chain(joint.chain),
                 "degrees_of_freedom": joint.degrees_of_freedom,
                 "displacement": in_display_units(joint.displacement, joint.chain),
-                "units": [display_unit(factor) for factor in joint.chain],
+                "units": [factor.units.displacement for factor in joint.chain],
             }
             for joint in figure.joints.values()
         ],

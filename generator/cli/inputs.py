@@ -43,7 +43,6 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
-from generator.motion_files.action import display_unit
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import FigureMotion, Header
 from generator.rotations import Array
@@ -185,7 +184,7 @@ def start_warnings(
         lower = joint.lower_limit or (-inf,) * len(values)
         upper = joint.upper_limit or (inf,) * len(values)
         shown = in_display_units(values, joint.chain)
-        units = [display_unit(factor) for factor in joint.chain]
+        units = [factor.units.displacement for factor in joint.chain]
         for k, (low, value, high) in enumerate(zip(lower, values, upper, strict=True)):
             if not low <= value <= high:
                 ends = (

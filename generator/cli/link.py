@@ -25,7 +25,6 @@ from generator.kinematics.free_root import settable_chains
 from generator.kinematics.links import LINKS_FILE, Coordinate, Link, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements
-from generator.motion_files.action import display_unit
 
 _AGREEMENT_TOLERANCE = 1e-9
 """Largest difference of displacements that count as one [rad or m]."""
@@ -136,10 +135,10 @@ def _link_data(figure: Figure, one: Link) -> dict[str, object]:
         "control_dof": one.control.index + 1,
         "factor": one.factor,
         "offset": in_display_units([one.offset], [factor])[0],
-        "unit": display_unit(factor),
+        "unit": factor.units.displacement,
     }
 
 
 def _format_coordinate(figure: Figure, coordinate: Coordinate, value: float) -> str:
     factor = figure.joints[coordinate.joint].chain[coordinate.index]
-    return f"{round(in_display_units([value], [factor])[0], 3) + 0.0:g} {display_unit(factor)}"
+    return f"{round(in_display_units([value], [factor])[0], 3) + 0.0:g} {factor.units.displacement}"

@@ -18,7 +18,7 @@ from generator.figure import Figure, JointAxis, Vector
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import Chains, settable_chains
-from generator.motion_files.action import LENGTH_UNIT, display_unit, parse_displacement
+from generator.motion_files.action import LENGTH_UNIT, parse_displacement
 from generator.rotations import Array
 from generator.units import (
     DIMENSION_POWERS,
@@ -117,7 +117,7 @@ CM = 0.01
 
 def in_display_units(values: Iterable[float], chain: Sequence[JointAxis]) -> list[float]:
     """Convert displacements [rad or m] to degrees and cm."""
-    factors = (float(parse_unit(display_unit(factor)).factor) for factor in chain)
+    factors = (float(parse_unit(factor.units.displacement).factor) for factor in chain)
     return [float(value) / factor for value, factor in zip(values, factors, strict=True)]
 
 
@@ -129,7 +129,7 @@ def displacements_data(
         {
             "name": name,
             "displacement": in_display_units(displacements[name], joint.chain),
-            "units": [display_unit(factor) for factor in joint.chain],
+            "units": [factor.units.displacement for factor in joint.chain],
         }
         for name, joint in figure.joints.items()
     ]
@@ -203,7 +203,7 @@ def displacements_from_options(
         if name in values_by_joint:
             raise UsageError(f"{option} {text}: `{name}` is set twice")
         parts, chain = values.split(","), chains[name]
-        units = list(map(display_unit, chain))
+        units = [factor.units.displacement for factor in chain]
         if name in in_metres:
             units = ["m" if unit == LENGTH_UNIT else unit for unit in units]
         if len(parts) != len(chain):

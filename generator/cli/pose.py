@@ -23,7 +23,6 @@ from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement, pose_figure
-from generator.motion_files.action import display_unit
 
 
 def pose(
@@ -81,7 +80,7 @@ def _joints(placement: Placement) -> str:
     for name, joint in placement.tree.figure.joints.items():
         values = in_display_units(placement.displacements[name], joint.chain)
         shown = zip(values, joint.chain, strict=True)
-        cells = [f"{format_rounded(value, 4)} {display_unit(factor)}" for value, factor in shown]
+        cells = [f"{format_rounded(value, 4)} {axis.units.displacement}" for value, axis in shown]
         rows.append([name, *(cells or ["fixed"])])
     return format_table(rows)
 

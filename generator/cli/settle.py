@@ -51,7 +51,6 @@ from generator.figure import Figure
 from generator.kinematics.links import mirrored_differences, mirrored_name
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.motion_files.action import display_unit
 from generator.rotations import Array
 from generator.scene import Plane
 from generator.simulation.import_exudyn import import_exudyn
@@ -222,7 +221,9 @@ def _asymmetry_warnings(
 def _displacement_text(figure: Figure, name: str, rest: Mapping[str, Array]) -> str:
     chain = figure.joints[name].chain
     shown = zip(in_display_units(rest[name], chain), chain, strict=True)
-    return " ".join(f"{format_rounded(value, 1)} {display_unit(factor)}" for value, factor in shown)
+    return " ".join(
+        f"{format_rounded(value, 1)} {axis.units.displacement}" for value, axis in shown
+    )
 
 
 def _pose_text(figure: Figure, rest: Mapping[str, Array]) -> str:
@@ -232,7 +233,10 @@ def _pose_text(figure: Figure, rest: Mapping[str, Array]) -> str:
         rows.append(
             [
                 name,
-                *(f"{format_rounded(value, 3)} {display_unit(factor)}" for value, factor in values),
+                *(
+                    f"{format_rounded(value, 3)} {factor.units.displacement}"
+                    for value, factor in values
+                ),
             ]
         )
     return format_table(rows)

@@ -6,6 +6,7 @@ from math import exp
 from generator.figure import Vector
 from generator.springs_file.axes import axis_label
 from generator.springs_file.laws import describe_law, format_range, law_data, range_in_degrees
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.joint import UNKNOWN_AXIS
@@ -97,17 +98,17 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
 
 def spring_lines(joint: JointSprings) -> Iterator[str]:
     """Yield a line for each law of each axis of a joint, and one for its reference."""
-    for spring, slides in [(s, False) for s in joint.axes] + [
-        (s, True) for s in joint.translations
+    for spring, units in [(s, ROTATION_UNITS) for s in joint.axes] + [
+        (s, TRANSLATION_UNITS) for s in joint.translations
     ]:
         motion = f" ({spring.motion})" if spring.motion else ""
-        yield f"{'along' if slides else 'about'} {axis_name(spring)}{motion}"
+        yield f"{units.preposition} {axis_name(spring)}{motion}"
         for law in spring.elastic:
-            yield f"  {describe_law(law, translational=slides)}"
+            yield f"  {describe_law(law, units)}"
         damping = spring.damping
         if damping.viscous or damping.coulomb:
-            force, rate = ("N", "N s/m") if slides else ("N m", "N m s/rad")
-            yield f"  damping {damping.viscous:g} {rate}, friction {damping.coulomb:g} {force}"
+            viscous = f"{damping.viscous:g} {units.damping}"
+            yield f"  damping {viscous}, friction {damping.coulomb:g} {units.effort}"
         if spring.reference:
             yield f"  reference: {spring.reference}"
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from generator.figure import is_rotation
 from generator.joint_chain import Chain
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import Placement, relative_jacobian, segment_jacobians
@@ -64,7 +65,7 @@ def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
 
 
 def _locked_rotations(chain: Chain) -> tuple[Array, AxisFlags]:
-    axes = [unit_vector(axis) for axis in chain.rotation_axes]
+    axes = [unit_vector(one.axis) for one in chain.joint_axes if is_rotation(one.kind)]
     if len(axes) == 0:
         return np.eye(3), LOCKED
     if len(axes) == 1:
@@ -77,7 +78,7 @@ def _locked_rotations(chain: Chain) -> tuple[Array, AxisFlags]:
 
 
 def _locked_translations(chain: Chain) -> tuple[Array, AxisFlags]:
-    axes = [unit_vector(chain.joint_axes[k].axis) for k in chain.translations]
+    axes = [unit_vector(one.axis) for one in chain.joint_axes if not is_rotation(one.kind)]
     if len(axes) == 0:
         return np.eye(3), LOCKED
     if len(axes) == 1:

@@ -111,7 +111,7 @@ def attaching_joints(figure: Figure) -> tuple[str, ...]:
         name
         for name, joint in figure.joints.items()
         if len({joint.parent.segment, joint.child.segment} & figure.ground) == 1
-        and sum(axis.kind is AxisKind.TRANSLATION for axis in joint.chain) < 3
+        and sum(any(axis.twist.linear) for axis in joint.chain) < 3
     )
 
 

@@ -30,7 +30,7 @@ from generator.file_kind import FileKind
 from generator.input_files.links import LINK_ENTRIES, MAX_LINK_FACTOR, LinkEntry, LinksFile
 from generator.kinematics.placement import Displacements, Placement, forward_kinematics, site_pose
 from generator.kinematics.tree import build_tree
-from generator.rotations import Array, unit_vector
+from generator.rotations import Array
 
 PARALLEL_TOLERANCE = 1e-6
 """Largest distance between unit vectors that count as equal."""
@@ -41,6 +41,8 @@ MIRROR_POSITION_TOLERANCE = 0.01
 _SIDE_PATTERN = re.compile(r"left|right")
 
 _MIRROR_SIGNS = np.array([-1.0, 1.0, 1.0])
+
+_TWIST_MIRROR_SIGNS = np.concatenate([-_MIRROR_SIGNS, _MIRROR_SIGNS])
 
 
 def format_dof_count(count: int) -> str:
@@ -79,9 +81,9 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
         )
     signs: list[int] = []
     for number, (one, other) in enumerate(zip(control.chain, follower.chain, strict=True), 1):
-        image = _mirrored_direction(_axis_in_world(placement, control, one), one.kind)
-        sign = _relative_sign(image, _axis_in_world(placement, follower, other))
-        if one.kind != other.kind or sign is None:
+        image = _TWIST_MIRROR_SIGNS * _twist_in_world(placement, control, one)
+        sign = _relative_sign(image, _twist_in_world(placement, follower, other))
+        if sign is None:
             raise ModelError(
                 f"degree of freedom {number} of `{follower.name}` is not a mirror image of that "
                 f"of `{control.name}`"
@@ -141,17 +143,6 @@ def _zero_placement(figure: Figure) -> Placement:
     return forward_kinematics(build_tree(figure), zeros)
 
 
-def _mirrored_direction(direction: Array, kind: AxisKind) -> Array:
-    """Return the direction of a joint axis mirrored in the plane x = 0."""
-    match kind:
-        case AxisKind.ROTATION:
-            return -_MIRROR_SIGNS * direction
-        case AxisKind.TRANSLATION:
-            return _MIRROR_SIGNS * direction
-        case _:
-            assert_never(kind)
-
-
 def _names_match(one: Joint, other: Joint) -> bool:
     """Return whether the names are the same but for `left` and `right`, exchanged."""
     return mirrored_name(one.name) == other.name != one.name
@@ -165,9 +156,9 @@ def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:
     )
 
 
-def _axis_in_world(placement: Placement, joint: Joint, factor: JointAxis) -> Array:
-    """Return the axis in the world of the motion of the outboard segment, shape (3,)."""
-    return _outboard_axes(placement, joint) @ unit_vector(factor.axis)
+def _twist_in_world(placement: Placement, joint: Joint, factor: JointAxis) -> Array:
+    """Return the twist of the outboard segment in world axes, (angular, linear), shape (6,)."""
+    return (np.array(factor.twist) @ _outboard_axes(placement, joint).T).ravel()
 
 
 def _outboard_axes(placement: Placement, joint: Joint) -> Array:
@@ -521,7 +512,7 @@ def _is_compatible(
             span,
         )
         return False
-    key = _offset_key(kind)
+    key = "offset_deg" if kind.units.is_angle else "offset_m"
     if entry.offset and key != _offset_key_in(entry):
         diagnostics.error(f"the offset of {follower} needs the key `{key}`", _offset_span(entry))
         return False
@@ -534,17 +525,6 @@ def _motion_verb(kind: AxisKind) -> str:
             return "rotates"
         case AxisKind.TRANSLATION:
             return "translates"
-        case _:
-            assert_never(kind)
-
-
-def _offset_key(kind: AxisKind) -> str:
-    """The key of the offset of a link between displacements of this kind."""
-    match kind:
-        case AxisKind.ROTATION:
-            return "offset_deg"
-        case AxisKind.TRANSLATION:
-            return "offset_m"
         case _:
             assert_never(kind)
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Set
 import numpy as np
 
 from generator.diagnostics import MoverError
-from generator.figure import AxisKind
 from generator.kinematics.placement import (
     Displacements,
     Placement,
@@ -101,10 +100,10 @@ def _solve_loops(tree: Tree, target: Displacements, fixed: Set[str]) -> Placemen
         return place(start)
     solution = least_squares(residual, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=200)
     # The solver may add multiples of 2 pi: take the equivalent pose nearest to the start.
-    kinds = [factor.kind for joint in free for factor in joint.chain]
-    is_rotation = np.array([kind is AxisKind.ROTATION for kind in kinds], dtype=bool)
+    twists = [factor.twist for joint in free for factor in joint.chain]
+    is_periodic = np.array([not any(twist.linear) for twist in twists], dtype=bool)
     change = np.asarray(solution.x, dtype=float) - start
-    return place(start + np.where(is_rotation, wrap_angle(change), change))
+    return place(start + np.where(is_periodic, wrap_angle(change), change))
 
 
 def _check_loops_closed(

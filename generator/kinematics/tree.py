@@ -1,24 +1,23 @@
 """The kinematic tree of a figure, rooted in the ground, and the joints that close its loops.
 
-Every factor of every chain is the exponential of a constant generator G, a 4x4 matrix: with
-displacement v it is `1 + sin(v) G + (1 - cos(v)) G^2` for a rotation and `1 + v G` for a
-translation. All of them are evaluated at once. A joint whose child is inboard takes its factors in
-the opposite order, with opposite generators.
+Every factor of every chain is the exponential of a constant twist: with displacement v, generator G
+of its angular part and T of its linear part, 4x4 matrices, it is
+`1 + sin(v) G + (1 - cos(v)) G^2 + v T`. All of them are evaluated at once. A joint whose child is
+inboard takes its factors in the opposite order, with opposite generators.
 """
 
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.figure import AxisKind, Figure, Joint
+from generator.figure import Figure, Joint
 from generator.figure_file.check import require_valid_figure
 from generator.joint_chain import Chain, build_chain
-from generator.rotations import Array, cross_matrix, inverse_pose, unit_vector
+from generator.rotations import Array, cross_matrix, inverse_pose
 from springs.short_repr import short_repr
 
 
@@ -77,14 +76,11 @@ class Kinematics:
             stop = start + joint.degrees_of_freedom
             self.columns[joint.name] = slice(start, stop)
             for k, factor in enumerate(joint.chain, start):
-                axis = unit_vector(factor.axis) * (1.0 if branch.parent_is_inboard else -1.0)
-                match factor.kind:
-                    case AxisKind.ROTATION:
-                        self._rotation_generators[k, :3, :3] = cross_matrix(axis)
-                    case AxisKind.TRANSLATION:
-                        self._translation_generators[k, :3, 3] = axis
-                    case _:
-                        assert_never(factor.kind)
+                sense = 1.0 if branch.parent_is_inboard else -1.0
+                self._rotation_generators[k, :3, :3] = cross_matrix(
+                    sense * np.array(factor.twist.angular)
+                )
+                self._translation_generators[k, :3, 3] = sense * np.array(factor.twist.linear)
             parent, child = (figure.site(ref).pose_in_segment for ref in joint.ends)
             order = range(start, stop)
             self._links.append(

@@ -24,6 +24,7 @@ from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, 
 from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
 from generator.text_io import format_csv_rows
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
 from springs import AxisSpring, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
@@ -331,9 +332,11 @@ def _losses(figure: Figure, springs: SpringSet, curves: list[_Curve]) -> Losses:
 def _interpolation_loss(curves: list[_Curve]) -> Loss | None:
     """Return the loss for straight lines between the rows, for the joint where it is largest."""
     largest = max(curves, key=lambda curve: curve.interpolation_error)
-    unit = "N" if largest.slides else "N m"
+    units = TRANSLATION_UNITS if largest.slides else ROTATION_UNITS
     size = largest.interpolation_error
     if size < 1e-6:
         return None
-    what = f"straight lines between the rows, which err by {format_size(size)} {unit} at most"
+    what = (
+        f"straight lines between the rows, which err by {format_size(size)} {units.effort} at most"
+    )
     return Loss(what, (largest.joint,))

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from generator.figure import AxisKind, Joint
+from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.model_files.export_model import JointLaws
 from generator.model_files.fit_error import FitError, orientation_error, within_half_turns
@@ -91,8 +91,7 @@ def sampled_torques(
     for k, spring in laws.uncoupled.items():
         x = np.linspace(*ranges[k], _SAMPLES_OF_ONE_ANGLE)
         torques = np.asarray(total_torque(spring.elastic, x)) + np.zeros_like(x)
-        unit = "N m" if joint.chain[k].kind is AxisKind.ROTATION else "N"
-        found[k] = SampledTorque(x, torques, ranges[k], unit)
+        found[k] = SampledTorque(x, torques, ranges[k], joint.chain[k].units.effort)
     if any(axis.elastic for axis in laws.combined):
         for k in chain.rotations:
             ends = within_half_turns(ranges[k])

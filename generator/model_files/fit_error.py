@@ -2,17 +2,18 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from math import degrees, isinf, radians
+from math import isinf, radians
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generator.figure import AxisKind, Joint
+from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.losses import Losses
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array, unit_vector
 from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.units import ROTATION_UNITS, AxisUnits
 from springs import AxisSpring, JointSprings
 from springs.elastic import Range, common_valid_range
 from springs.published.range_of_motion import normal_range
@@ -163,7 +164,7 @@ def normal_ends(joint: Joint, springs: JointSprings, index: int) -> Ends:
     The motion of a spring about this axis selects it; translations have none.
     """
     for spring, sign in _springs_along(joint, springs, index):
-        if joint.chain[index].kind is AxisKind.ROTATION and spring.motion:
+        if joint.chain[index].units.is_angle and spring.motion:
             low, high = normal_range(joint.name, spring.motion)[::sign]
             return (
                 None if low is None else sign * low.angle,
@@ -177,8 +178,7 @@ def _springs_along(
 ) -> Iterator[tuple[AxisSpring, int]]:
     """Yield the springs about or along an axis of a joint, with 1, or -1 for the opposite axis."""
     factor = joint.chain[index]
-    turns = factor.kind is AxisKind.ROTATION
-    for spring in springs.axes if turns else springs.translations:
+    for spring in springs.axes if any(factor.twist.angular) else springs.translations:
         sign = parallel_sign(spring.direction, unit_axis(factor.axis))
         if sign:
             yield spring, sign
@@ -201,8 +201,7 @@ def _displacement_range(joint: Joint, springs: JointSprings, index: int) -> Rang
         if known is not None:
             low, high = (None if isinf(end) else sign * end for end in known[::sign])
             found.append((low, high))
-    turns = joint.chain[index].kind is AxisKind.ROTATION
-    default = DEFAULT_ANGLE if turns else DEFAULT_DISTANCE
+    default = DEFAULT_ANGLE if joint.chain[index].units.is_angle else DEFAULT_DISTANCE
     lower, upper = joint_limits(joint, index)
     if lower is None:
         lower = min([low for low, _ in found if low is not None], default=-default)
@@ -212,7 +211,7 @@ def _displacement_range(joint: Joint, springs: JointSprings, index: int) -> Rang
     return min(lower, start), max(upper, start)
 
 
-def format_range(ends: Range, *, turns: bool = True) -> str:
+def format_range(ends: Range, units: AxisUnits = ROTATION_UNITS) -> str:
     """Return a range as text: `-20 to 100 deg`, or `-5 to 5 cm` of a translation."""
-    low, high = ((degrees(end) if turns else 100.0 * end) + 0.0 for end in ends)
-    return f"{low:.3g} to {high:.3g} {'deg' if turns else 'cm'}"
+    low, high = (units.scale * end + 0.0 for end in ends)
+    return f"{low:.3g} to {high:.3g} {units.displacement}"

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from generator.diagnostics import InputError, error
-from generator.figure import AxisKind, Figure
+from generator.figure import Figure, is_rotation
 from generator.joint_chain import build_chain
 from generator.losses import Losses
 from generator.model_files.displacement_torques import (
@@ -92,7 +92,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
         laws = split_joint_laws(chain, own)
         fitted: dict[int, LimitTorque] = {}
         for k, sampled in sampled_torques(joint, chain, laws, springs.joining, ranges).items():
-            if joint.chain[k].kind is not AxisKind.ROTATION or sampled.range[1] <= sampled.range[0]:
+            if not is_rotation(joint.chain[k].kind) or sampled.range[1] <= sampled.range[0]:
                 continue
             fitted[k] = limit = fit_limit_torque(sampled)
             difference = sampled.error_of(limit.torque)

@@ -13,7 +13,6 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from math import isfinite
 from pathlib import Path
-from typing import assert_never
 
 import numpy as np
 
@@ -42,25 +41,21 @@ from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.text_io import write_atomic
-from generator.units import Dimension, convert_to_si, format_quantity, parse_unit
+from generator.units import (
+    ROTATION_UNITS,
+    TRANSLATION_UNITS,
+    Dimension,
+    convert_to_si,
+    format_quantity,
+    parse_unit,
+)
 from springs.short_repr import short_repr
 
-ANGLE_UNIT = "deg"
-LENGTH_UNIT = "cm"
+ANGLE_UNIT = ROTATION_UNITS.displacement
+LENGTH_UNIT = TRANSLATION_UNITS.displacement
 
 _EXACT_CONTEXT = Context(prec=60)
 _ROUNDING_CONTEXT = Context(prec=18)  # with 17 the floats just above a power of two may be missed
-
-
-def display_unit(factor: JointAxis) -> str:
-    """Return the unit of a displacement about or along `factor` in text."""
-    match factor.kind:
-        case AxisKind.ROTATION:
-            return ANGLE_UNIT
-        case AxisKind.TRANSLATION:
-            return LENGTH_UNIT
-        case _:
-            assert_never(factor.kind)
 
 
 def format_displacement(value: float, unit: str) -> str:
@@ -189,7 +184,8 @@ def _lines(action: ActionFile) -> Iterator[str]:
     yield f"frames {len(action.times)}"
     yield f"# {' '.join(['normalised', 'seconds', *columns])}"
     units = {
-        name: [display_unit(factor) for factor in chain] for name, chain in action.chains.items()
+        name: [factor.units.displacement for factor in chain]
+        for name, chain in action.chains.items()
     }
     rows = {name: action.displacements[name].tolist() for name in action.chains}
     fractions, times = action.normalised_times.tolist(), action.times.tolist()
@@ -337,7 +333,7 @@ class _Parser:
 
     def _motion(self, header: Header, chains: dict[str, tuple[JointAxis, ...]]) -> ActionFile:
         """Parse the rows and report all errors."""
-        units = [display_unit(factor) for chain in chains.values() for factor in chain]
+        units = [factor.units.displacement for chain in chains.values() for factor in chain]
         count = self._count("frames", 1)
         lines = [self._frame_line(f"frame {k + 1} of {count}") for k in range(count)]
         end = self._next_line(f"`{END}`")

@@ -13,7 +13,6 @@ from generator.kinematics.free_root import FREE_CHAINS
 from generator.motion_files.action import (
     ANGLE_UNIT,
     LENGTH_UNIT,
-    display_unit,
     format_displacement,
 )
 from generator.motion_files.motion import FigureMotion
@@ -115,7 +114,7 @@ def displacement_columns(name: str, chain: Sequence[JointAxis]) -> Iterator[Colu
     """Yield the columns `JOINT.k` of the displacements of a joint."""
     for k, factor in enumerate(chain):
         read = partial(_displacement, name, k)
-        yield Column(f"{name}.{k + 1}", display_unit(factor), read, is_displacement=True)
+        yield Column(f"{name}.{k + 1}", factor.units.displacement, read, is_displacement=True)
 
 
 def _displacement(name: str, k: int, motion: FigureMotion) -> Array:

@@ -14,7 +14,7 @@ from generator.diagnostics import (
     warning,
 )
 from generator.drive import Drive
-from generator.figure import AxisKind, Figure, JointAxis
+from generator.figure import Figure, JointAxis, is_rotation
 from generator.input_files.drives import DRIVES_FILE, OVERSHOOT_HINT, describe_overshoot
 from generator.motion_files.action import ActionFile, read_action
 from generator.motion_files.npz import read_npz
@@ -127,7 +127,7 @@ def _drives(
             diagnostics.append(error(f"{name}: the figure has no joint `{joint}`", hint=hint))
         elif known.chain != chain:
             diagnostics.append(error(f"{name}: joint `{joint}` has other axes than in the figure"))
-        elif any(factor.kind is not AxisKind.ROTATION for factor in driven):
+        elif not all(is_rotation(factor.kind) for factor in driven):
             message = f"{name}: joint `{joint}` has a translation, and only rotations can be driven"
             diagnostics.append(error(f"{message} or fitted"))
     if diagnostics:

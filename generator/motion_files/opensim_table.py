@@ -31,7 +31,7 @@ from generator.diagnostics import (
     shorten,
     spelling_hint,
 )
-from generator.figure import AxisKind, Figure, JointAxis
+from generator.figure import Figure, JointAxis
 from generator.file_kind import FileKind
 from generator.kinematics.free_root import (
     detach_root,
@@ -113,9 +113,7 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
         labels += names[name]
         for k, factor in enumerate(chain):
             values = motion.displacements[name][:, k]
-            columns.append(
-                np.degrees(values) if in_degrees and factor.kind is AxisKind.ROTATION else values
-            )
+            columns.append(np.degrees(values) if in_degrees and factor.units.is_angle else values)
     contact = None if motion.recording is None else motion.recording.contact
     if contact is not None:
         labels += GROUND_REACTION_LABELS
@@ -257,7 +255,7 @@ class CoordinateTable:
             values = self.numbers[:, column]
             self._check_finite(values, column + 1, diagnostics)
             joint, k = place
-            is_angle = chains[joint][k].kind is AxisKind.ROTATION
+            is_angle = chains[joint][k].units.is_angle
             found[place] = np.radians(values) if self.in_degrees and is_angle else values
         example = next(iter(places), "JOINT_1")
         hint = f"displacements are called JOINT_k, such as `{example}`"

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.diagnostics import MoverError
-from generator.figure import AxisKind, Figure
+from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.losses import Loss, Losses
 from generator.motion_files.glb import format_glb
@@ -211,13 +211,12 @@ def _rows(
                 yield _curve_row(motion, frames, curve)
             continue
         for k, axis in enumerate(chain):
-            is_turn = axis.kind is AxisKind.ROTATION
             values = motion.displacements[joint][frames, k]
             yield {
                 "joint": joint,
                 "label": f"{joint_label(joint)} {k + 1}",
-                "unit": "deg" if is_turn else "cm",
-                "values": encode_floats(np.degrees(values) if is_turn else 100.0 * values),
+                "unit": axis.units.displacement,
+                "values": encode_floats(axis.units.scale * values),
             }
 
 

@@ -11,14 +11,14 @@ import time
 from cmath import sqrt
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, assert_never, cast
+from typing import Any, cast
 
 import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 
 from generator.diagnostics import ModelError, MoverError
-from generator.figure import AxisKind, Figure
+from generator.figure import Figure
 from generator.kinematics.links import Coordinate
 from generator.kinematics.placement import Placement, forward_kinematics
 from generator.kinematics.prescribed import loop_closure_jacobian
@@ -27,6 +27,7 @@ from generator.rotations import Array
 from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan, resolve_springs
 from generator.simulation.statics import StaticState
+from generator.units import AxisUnits
 from springs import Joining
 
 MAX_DISPLACEMENT_STEP = 0.1
@@ -294,27 +295,26 @@ class _ReducedModel:
     @property
     def stiffness_unit(self) -> str:
         """Unit of a stiffness over the independent displacements."""
-        kinds = sorted({self._leading_coordinate(k)[1] for k in range(self._leading.size)})
-        return " or ".join(_stiffness_unit(kind) for kind in kinds)
+        units = {self._leading_coordinate(k)[1].stiffness for k in range(self._leading.size)}
+        return " or ".join(sorted(units))
 
-    def _leading_coordinate(self, k: int) -> tuple[Coordinate, AxisKind]:
-        """Return the k-th independent displacement and the kind of its axis."""
+    def _leading_coordinate(self, k: int) -> tuple[Coordinate, AxisUnits]:
+        """Return the k-th independent displacement and the units of its axis."""
         freedom = self._prescribed.free_coordinates[int(self._leading[k])]
-        return freedom, self._model.figure.joints[freedom.joint].chain[freedom.index].kind
+        return freedom, self._model.figure.joints[freedom.joint].chain[freedom.index].units
 
     def no_equilibrium_message(self, z: Array, force: Array) -> str:
         """Message for a figure that has not come to rest."""
-        freedom, kind = self._leading_coordinate(int(np.argmax(np.abs(force))))
-        unit = _effort_unit(kind)
+        freedom, units = self._leading_coordinate(int(np.argmax(np.abs(force))))
         message = (
             f"the figure does not come to rest: after {MAX_STEPS} steps {_max_abs(force):.3g} "
-            f"{unit} still act on {freedom}; "
+            f"{units.effort} still act on {freedom}; "
         )
         distance = np.abs(z - self.start)
         if _max_abs(distance) < RUNAWAY_DISPLACEMENT:
             return message + "it stays nearby, so another start may reach an equilibrium"
-        farthest, kind = self._leading_coordinate(int(np.argmax(distance)))
-        way = f"{_max_abs(distance):.3g} {_displacement_unit(kind)}"
+        farthest, units = self._leading_coordinate(int(np.argmax(distance)))
+        way = f"{_max_abs(distance):.3g} {units.si}"
         return (
             message
             + f"{farthest} has moved {way}: add a spring or a lock to a joint that falls freely"
@@ -346,33 +346,3 @@ class _ReducedModel:
         free[self._following] = solution.x
         self._free[self._following] = solution.x
         return self._offset + columns @ free
-
-
-def _stiffness_unit(kind: AxisKind) -> str:
-    match kind:
-        case AxisKind.ROTATION:
-            return "N m/rad"
-        case AxisKind.TRANSLATION:
-            return "N/m"
-        case _:
-            assert_never(kind)
-
-
-def _effort_unit(kind: AxisKind) -> str:
-    match kind:
-        case AxisKind.ROTATION:
-            return "N m"
-        case AxisKind.TRANSLATION:
-            return "N"
-        case _:
-            assert_never(kind)
-
-
-def _displacement_unit(kind: AxisKind) -> str:
-    match kind:
-        case AxisKind.ROTATION:
-            return "rad"
-        case AxisKind.TRANSLATION:
-            return "m"
-        case _:
-            assert_never(kind)

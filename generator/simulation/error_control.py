@@ -13,7 +13,7 @@ from math import ceil, inf, isfinite, sqrt
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure
+from generator.figure import Figure
 from generator.recording import EARLY_STOP_ENDINGS, Accuracy, Ending, Outcome
 from generator.rotations import (
     Array,
@@ -222,7 +222,7 @@ def joint_differences(figure: Figure, one: Trace, other: Trace) -> Array:
         differences = inverse_pose(relative_poses[0]) @ relative_poses[1]
         angles = np.linalg.norm(rotation_vector_from_matrix(differences[:, :3, :3]), axis=-1)
         largest = np.maximum(largest, angles)
-        if any(factor.kind is AxisKind.TRANSLATION for factor in joint.chain):
+        if any(any(factor.twist.linear) for factor in joint.chain):
             largest = np.maximum(largest, np.linalg.norm(differences[:, :3, 3], axis=-1))
     return largest
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from generator.diagnostics import Diagnostic, ModelError, error, spelling_hint
-from generator.figure import AxisKind, Figure, Joint
+from generator.figure import Figure, Joint, is_rotation
 from generator.figure_file import simulation_diagnostics
 from generator.figure_file.resolve import origin_span
 from generator.joint_chain import build_chain
@@ -96,8 +96,7 @@ def _spring_axis_obstacles(figure: Figure, springs: SpringSet) -> Iterator[Diagn
         joint = figure.joints.get(name)
         if joint is None:
             continue
-        turns = _chain_axes(joint, AxisKind.ROTATION)
-        slides = _chain_axes(joint, AxisKind.TRANSLATION)
+        turns, slides = _chain_axes(joint)
         if own.axes and not turns:
             yield error(f"joint {name} has springs about axes but no rotation")
         elif own.axes and len(turns) == 1:
@@ -114,9 +113,13 @@ def _spring_axis_obstacles(figure: Figure, springs: SpringSet) -> Iterator[Diagn
         yield from _coupled_obstacles(figure, spring)
 
 
-def _chain_axes(joint: Joint, kind: AxisKind) -> list[Array]:
-    """Unit axes of the rotations or translations of a joint."""
-    return [unit_vector(factor.axis) for factor in joint.chain if factor.kind is kind]
+def _chain_axes(joint: Joint) -> tuple[list[Array], list[Array]]:
+    """Unit axes of the rotations and of the translations of a joint, which connectors act on."""
+    turns: list[Array] = []
+    slides: list[Array] = []
+    for factor in joint.chain:
+        (turns if is_rotation(factor.kind) else slides).append(unit_vector(factor.axis))
+    return turns, slides
 
 
 def _is_parallel(spring: AxisSpring, axes: Sequence[Array]) -> bool:
@@ -135,7 +138,7 @@ def _coupled_obstacles(figure: Figure, spring: CoupledSpring) -> Iterator[Diagno
                 f"law; {spelling_hint(axis.joint, figure.joints)}"
             )
             continue
-        turns = _chain_axes(joint, AxisKind.ROTATION)
+        turns, _ = _chain_axes(joint)
         if not turns:
             yield error(f"joint {joint.name} has the {name} of a coupled law but no rotation")
         elif _distance_from_span(np.array(turns), np.asarray(axis.direction)) > (

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from generator.figure import Joint
+from generator.figure import Joint, is_rotation
 from generator.joint_chain import Chain
 from generator.kinematics.placement import Placement
 from generator.rotations import (
@@ -328,7 +328,7 @@ def add_joint_springs(
     chain = builder.placement.tree.chains[joint.name]
     connectors: list[Connector] = []
     if springs.axes or read_rotation:
-        if len(chain.rotations) == 1:
+        if sum(is_rotation(axis.kind) for axis in chain.joint_axes) == 1:
             axis = springs.axes[0] if springs.axes else None
             connectors.append(add_revolute_spring(builder, joint, chain, axis))
         else:

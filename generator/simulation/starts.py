@@ -9,7 +9,7 @@ import numpy as np
 
 from generator.contact_record import first_impact, mean_at_end
 from generator.diagnostics import ModelError, MoverError
-from generator.figure import AxisKind, Figure
+from generator.figure import Figure
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
@@ -81,7 +81,7 @@ def vary_start(figure: Figure, plan: Plan, spread: float, generator: np.random.G
     varied: dict[str, Array] = {}
     for name, joint in figure.joints.items():
         changes = generator.normal(0.0, spread, len(joint.chain))
-        turns = np.array([factor.kind is AxisKind.ROTATION for factor in joint.chain], dtype=bool)
+        turns = np.array([factor.units.is_angle for factor in joint.chain], dtype=bool)
         if name in start and joint.chain and name not in fixed:
             varied[name] = start[name] + np.where(turns, changes, 0.0)
     if tree.closures:

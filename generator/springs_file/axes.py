@@ -5,7 +5,7 @@ from itertools import compress
 from math import hypot
 
 from generator.diagnostics import shorten
-from generator.figure import AxisKind, Joint, Vector
+from generator.figure import Joint, Vector, is_rotation
 from generator.rotations import PERPENDICULAR_TOLERANCE, unit_vector
 
 AXIS_NAMES = ("x", "y", "z")
@@ -26,9 +26,7 @@ class AxisError(ValueError):
 
 def rotation_axes(joint: Joint) -> tuple[Vector, ...]:
     """Unit axes of the rotations of a joint's chain, in its order."""
-    return tuple(
-        unit_axis(factor.axis) for factor in joint.chain if factor.kind is AxisKind.ROTATION
-    )
+    return tuple(unit_axis(factor.axis) for factor in joint.chain if is_rotation(factor.kind))
 
 
 def unit_axis(axis: Vector) -> Vector:

@@ -28,6 +28,7 @@ from generator.toml_file.writer import (
     pairs_to_toml,
     quote_toml,
 )
+from generator.units import ROTATION_UNITS, AxisUnits
 from springs.cubic import Coefficients, Cubic
 from springs.elastic import Elastic, Range
 from springs.exponential import Exponential, ExponentialTerm
@@ -118,25 +119,25 @@ class LawSchema(Generic[L]):
 
     Attributes:
         law: its class.
-        describe: one line; `translational` where its angle is a length [m].
+        describe: one line, with the units of its axis.
         to_json: for `--json`; angles in deg where the key says so, else rad and SI.
         form: its keys in a springs file, or None for a law that no key makes.
     """
 
     law: type[L]
-    describe: Callable[[L, bool], str]
+    describe: Callable[[L, AxisUnits], str]
     to_json: Callable[[L], dict[str, object]]
     form: LawForm[Any] | None = None
 
 
-def describe_law(law: Elastic, *, translational: bool = False) -> str:
+def describe_law(law: Elastic, units: AxisUnits = ROTATION_UNITS) -> str:
     """Describe a law in one line; `a` is the angle in rad.
 
     Args:
         law: of an axis, or of a translation.
-        translational: whether its angle is a length [m].
+        units: of its axis.
     """
-    return _SCHEMAS[type(law)].describe(law, translational)
+    return _SCHEMAS[type(law)].describe(law, units)
 
 
 def law_data(law: Elastic) -> dict[str, object]:
@@ -211,11 +212,11 @@ def _write_cubic(law: CubicEntry) -> Iterator[str]:
         yield f"{REST_KEY} = {degree_to_toml(law.rest)}"
 
 
-def _describe_cubic(law: Cubic, translational: bool) -> str:
+def _describe_cubic(law: Cubic, units: AxisUnits) -> str:
     c0, c1, c2, c3 = law.coefficients
     words = f"cubic {c0:g} {c1:+g} a {c2:+g} a^2 {c3:+g} a^3 N m, sense {law.sense:+d}"
-    zone = "none" if law.dead_zone is None else format_range(*law.dead_zone, translational)
-    rest = f", rest {_format_displacement(law.rest, translational)}" if law.rest else ""
+    zone = "none" if law.dead_zone is None else format_range(*law.dead_zone, units)
+    rest = f", rest {units.format(law.rest)}" if law.rest else ""
     return f"{words}, dead zone {zone}{rest}"
 
 
@@ -240,9 +241,9 @@ def _write_linear(law: Linear) -> Iterator[str]:
         yield f"{REST_KEY} = {degree_to_toml(law.rest)}"
 
 
-def _describe_linear(law: Linear, translational: bool) -> str:
-    rest = _format_displacement(law.rest, translational)
-    return f"linear {law.stiffness:g} {_stiffness_unit(translational)}, rest {rest}"
+def _describe_linear(law: Linear, units: AxisUnits) -> str:
+    rest = units.format(law.rest)
+    return f"linear {law.stiffness:g} {units.stiffness}, rest {rest}"
 
 
 def _linear_data(law: Linear) -> dict[str, object]:
@@ -277,8 +278,8 @@ def _write_measured_range(measured: Range | None) -> Iterator[str]:
         yield f"{MEASURED_KEY} = {degrees_to_toml(measured)}"
 
 
-def _describe_exponentials(law: Exponential, translational: bool) -> str:
-    del translational
+def _describe_exponentials(law: Exponential, units: AxisUnits) -> str:
+    del units
     terms = " ".join(map(_format_term, law.terms))
     return f"exponentials {law.constant:g} {terms} N m{_format_measured_range(law.valid_range)}"
 
@@ -327,9 +328,9 @@ def _points_to_toml(law: Elastic) -> str:
     )
 
 
-def _describe_curve(law: Interpolated, translational: bool) -> str:
+def _describe_curve(law: Interpolated, units: AxisUnits) -> str:
     first, last = (
-        f"{torque + 0.0:.4g} N m at {_format_displacement(angle, translational)}"
+        f"{torque + 0.0:.4g} N m at {units.format(angle)}"
         for angle, torque in (law.points[0], law.points[-1])
     )
     return f"curve through {len(law.points)} points, {first} to {last}"
@@ -363,11 +364,11 @@ def _write_limits(law: SmoothLimit) -> Iterator[str]:
     yield from _write_measured_range(law.valid_range)
 
 
-def _describe_limits(law: SmoothLimit, translational: bool) -> str:
+def _describe_limits(law: SmoothLimit, units: AxisUnits) -> str:
     below, above = law.lower_stiffness, law.upper_stiffness
-    zone = format_range(law.lower, law.upper, translational)
-    stiffness = f"{below:.4g} and {above:.4g} {_stiffness_unit(translational)}"
-    transition = _format_displacement(law.transition, translational)
+    zone = format_range(law.lower, law.upper, units)
+    stiffness = f"{below:.4g} and {above:.4g} {units.stiffness}"
+    transition = units.format(law.transition)
     measured = _format_measured_range(law.valid_range)
     return f"limits {zone}, {stiffness}, fully grown {transition} beyond{measured}"
 
@@ -417,15 +418,15 @@ def _write_two_curves(law: Hysteresis) -> Iterator[str]:
     yield f"{DECREASING_KEY} = {_points_to_toml(law.decreasing)}"
 
 
-def _describe_hysteresis(law: Hysteresis, translational: bool) -> str:
+def _describe_hysteresis(law: Hysteresis, units: AxisUnits) -> str:
     """Describe two curves, or one with a hysteresis where they are the same at a distance."""
     up, down, slip = law.increasing, law.decreasing, f"slip {law.slip:g} rad/s"
     if isinstance(up, Transformed) and isinstance(down, Transformed) and up.law == down.law:
         plain = (up.scale, up.offset) == (down.scale, down.offset) == (1.0, 0.0)
         if plain and up.constant == -down.constant:
             width = f"hysteresis {2.0 * down.constant:.4g} N m"
-            return f"{describe_law(up.law, translational=translational)}, {width}, {slip}"
-    growing, falling = (describe_law(curve, translational=translational) for curve in (up, down))
+            return f"{describe_law(up.law, units)}, {width}, {slip}"
+    growing, falling = (describe_law(curve, units) for curve in (up, down))
     return f"growing angle: {growing}; falling angle: {falling}; {slip}"
 
 
@@ -439,9 +440,9 @@ def _hysteresis_data(law: Hysteresis) -> dict[str, object]:
     }
 
 
-def _describe_stop(law: Stop, translational: bool) -> str:
-    zone = format_range(law.lower, law.upper, translational)
-    return f"stops at {zone}, {law.stiffness:g} {_stiffness_unit(translational)}"
+def _describe_stop(law: Stop, units: AxisUnits) -> str:
+    zone = format_range(law.lower, law.upper, units)
+    return f"stops at {zone}, {law.stiffness:g} {units.stiffness}"
 
 
 def _stop_data(law: Stop) -> dict[str, object]:
@@ -454,11 +455,11 @@ def _stop_data(law: Stop) -> dict[str, object]:
     }
 
 
-def _describe_transformed(law: Transformed, translational: bool) -> str:
+def _describe_transformed(law: Transformed, units: AxisUnits) -> str:
     times = f", times {law.scale:g}" if law.scale != 1.0 else ""
-    moved = f", moved by {_format_displacement(law.offset, translational)}" if law.offset else ""
+    moved = f", moved by {units.format(law.offset)}" if law.offset else ""
     constant = f", {law.constant:+g} N m" if law.constant else ""
-    return f"{describe_law(law.law, translational=translational)}{times}{moved}{constant}"
+    return f"{describe_law(law.law, units)}{times}{moved}{constant}"
 
 
 def _transformed_data(law: Transformed) -> dict[str, object]:
@@ -471,21 +472,13 @@ def _transformed_data(law: Transformed) -> dict[str, object]:
     }
 
 
-def _stiffness_unit(translational: bool) -> str:
-    return "N/m" if translational else "N m/rad"
-
-
 def _format_measured_range(measured: Range | None) -> str:
     return f", known for {format_range(*measured)}" if measured is not None else ""
 
 
-def _format_displacement(value: float, translational: bool) -> str:
-    return f"{100.0 * value + 0.0:.4g} cm" if translational else f"{degrees(value) + 0.0:.4g} deg"
-
-
-def format_range(low: float | None, high: float | None, translational: bool = False) -> str:
+def format_range(low: float | None, high: float | None, units: AxisUnits = ROTATION_UNITS) -> str:
     """Format a range as `-5 deg .. 110 deg`, or in cm; `-` for an open end."""
-    ends = ["-" if end is None else _format_displacement(end, translational) for end in (low, high)]
+    ends = ["-" if end is None else units.format(end) for end in (low, high)]
     return " .. ".join(ends)
 
 

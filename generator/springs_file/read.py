@@ -17,7 +17,7 @@ from generator.diagnostics import (
     error,
     shorten,
 )
-from generator.figure import AxisKind, Figure, Joint, Vector
+from generator.figure import AxisKind, Figure, Joint, Vector, is_rotation
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
 from generator.named_mapping import NamedMapping
@@ -476,7 +476,7 @@ def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
     for k, factor in enumerate(joint.chain):
         sign = (
             parallel_sign(bound_spring.spring.direction, factor.axis)
-            if factor.kind is AxisKind.ROTATION
+            if is_rotation(factor.kind)
             else 0
         )
         if sign:

@@ -33,7 +33,8 @@ from math import nan
 from typing import NoReturn
 
 from generator.diagnostics import ModelError, shorten, spelling_hint
-from generator.figure import AxisKind, Figure, Joint, Vector
+from generator.figure import Figure, Joint, Vector, is_rotation
+from generator.kinematics.free_root import FREE_CHAINS
 from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
 from generator.named_mapping import UnknownNameError
 from generator.simulation.plan import Plan
@@ -196,7 +197,7 @@ def _joint_axes(case: Case, joint: Joint) -> list[_Axis]:
     springs = [(axis, False) for axis in own.axes] + [(axis, True) for axis in own.translations]
     axes: list[_Axis] = []
     for number, factor in enumerate(joint.chain, 1):
-        direction, slides = unit_axis(factor.axis), factor.kind is AxisKind.TRANSLATION
+        direction, slides = unit_axis(factor.axis), not is_rotation(factor.kind)
         found = next(
             (
                 (axis, kind)
@@ -419,13 +420,13 @@ class _PathParser:
                 self._fail(f"`{names[0]}` has the numbers 1 to {count}")
             index = int(self._words[2]) - 1
         if joint is None:
-            turns, signs = index < 3, {}
+            units, signs = FREE_CHAINS[0][index].units, {}
             if len(names) > 1:
                 self._fail("a free segment is one of the figure")
         else:
-            turns = joint.chain[index].kind is AxisKind.ROTATION
+            units = joint.chain[index].units
             signs = {name: self._mirror_sign(joint, name, index) for name in names[1:]}
-        unit = ("deg" if turns else "cm") + ("/s" if quantity is Quantity.VELOCITY else "")
+        unit = units.rate if quantity is Quantity.VELOCITY else units.displacement
         targets = tuple(Target(name, index=index, sign=signs.get(name, 1)) for name in names)
         return ParameterPath(self._text, unit, quantity, targets)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import degrees, isfinite, nan, radians
+from math import isfinite, nan
 
 from generator.diagnostics import ModelError
 from generator.figure import Segment
@@ -18,6 +18,7 @@ from generator.study.parameter_paths import (
 )
 from generator.study.person_figure import make_person
 from generator.study.study import Study
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
 from springs import AxisSpring, CoupledSpring, Elastic, JointSprings, Stop
 from springs.hysteresis import Hysteresis
 from springs.transformed import Transformed
@@ -39,7 +40,7 @@ def nominal_value(path: ParameterPath, case: Case) -> float:
         case Quantity.POSE | Quantity.VELOCITY:
             target = path.targets[0]
             value = _displacements(case, path.quantity, target.name)[target.index]
-            return degrees(value) if path.unit.startswith("deg") else 100.0 * value
+            return _units(path).scale * value
         case Quantity.HEIGHT:
             return nan if case.plan.height is None else case.plan.height
         case Quantity.FRICTION | Quantity.STIFFNESS:
@@ -81,7 +82,7 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
         case Quantity.SCALE | Quantity.DAMPING_SCALE | Quantity.COUPLED_SCALE:
             return _scale_springs(case, path, value)
         case Quantity.OFFSET:
-            return _shift_springs(case, path, _si_value(path, value))
+            return _shift_springs(case, path, _units(path).si_value(value))
         case Quantity.VISCOUS | Quantity.COULOMB:
             for target in path.targets:
                 case = _change_axis(
@@ -99,7 +100,7 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
             changed = [_scale_segment(segment, path.quantity, value) for segment in segments]
             return replace(case, figure=figure.with_parts(*changed))
         case Quantity.POSE | Quantity.VELOCITY:
-            return _set_displacement(case, path, _si_value(path, value))
+            return _set_displacement(case, path, _units(path).si_value(value))
         case Quantity.GRAVITY:
             x, y, z = plan.gravity
             return replace(case, plan=replace(plan, gravity=(value * x, value * y, value * z)))
@@ -122,9 +123,9 @@ _SIGNED = {Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY, Quantity.HEIGHT}
 """Quantities that may be negative."""
 
 
-def _si_value(path: ParameterPath, value: float) -> float:
-    """Value of an angle or a length, or its rate, in rad or m."""
-    return radians(value) if path.unit.startswith("deg") else value / 100.0
+def _units(path: ParameterPath) -> AxisUnits:
+    """Units of the axis of a displacement or a rate."""
+    return ROTATION_UNITS if path.unit.startswith("deg") else TRANSLATION_UNITS
 
 
 def _spring_at(case: Case, target: Target) -> AxisSpring | None:

@@ -16,7 +16,7 @@ from generator.kinematics.free_root import Chains, settable_chains
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.motion_files.action import LENGTH_UNIT, display_unit
+from generator.motion_files.action import LENGTH_UNIT
 from generator.scene import FLOOR, Scene, floor_prop
 from generator.simulation.plan import MAX_FRAMES, Plan
 from generator.study.study_tables import (
@@ -177,7 +177,7 @@ def _parse_joints(
             table.diagnostics.error(message, place, spelling_hint(joint, chains))
             continue
         chain = chains[joint]
-        units = [display_unit(axis) for axis in chain]
+        units = [axis.units.displacement for axis in chain]
         if joint in in_metres:
             units = ["m" if unit == LENGTH_UNIT else unit for unit in units]
         numbers = table.numbers_in(joint, units)

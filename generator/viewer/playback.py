@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.diagnostics import format_count
-from generator.figure import AxisKind, JointAxis
+from generator.figure import JointAxis
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import forward_kinematics
 from generator.motion_files.motion import NONE, FigureMotion
@@ -23,8 +23,9 @@ from generator.passive_curve import (
     rotation_vector,
 )
 from generator.recording import energy_kinds
-from generator.rotations import Array, matrix_from_rotation_vector, unit_vector
+from generator.rotations import Array, matrix_from_rotation_vector
 from generator.springs_file.axes import axis_label
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
 from springs import SpringSet
 
 Frames = NDArray[np.int_]
@@ -232,22 +233,15 @@ def displacement_charts(motion: FigureMotion, joint: str) -> list[Chart]:
     """Return the angles and the translations of a joint of a motion, without empty charts."""
     charts: list[Chart] = []
     frames = sample_frames(len(motion.times), CHART_POINTS)
-    for kind, quantity, unit in (
-        (AxisKind.ROTATION, "angle", "deg"),
-        (AxisKind.TRANSLATION, "translation", "cm"),
-    ):
-        factor = DISPLAY_FACTORS[kind]
+    for units, quantity in ((ROTATION_UNITS, "angle"), (TRANSLATION_UNITS, "translation")):
         curves = [
-            (_axis_label(axis, k), factor * motion.displacements[joint][frames, k])
+            (_axis_label(axis, k), units.scale * motion.displacements[joint][frames, k])
             for k, axis in enumerate(motion.chains[joint])
-            if axis.kind is kind
+            if axis.units is units
         ]
-        charts += _chart(motion, f"{joint_label(joint)} {quantity} [{unit}]", frames, curves)
+        title = f"{joint_label(joint)} {quantity} [{units.displacement}]"
+        charts += _chart(motion, title, frames, curves)
     return charts
-
-
-DISPLAY_FACTORS = {AxisKind.ROTATION: float(np.degrees(1.0)), AxisKind.TRANSLATION: 100.0}
-"""Degrees of a radian and centimetres of a metre."""
 
 
 def moment_chart(motion: FigureMotion, joint: str) -> list[Chart]:
@@ -269,13 +263,14 @@ def elastic_moment_chart(motion: FigureMotion, joint: str, springs: SpringSet) -
         return []
     frames = sample_frames(len(motion.times), ELASTIC_CHART_POINTS)
     chain = build_chain(motion.chains[joint])
+    is_hinge = len(chain.rotations) == 1
     torques = np.zeros((len(frames), 3))
     start = initial_angles(motion.figure)
     for row, frame in zip(torques, frames, strict=True):
         pose = start | {name: rows[frame] for name, rows in motion.displacements.items()}
         half = 0.5 * rotation_vector(chain, pose[joint])
         torque = passive_torque(motion.figure, springs, joint, pose)
-        row[:] = torque if _is_hinge(motion, joint) else matrix_from_rotation_vector(half) @ torque
+        row[:] = torque if is_hinge else matrix_from_rotation_vector(half) @ torque
     title = f"{joint_label(joint)} elastic moment [N m]"
     return _moments(motion, joint, title, frames, torques)
 
@@ -284,18 +279,14 @@ ELASTIC_CHART_POINTS = 100
 """Largest number of points of a curve whose values are computed."""
 
 
-def _is_hinge(motion: FigureMotion, joint: str) -> bool:
-    """Return whether a joint has one rotation."""
-    return sum(one.kind is AxisKind.ROTATION for one in motion.chains[joint]) == 1
-
-
 def _moments(
     motion: FigureMotion, joint: str, title: str, frames: Frames, torques: Array
 ) -> list[Chart]:
     """Return the chart of torques in the parent's site axes, shape (n, 3) [N m]."""
-    rotations = [one for one in motion.chains[joint] if one.kind is AxisKind.ROTATION]
+    chain = build_chain(motion.chains[joint])
+    rotations = [chain.joint_axes[k] for k in chain.rotations]
     if len(rotations) == 1:
-        curves = [(_axis_label(rotations[0], 0), torques @ unit_vector(rotations[0].axis))]
+        curves = [(_axis_label(rotations[0], 0), torques @ rotations[0].twist.angular)]
     else:
         curves = [(f"about {name}", torques[:, k]) for k, name in enumerate("xyz")]
     return _chart(motion, title, frames, curves if rotations else [])
@@ -330,8 +321,7 @@ def _chart(
 
 def _axis_label(axis: JointAxis, k: int) -> str:
     """Return a factor of a chain in words: `1: about z`, `4: along x`."""
-    way = "about" if axis.kind is AxisKind.ROTATION else "along"
-    return f"{k + 1}: {way} {axis_label(axis.axis)}"
+    return f"{k + 1}: {axis.units.preposition} {axis_label(axis.axis)}"
 
 
 def summary_lines(motion: FigureMotion) -> list[str]:

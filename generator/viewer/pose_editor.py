@@ -26,7 +26,7 @@ from generator.kinematics.reach import NO_LINKS, Target, follow_and_close, reach
 from generator.kinematics.shoulder import Side
 from generator.kinematics.shoulder_pose import arm_latitude_and_longitude, pose_arm
 from generator.kinematics.tree import Tree, build_tree
-from generator.rotations import Array, pose_matrix, unit_vector
+from generator.rotations import Array, pose_matrix
 from generator.springs_file.axes import parallel_sign, unit_axis
 from springs import AxisSpring, SpringSet
 from springs.elastic import Range, common_valid_range, mirror_range, total_torque
@@ -306,12 +306,11 @@ def _find_image(joint: Joint, other: Joint, turn: Array) -> _Image | None:
 
 def _image_sign(one: JointAxis, other: JointAxis, turn: Array) -> int:
     """+1 or -1 if the mirror image of a motion is one about `other`, 0 if it is not."""
-    image = turn @ unit_vector(one.axis) * (1.0 if one.kind is AxisKind.ROTATION else -1.0)
-    axis = unit_vector(other.axis)
-    if one.kind is other.kind:
-        for sign in (1, -1):
-            if np.linalg.norm(image - sign * axis) < _PARALLEL:
-                return sign
+    angular, linear = np.array(one.twist) @ turn.T
+    image = np.array([angular, -linear])
+    for sign in (1, -1):
+        if np.linalg.norm(image - sign * np.array(other.twist)) < _PARALLEL:
+            return sign
     return 0
 
 
@@ -390,7 +389,7 @@ def coordinate_range(joint: Joint, index: int, springs: SpringSet) -> Coordinate
     lower = -inf if joint.lower_limit is None else joint.lower_limit[index]
     upper = inf if joint.upper_limit is None else joint.upper_limit[index]
     limits = None if (lower, upper) == (-inf, inf) else (lower, upper)
-    if factor.kind is not AxisKind.ROTATION:
+    if not factor.units.is_angle:
         width = DEFAULT_TRANSLATION_RANGE
         low = lower if isfinite(lower) else min(-width, upper - 2.0 * width)
         high = upper if isfinite(upper) else max(width, lower + 2.0 * width)

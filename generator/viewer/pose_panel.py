@@ -8,7 +8,7 @@ from typing import Any
 import viser
 
 from generator.diagnostics import MoverError
-from generator.figure import AxisKind, Joint
+from generator.figure import Joint
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.links import Coordinate
 from generator.kinematics.shoulder import Side
@@ -221,13 +221,12 @@ class PosePanel(Panel):
     def _add_slider(self, joint: Joint, index: int) -> None:
         factor, coordinate = joint.chain[index], Coordinate(joint.name, index)
         known = coordinate_range(joint, index, self.viewer.springs)
-        is_rotation = factor.kind is AxisKind.ROTATION
-        scale, unit = (degrees(1.0), "deg") if is_rotation else (100.0, "cm")
+        scale, unit = factor.units.scale, factor.units.displacement
         if known.motion:
             sense = "" if known.sign > 0 else " (negative)"
             label = f"{known.motion.capitalize()}{sense} [{unit}]"
         else:
-            label = f"{'About' if is_rotation else 'Along'} {axis_label(factor.axis)} [{unit}]"
+            label = f"{factor.units.preposition.capitalize()} {axis_label(factor.axis)} [{unit}]"
         value = self._value(coordinate) * scale
         low, high = (scale * end for end in (known.low, known.high))
         handle = self.viewer.server.gui.add_slider(

@@ -239,3 +239,20 @@ def test_a_slide_that_commutes_may_stand_anywhere() -> None:
     made = Chain((JointAxis(AxisKind.ROTATION, SKEW), JointAxis(AxisKind.TRANSLATION, SKEW)))
     other = Chain((JointAxis(AxisKind.TRANSLATION, SKEW), JointAxis(AxisKind.ROTATION, SKEW)))
     assert np.allclose(made.pose([0.4, 0.2]), other.pose([0.2, 0.4]))
+
+
+@given(st.sampled_from([text for text in GOOD if text]), st.floats(0.1, 1.0))
+def test_a_twist_is_the_rate_of_the_pose_of_its_axis(text, step) -> None:
+    for axis in chain(text):
+        ahead, behind = (Chain((axis,)).pose([sign * step]) for sign in (1.0, -1.0))
+        turned, moved = 0.5 * (ahead - behind)[:3, :3], 0.5 * (ahead - behind)[:3, 3]
+        angular = np.array([turned[2, 1], turned[0, 2], turned[1, 0]])
+        assert angular == pytest.approx(np.sin(step) * np.array(axis.twist.angular), abs=1e-12)
+        assert moved == pytest.approx(step * np.array(axis.twist.linear), abs=1e-12)
+
+
+def test_an_axis_of_an_unknown_kind_is_refused_and_not_left_out() -> None:
+    unknown = JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0))
+    object.__setattr__(unknown, "kind", "S")
+    with pytest.raises(AssertionError, match="unreachable"):
+        build_chain((unknown,))

@@ -11,6 +11,8 @@ from generator.figure_file.parser import parse_value
 from generator.figure_file.values import resolve_number
 from generator.units import (
     DIMENSION_POWERS,
+    ROTATION_UNITS,
+    TRANSLATION_UNITS,
     Dimension,
     UnitError,
     convert_to_si,
@@ -229,3 +231,22 @@ def test_unit_words(word):
 @pytest.mark.parametrize("word", ["", "cm5", "inertia", "2", "m2m", "floor"])
 def test_other_words_are_no_units(word):
     assert not is_unit_word(word)
+
+
+@given(st.floats(-1e6, 1e6), st.sampled_from((ROTATION_UNITS, TRANSLATION_UNITS)))
+def test_a_displacement_in_text_is_that_in_si(number, units):
+    assert units.scale * units.si_value(number) == pytest.approx(number, rel=1e-14)
+    assert units.si_value(1.0) == float(parse_unit(units.displacement).factor)
+    assert float(parse_unit(units.si).factor) == 1.0
+
+
+def test_units_of_axes_are_those_of_the_language():
+    assert ROTATION_UNITS.format(math.radians(-12.5)) == "-12.5 deg"
+    assert TRANSLATION_UNITS.format(-0.0) == "0 cm"
+    for units, effort in ((ROTATION_UNITS, "N m"), (TRANSLATION_UNITS, "N")):
+        stiffness, si = parse_unit(units.stiffness), parse_unit(units.si)
+        assert units.effort == effort
+        assert stiffness == parse_unit(f"{effort}/{units.si}")
+        assert parse_unit(units.damping) == parse_unit(f"{effort} s/{units.si}")
+        assert stiffness.factor * si.factor == parse_unit(effort).factor
+        assert units.rate == f"{units.displacement}/s"

@@ -14,6 +14,7 @@ from generator.simulation.exudyn_api import SYMBOLIC, symbols
 from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
 from springs import FLOATS, NUMPY, Cubic, Damping, Elastic, Linear, Stop
 from springs.elastic import Frictional, mirror_range, valid_range
 from springs.exponential import ExponentialTerm
@@ -249,12 +250,12 @@ def test_a_scaled_and_shifted_law_is_the_law_elsewhere(
 
 
 @every_law
-@given(data=st.data(), translational=st.booleans())
+@given(data=st.data(), units=st.sampled_from((ROTATION_UNITS, TRANSLATION_UNITS)))
 def test_a_law_is_described_in_one_line_and_in_json(
-    law_class: type, data: st.DataObject, translational: bool
+    law_class: type, data: st.DataObject, units: AxisUnits
 ):
     law = drawn(data, law_class)
-    line = describe_law(law, translational=translational)
+    line = describe_law(law, units)
     assert line
     assert "\n" not in line
     assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.figure import CENTRE_OF_MASS_SITE, AxisKind, Figure, JointAxis
+from generator.figure import CENTRE_OF_MASS_SITE, AxisKind, Figure, JointAxis, is_rotation
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.biomod.passive_torque import (
@@ -186,9 +186,8 @@ class _SegmentWriter:
         torques = passive_torques(joint, chain, laws, self._joining, ranges)
         for k, fitted in torques.fitted.items():
             if fitted.error is not None:
-                turns = joint.chain[k].kind is AxisKind.ROTATION
                 name = self._model.coordinates[joint.name][k]
-                over = format_range(fitted.range, turns=turns)
+                over = format_range(fitted.range, joint.chain[k].units)
                 self._fits.add(FITTED_LOSS, name, fitted.error, f" over {over}")
         if torques.coupling_error is not None:
             self._fits.add(COUPLING_LOSS, joint.name, torques.coupling_error)
@@ -204,7 +203,7 @@ class _SegmentWriter:
                 yield f"{word} {letters}"
         yield "rangesq"
         for place in group.places:
-            default = np.pi if joint.chain[place].kind is AxisKind.ROTATION else NO_LIMIT
+            default = np.pi if joint.chain[place].units.is_angle else NO_LIMIT
             low = -default if joint.lower_limit is None else max(joint.lower_limit[place], -default)
             high = default if joint.upper_limit is None else min(joint.upper_limit[place], default)
             yield f"  {_numbers((low, high))}"
@@ -308,7 +307,7 @@ def _group(steps: list[tuple[int, JointAxis]]) -> _Group | None:
     """
     if not steps:
         return None
-    kinds = [axis.kind is AxisKind.ROTATION for _, axis in steps]
+    kinds = [is_rotation(axis.kind) for _, axis in steps]
     directions = list(dict.fromkeys(axis.axis for _, axis in steps))
     frame = _frame_along([unit_vector(direction) for direction in directions])
     if frame is None or kinds != sorted(kinds):

@@ -12,7 +12,7 @@ from typing import assert_never
 import numpy as np
 
 from generator.diagnostics import ModelError
-from generator.figure import AxisKind, JointAxis, Vector
+from generator.figure import AxisKind, JointAxis, Vector, is_rotation
 from generator.joint_chain import build_chain
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Curve, DegreeOfFreedom
@@ -49,7 +49,7 @@ class JointGroup:
     @property
     def rotations(self) -> tuple[DegreeOfFreedom, ...]:
         """The rotations among them."""
-        return tuple(freedom for freedom in self.dofs if freedom.kind is AxisKind.ROTATION)
+        return tuple(freedom for freedom in self.dofs if is_rotation(freedom.kind))
 
     @property
     def chain(self) -> tuple[JointAxis, ...]:
@@ -94,8 +94,8 @@ def _split_free_joint(dofs: tuple[DegreeOfFreedom, ...]) -> tuple[JointGroup, Jo
     Springs along translations act on a joint without rotations only. That of the translations
     leads to the world, so its three springs lose no moment.
     """
-    slides = tuple(freedom for freedom in dofs if freedom.kind is AxisKind.TRANSLATION)
-    turns = tuple(freedom for freedom in dofs if freedom.kind is AxisKind.ROTATION)
+    slides = tuple(freedom for freedom in dofs if not is_rotation(freedom.kind))
+    turns = tuple(freedom for freedom in dofs if is_rotation(freedom.kind))
     ball = _joint_group(turns, separate=False)
     assert ball is not None, "the rotations of a free joint are those of a ball"
     return JointGroup(slides, (0.0, 0.0, 0.0), np.eye(3)), ball
@@ -107,8 +107,8 @@ def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | 
     It has the laws of its rotation vector's components along these axes. None where the rotations
     of a body are not such a joint.
     """
-    marked = [replace(dof, joint=joint) if dof.kind is AxisKind.ROTATION else dof for dof in dofs]
-    turns = [dof for dof in marked if dof.kind is AxisKind.ROTATION]
+    marked = [replace(dof, joint=joint) if is_rotation(dof.kind) else dof for dof in dofs]
+    turns = [dof for dof in marked if is_rotation(dof.kind)]
     if len(turns) < 2 or not _are_orthogonal(turns):
         return None
     if _joint_group(tuple(turns), separate=False) is None:
@@ -119,8 +119,8 @@ def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | 
 
 def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointGroup | None:
     """Return the joint of these degrees of freedom; None if they do not form one."""
-    turns = [freedom for freedom in dofs if freedom.kind is AxisKind.ROTATION]
-    slides = [freedom for freedom in dofs if freedom.kind is AxisKind.TRANSLATION]
+    turns = [freedom for freedom in dofs if is_rotation(freedom.kind)]
+    slides = [freedom for freedom in dofs if not is_rotation(freedom.kind)]
     try:
         build_chain(_joint_chain(dofs, np.eye(3)))
     except ModelError:

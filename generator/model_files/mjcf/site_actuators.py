@@ -13,7 +13,7 @@ from math import inf, pi
 import numpy as np
 
 from generator.diagnostics import Diagnostics
-from generator.figure import AxisKind
+from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import BEYOND_LIMITS, rotation_group
 from generator.model_files.body_tree.to_figure import HINGES_AS_ONE, common_stem
@@ -178,7 +178,7 @@ def _pairs(torques: Sequence[_Torque]) -> Iterator[tuple[_Torque, _Torque]]:
 
 def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body | None:
     """Return a body with the laws about axes of its joint; None where it has no such axes."""
-    turns = [dof for dof in body.dofs if dof.kind is AxisKind.ROTATION]
+    turns = [dof for dof in body.dofs if is_rotation(dof.kind)]
     joint = next(
         (dof.joint for dof in turns if dof.joint),
         common_stem(tuple(dof.name for dof in turns)) or body.name,
@@ -190,7 +190,7 @@ def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body |
         return None
     left = list(torques)
     for k, dof in enumerate(dofs):
-        if dof.kind is not AxisKind.ROTATION:
+        if not is_rotation(dof.kind):
             continue
         signs = [(one, float(one.turn @ one.axis @ dof.axis)) for one in left]
         own = [(one, sign) for one, sign in signs if abs(abs(sign) - 1.0) < _TOLERANCE]
@@ -205,7 +205,7 @@ def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body |
 
 def _in_axes_of(dof: DegreeOfFreedom, turn: Array) -> DegreeOfFreedom:
     """Return a rotation of a ball about an axis of a site instead of the body's."""
-    if dof.kind is not AxisKind.ROTATION or np.abs(turn - np.round(turn)).max() < _TOLERANCE:
+    if not is_rotation(dof.kind) or np.abs(turn - np.round(turn)).max() < _TOLERANCE:
         return dof
     x, y, z = (turn @ dof.axis).tolist()
     return replace(dof, axis=(x, y, z))

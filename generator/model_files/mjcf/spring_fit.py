@@ -14,7 +14,7 @@ from typing import cast
 
 import numpy as np
 
-from generator.figure import AxisKind, Joint
+from generator.figure import Joint, is_rotation
 from generator.joint_chain import Chain
 from generator.model_files.fit_error import (
     FitError,
@@ -157,7 +157,7 @@ def component_range(joint: Joint, springs: JointSprings, spring: AxisSpring) -> 
     """Range of the rotation vector's component along an axis [rad]: that of its displacement."""
     for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True):
         along = float(unit_vector(factor.axis) @ np.array(spring.direction))
-        if factor.kind is AxisKind.ROTATION and abs(along) > np.cos(radians(1.0)):
+        if is_rotation(factor.kind) and abs(along) > np.cos(radians(1.0)):
             return (low, high) if along > 0.0 else (-high, -low)
     return radians(-90.0), radians(90.0)
 
@@ -204,7 +204,7 @@ def isotropic_stiffness(
     """
     turns = [
         np.linspace(low - ROTATION_MARGIN, high + ROTATION_MARGIN, _GRID)
-        if factor.kind is AxisKind.ROTATION
+        if is_rotation(factor.kind)
         else np.zeros(1)
         for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True)
     ]

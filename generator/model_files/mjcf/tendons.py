@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from generator.diagnostics import Diagnostics
-from generator.figure import AxisKind
+from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom, FunctionCurve
 from generator.model_files.mjcf.document import MAIN, Document
@@ -64,7 +64,7 @@ def _with_tendon(
     if slack[0] > slack[1]:
         diagnostics.error("this slack range has no length", element.span_of("springlength"))
         return dof
-    if dof.kind is not AxisKind.ROTATION:
+    if not is_rotation(dof.kind):
         losses.add("springs of tendons on sliding joints", name)
         return dof
     if coefficient == 1.0 and stiffness[0] > 0.0 and not any(stiffness[1:]):

@@ -28,7 +28,7 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint, SiteRef
+from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -83,6 +83,7 @@ from generator.rotations import (
     quaternion_from_matrix,
     unit_vector,
 )
+from generator.units import AxisUnits
 from springs import AxisSpring, JointSprings, SpringSet, total_torque
 from springs.elastic import Range
 
@@ -391,7 +392,7 @@ class _BodyWriter:
         parts = {
             k: reserve_name(coordinates[k], self._joints)
             for k, factor in enumerate(joint.chain)
-            if factor.kind is not AxisKind.ROTATION or not is_ball
+            if not is_rotation(factor.kind) or not is_ball
         }
         return {None: name, **parts}
 
@@ -478,29 +479,34 @@ class _BodyWriter:
         """A spring of a hinge or a slide."""
         if spring.elastic:
             ends = joint_ranges(joint, springs)[index]
-            turns = joint.chain[index].kind is AxisKind.ROTATION
-            margin = ROTATION_MARGIN if turns else TRANSLATION_MARGIN
+            units = joint.chain[index].units
+            margin = ROTATION_MARGIN if units.is_angle else TRANSLATION_MARGIN
             curve = fit_piecewise_cubic(spring.elastic, (ends[0] - margin, ends[1] + margin))
             if curve is None:
                 self._losses.add(_CURVES, joint.name)
             else:
                 self._add_curve(element, curve)
-                self._report_fit(joint, curve, spring, ends, turns=turns)
+                self._report_fit(joint, curve, spring, ends, units)
         if spring.damping.viscous:
             element.set("damping", format_numbers(spring.damping.viscous))
         if spring.damping.coulomb:
             element.set("frictionloss", format_numbers(spring.damping.coulomb))
 
     def _report_fit(
-        self, joint: Joint, curve: PiecewiseCubic, spring: AxisSpring, ends: Range, *, turns: bool
+        self,
+        joint: Joint,
+        curve: PiecewiseCubic,
+        spring: AxisSpring,
+        ends: Range,
+        units: AxisUnits,
     ) -> None:
         """Report the error of a curve over the range of its displacement, if it is not exact."""
         values = np.linspace(*ends, _FIT_SAMPLES)
         torques = np.asarray(total_torque(spring.elastic, values))
         differences = curve.torque(values) - torques
-        error = FitError.from_differences(differences, "N m" if turns else "N")
+        error = FitError.from_differences(differences, units.effort)
         if error.largest > ROUNDING * float(np.abs(torques).max()):
-            self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, turns=turns)}")
+            self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
 
     def _add_curve(self, element: Element, curve: PiecewiseCubic) -> None:
         """A curve as springs of a hinge or a slide and of tendons, and its constant part."""
@@ -547,8 +553,8 @@ class _BodyWriter:
 def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterator[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
     chain = branch.joint.chain
-    turns = [k for k, factor in enumerate(chain) if factor.kind is AxisKind.ROTATION]
-    slides = [k for k, factor in enumerate(chain) if factor.kind is AxisKind.TRANSLATION]
+    turns = [k for k, factor in enumerate(chain) if is_rotation(factor.kind)]
+    slides = [k for k, factor in enumerate(chain) if not is_rotation(factor.kind)]
     ball: list[int | None] = [None]
     about: list[int | None] = ball if len(turns) == 3 else [*reversed(turns)]
     outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from generator.diagnostics import Diagnostics
-from generator.figure import AxisKind
+from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
 from generator.model_files.opensim.frames import GROUND, FrameIndex
@@ -81,7 +81,7 @@ def _place(dof: DegreeOfFreedom, frame: Array) -> tuple[int, float] | None:
     k = int(np.argmax(np.abs(axis)))
     if np.abs(np.abs(axis[k]) - 1.0) > _ALIGNMENT_TOLERANCE:
         return None
-    if dof.kind is AxisKind.TRANSLATION:
+    if not is_rotation(dof.kind):
         return k + 3, float(np.sign(axis[k]))
     arm = np.cross(np.asarray(dof.point) - frame[:3, 3], dof.axis)
     if np.abs(arm).max() > _ALIGNMENT_TOLERANCE:

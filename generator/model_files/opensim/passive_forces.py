@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten
-from generator.figure import AxisKind
+from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, Curve, DegreeOfFreedom, FunctionCurve
 from generator.model_files.opensim.joints import child_number, child_numbers, child_text
@@ -176,7 +176,7 @@ class _ForceReader:
         return with_function(dof, name, force_at, self.losses)
 
     def _is_plain_rotation(self, dof: DegreeOfFreedom, name: str) -> bool:
-        if dof.kind is AxisKind.ROTATION and dof.scale == 1.0:
+        if is_rotation(dof.kind) and dof.scale == 1.0:
             return True
         self.losses.add("limit forces of sliding joints", name)
         return False
@@ -232,7 +232,7 @@ def with_function(
     straight = np.abs(elastic - slope * angles - first).max() <= _LINEAR_TOLERANCE * scale
     if straight and slope < 0.0:
         return _with_stiffness(dof, -slope, -first / slope)
-    if dof.kind is not AxisKind.ROTATION:
+    if not is_rotation(dof.kind):
         losses.add("nonlinear forces of sliding joints", name)
         return dof
     return _with_law(dof, FunctionCurve(lambda values: force_at(values, 0.0)))

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from generator.figure import AxisKind
+from generator.figure import is_rotation
 from generator.joint_chain import Chain
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import BEYOND_LIMITS, rotation_group
@@ -107,14 +107,13 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
     if not own:
         return body
     joint = body.joint or body.name
-    turns = [dof for dof in body.dofs if dof.kind is AxisKind.ROTATION]
+    turns = [dof for dof in body.dofs if is_rotation(dof.kind)]
     if any(dof.is_passive for dof in turns):
         losses.add(HINGES_AS_ONE, joint)
     weighted = any(spring.joining is Joining.WEIGHTED for spring in own)
     reach = _largest_angle(turns) if weighted else 0.0
     dofs = {
-        dof.name: _as_part(dof, joint, reach) if dof.kind is AxisKind.ROTATION else dof
-        for dof in body.dofs
+        dof.name: _as_part(dof, joint, reach) if is_rotation(dof.kind) else dof for dof in body.dofs
     }
     for spring in own:
         dof = dofs[spring.coordinate]
@@ -160,7 +159,7 @@ class _Joint:
     @cached_property
     def turns(self) -> tuple[DegreeOfFreedom, ...]:
         """The rotations, outermost first."""
-        return tuple(dof for dof in self.dofs if dof.kind is AxisKind.ROTATION)
+        return tuple(dof for dof in self.dofs if is_rotation(dof.kind))
 
     @property
     def names(self) -> tuple[str, ...]:

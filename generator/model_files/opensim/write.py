@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef
+from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef, is_rotation
 from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -204,7 +204,7 @@ class _Coordinate:
     """
 
     name: str
-    kind: str
+    kind: AxisKind
     axis: Array
     value: float
     limits: Range | None
@@ -259,7 +259,7 @@ class _JointWriter:
         coordinates = [self._coordinate(joint, k, sign) for k in places]
         if not outside:
             parent, child = child, parent
-        turns = [one.axis for one in coordinates if one.kind is AxisKind.ROTATION]
+        turns = [one.axis for one in coordinates if is_rotation(one.kind)]
         if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _MAX_COLLINEAR_SINE:
             between = reserve_name(f"{name}_between", self._body_names)
             _add_body(self._bodies, between, None)
@@ -326,7 +326,7 @@ def coordinate_range(joint: Joint, springs: JointSprings, index: int, start: flo
     """
     ends = zip(joint_limits(joint, index), normal_ends(joint, springs, index), strict=True)
     low, high = (normal if limit is None else limit for limit, normal in ends)
-    if joint.chain[index].kind is AxisKind.ROTATION:
+    if is_rotation(joint.chain[index].kind):
         low, high = (-np.pi if low is None else low), (np.pi if high is None else high)
     return None if low is None or high is None else (min(low, start), max(high, start))
 
@@ -345,8 +345,8 @@ def _add_coordinates(joint: Element, coordinates: Sequence[_Coordinate]) -> None
 def _add_transform(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
     """Add the axes of a CustomJoint: three of rotation and three of translation, some unused."""
     transform = add_element(joint, "SpatialTransform")
-    for kind, word in ((AxisKind.ROTATION, "rotation"), (AxisKind.TRANSLATION, "translation")):
-        used = [one for one in coordinates if one.kind is kind]
+    for word in ("rotation", "translation"):
+        used = [one for one in coordinates if is_rotation(one.kind) == (word == "rotation")]
         axes = [one.axis for one in used]
         axes += _complementary_axes(axes)
         for k, axis in enumerate(axes):

@@ -18,7 +18,7 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint
+from generator.figure import AxisKind, Figure, Joint, is_rotation
 from generator.geometry.appearance import Colour
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
@@ -223,8 +223,8 @@ class _LinkWriter:
 
 def _limits(joint: Joint, index: int, spring: AxisSpring | None = None) -> Ends:
     """The limits of one displacement, or its stops; those of several turns are none of one turn."""
-    kinds = [factor.kind for factor in joint.chain]
-    if kinds[index] is AxisKind.ROTATION and kinds.count(AxisKind.ROTATION) > 1:
+    turns = [is_rotation(factor.kind) for factor in joint.chain]
+    if turns[index] and sum(turns) > 1:
         return None, None
     if joint.lower_limit is None and joint.upper_limit is None:
         stops = [law for law in (spring.elastic if spring else ()) if isinstance(law, Stop)]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.drive import Drive
-from generator.figure import ContactSphere, Joint, SiteRef
+from generator.figure import ContactSphere, Joint, SiteRef, is_rotation
 from generator.joint_chain import Chain
 from generator.kinematics.closures import independent_constraints, rotation_equations
 from generator.kinematics.placement import Placement, segment_jacobians
@@ -337,10 +337,13 @@ class _Builder:
     ) -> list[tuple[int, Array, int]]:
         """Kind, axis and factor of the links of a joint, in their order from the inboard side."""
         sense = 1.0 if parent_is_inboard else -1.0
-        slides = [
-            (SLIDE, sense * unit_vector(chain.joint_axes[k].axis), k)
-            for k in reversed(chain.translations)
+        steps = [
+            (HINGE if is_rotation(one.kind) else SLIDE, sense * unit_vector(one.axis), k)
+            for k, one in enumerate(chain.joint_axes)
         ]
+        slides, turns = (
+            [steps[k] for k in reversed(places)] for places in (chain.translations, chain.rotations)
+        )
         linked = {
             end.joint
             for link in self.prescribed.links.resolved
@@ -348,11 +351,6 @@ class _Builder:
         }
         if len(chain.rotations) == 3 and name not in linked and name not in self.prescribed.drives:
             turns = [(BALL, np.zeros(3), chain.rotations[0])]
-        else:
-            turns = [
-                (HINGE, sense * unit_vector(chain.joint_axes[k].axis), k)
-                for k in reversed(chain.rotations)
-            ]
         steps = [*slides, *turns] if chain.translations_are_outer else [*turns, *slides]
         return steps if parent_is_inboard else steps[::-1]
 

@@ -19,6 +19,7 @@ from generator.model_files.fit_error import (
     orientations,
 )
 from generator.passive_curve import rotation_vector
+from generator.units import TRANSLATION_UNITS
 from springs import AxisSpring, JointSprings
 from springs.smooth_limit import SmoothLimit
 from tests.chains import chain, one_body
@@ -122,4 +123,4 @@ def test_a_spring_without_a_motion_leaves_the_normal_range_to_another() -> None:
 
 def test_range_as_text() -> None:
     assert format_range((-pi / 4, pi)) == "-45 to 180 deg"
-    assert format_range((-0.05, 0.1), turns=False) == "-5 to 10 cm"
+    assert format_range((-0.05, 0.1), TRANSLATION_UNITS) == "-5 to 10 cm"
