@@ -81,7 +81,7 @@ from tests.generator.model_files.model_cases import (
     posed,
 )
 from tests.live_logs import live_logs
-from tests.motion_readers import Bvh, Glb, Page, Table, X3d, read_table
+from tests.motion_readers import Bvh, Glb, Page, Table, read_table
 from tests.motions import MOTIONS, any_motion, clip, slides
 from tests.runs import same_bits
 from tests.scenes import scenes
@@ -584,13 +584,6 @@ def same_page(motion: FigureMotion, back: Page) -> None:
     assert next(rows, None) is None
 
 
-def same_sites_x3d(motion: FigureMotion, back: X3d) -> None:
-    close(back.times, motion.times - motion.times[0], 1e-9)
-    for (segment, site), expected in site_poses(motion).items():
-        found = back.pose(plain_name(f"{segment}_{site}"))
-        close(np.broadcast_to(found, expected.shape), expected, 1e-6)
-
-
 def same_bones(motion: FigureMotion, back: Bvh) -> None:
     """A bone carries the sites of its segment from where they are at zero displacements."""
     figure, poses = motion.tree.figure, back.poses()
@@ -696,8 +689,6 @@ MOTION_ROWS = (
     Format(".glb", write_motion(".glb"), lambda path, _: Glb(path), same_sites_glb,
            each_figure_moved, MOVED),
     Format(".html", write_motion(".html"), lambda path, _: Page(path), same_page,
-           each_figure_moved, MOVED),
-    Format(".x3d", write_motion(".x3d"), lambda path, _: X3d(path), same_sites_x3d,
            each_figure_moved, MOVED),
     Format(".bvh", write_motion(".bvh"), lambda path, _: Bvh(path), same_bones,
            each_figure_moved, motions(is_uniform=True)),
