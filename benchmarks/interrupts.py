@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-OUTPUTS = [f"out.{end}" for end in ("npz", "action", "csv", "sto", "mot", "bvh", "x3d", "glb")]
+OUTPUTS = [f"out.{end}" for end in ("npz", "action", "csv", "sto", "mot", "bvh", "glb")]
 SIMULATE = [
     "simulate",
     "pendulum",

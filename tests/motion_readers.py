@@ -5,11 +5,9 @@ import struct
 from base64 import b64decode
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -171,70 +169,6 @@ class Page(HTMLParser):
     @staticmethod
     def doubles(text: str) -> Array:
         return np.frombuffer(b64decode(text, validate=True), "<f8")
-
-
-class X3d:
-    """An X3D file, with the kinematics of HAnimJoint: T C R -C (ISO/IEC 19774-1, 6.3)."""
-
-    def __init__(self, path: Path) -> None:
-        self.root = ElementTree.parse(path).getroot()
-        self.parents = {child: each for each in self.root.iter() for child in each}
-        self.named = {each.attrib["DEF"]: each for each in self.root.iter() if each.get("DEF")}
-        routes = [route.attrib for route in self.root.iter("ROUTE")]
-        clocked = {r["toNode"]: r["fromNode"] for r in routes if r["toField"] == "set_fraction"}
-        self.driven = {
-            (r["toNode"], r["toField"]): self.named[r["fromNode"]]
-            for r in routes
-            if r["fromField"] == "value_changed" and clocked[r["fromNode"]] == "clock"
-        }
-
-    @property
-    def meta(self) -> dict[str, str]:
-        return {each.attrib["name"]: each.attrib["content"] for each in self.root.iter("meta")}
-
-    @cached_property
-    def times(self) -> Array:
-        """Times of the key frames [s]; zero without a clock."""
-        if "clock" not in self.named:
-            return np.zeros(1)
-        source, *others = self.driven.values()
-        keys = numbers(source, "key", 1)[:, 0]
-        assert all(np.array_equal(numbers(other, "key", 1)[:, 0], keys) for other in others)
-        return keys * float(self.named["clock"].attrib["cycleInterval"])
-
-    def values(self, joint: ElementTree.Element, field: str, width: int) -> Array:
-        """Values of a field over the key frames, or its own, shape (frames or 1, width)."""
-        source = self.driven.get((joint.attrib["DEF"], field))
-        return (
-            numbers(joint, field, width) if source is None else numbers(source, "keyValue", width)
-        )
-
-    def displacement(self, element: ElementTree.Element) -> Array:
-        """Pose of an element relative to its default pose, shape (n, 4, 4)."""
-        above = self.parents.get(element)
-        outer = np.eye(4) if above is None else self.displacement(above)
-        if element.tag != "HAnimJoint":
-            return outer
-        centre = numbers(element, "center", 3)
-        turn = axis_angle_matrices(self.values(element, "rotation", 4))
-        shift = self.values(element, "translation", 3) + centre - (turn @ centre[0])
-        return outer @ poses_of(turn, shift)
-
-    def pose(self, name: str) -> Array:
-        """Pose of a site in the world, shape (n, 4, 4)."""
-        element = self.named[name]
-        turn = axis_angle_matrices(numbers(element, "rotation", 4))
-        rest = poses_of(turn, numbers(element, "translation", 3))
-        return self.displacement(element) @ rest
-
-
-def numbers(element: ElementTree.Element, field: str, width: int) -> Array:
-    default = "0 0 0" if width == 3 else "0 1 0 0"
-    return np.array(element.get(field, default).split(), dtype=float).reshape(-1, width)
-
-
-def axis_angle_matrices(values: Array) -> Array:
-    return Rotation.from_rotvec(values[:, :3] * values[:, 3:]).as_matrix()
 
 
 class Bvh:

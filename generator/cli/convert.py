@@ -215,7 +215,7 @@ def convert(
         typer.Argument(
             metavar="OUTPUT...",
             help="Files to write, each in the format of its suffix (docs/formats.md). Of a motion: "
-            ".action .csv .npz .glb .bvh .mot .sto .x3d .html. Of a figure: models, .osim .xml "
+            ".action .csv .npz .glb .bvh .mot .sto .html. Of a figure: models, .osim .xml "
             ".urdf .bioMod .fig, its passive curves, .csv, or its pose as a motion. Of a model: "
             "figures, .fig.",
         ),

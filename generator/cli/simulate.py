@@ -155,7 +155,7 @@ def simulate(
             "--output",
             "-o",
             metavar="FILE",
-            help="Motion file to write: .action .csv .npz .glb .bvh .mot .sto .x3d .html.",
+            help="Motion file to write: .action .csv .npz .glb .bvh .mot .sto .html.",
         ),
     ] = None,
     *,

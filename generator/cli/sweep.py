@@ -187,10 +187,9 @@ def _choose_engine(
     count = jobs or cores()
     if scheduler is None:
         return partial(run_locally, jobs=count), count
-    from generator.study.cluster import LOCAL, check_scheduler, run_on_cluster
+    from generator.study.cluster import LOCAL, run_on_cluster
 
-    check_scheduler(scheduler, insecure=insecure)
-    engine = partial(run_on_cluster, address=scheduler, jobs=count, insecure=insecure)
+    engine = run_on_cluster(scheduler, jobs=count, insecure=insecure)
     return engine, count if scheduler == LOCAL else None
 
 

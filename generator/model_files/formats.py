@@ -18,7 +18,7 @@ from generator.diagnostics import (
 from generator.figure import Figure
 from generator.figure_file.write import write_figure
 from generator.losses import Loss, Losses
-from generator.model_files import curves_csv, predsim
+from generator.model_files import curves_csv
 from generator.model_files.biomod import write as biomod
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
@@ -154,7 +154,6 @@ MODEL_FORMATS: Mapping[str, ModelFormat] = {
         (), dyspam.format_files, "folder of the thesis's simulator's input files"
     ),
     "biomod": ModelFormat((".biomod",), biomod.format_files, "biorbd model"),
-    "predsim": ModelFormat((), predsim.format_files, "table of limit torques for PredSim"),
     "curves": ModelFormat(
         (), curves_csv.format_files, "table of passive curves", motion_suffixes=(".csv",)
     ),

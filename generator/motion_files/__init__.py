@@ -54,12 +54,6 @@ def _write_glb(motion: FigureMotion, path: Path) -> Losses:
     return glb.write(motion, path)
 
 
-def _write_x3d(motion: FigureMotion, path: Path) -> Losses:
-    from generator.motion_files import x3d  # imports what reads surfaces
-
-    return x3d.write(motion, path)
-
-
 def _write_page(motion: FigureMotion, path: Path) -> Losses:
     from generator.motion_files import page  # imports what reads surfaces
 
@@ -74,7 +68,6 @@ MOTION_FORMATS: Mapping[str, MotionWriter] = {
     ".bvh": bvh.write,
     ".mot": opensim_table.write_mot,
     ".sto": opensim_table.write_sto,
-    ".x3d": _write_x3d,
     ".html": _write_page,
 }
 """Writers by suffix."""

@@ -37,21 +37,6 @@ def continuous_quaternions(matrices: Array) -> Array:
     return np.multiply(quaternions, signs[:, None], dtype=float)
 
 
-def axis_angles(matrices: Array) -> Array:
-    """Unit axis and angle [rad] of rotation matrices, shape (n, 3, 3) to (n, 4).
-
-    Angles are from 0 to pi; where there is no turn, the axis is y.
-    """
-    from scipy.spatial.transform import Rotation
-
-    vectors = np.asarray(Rotation.from_matrix(matrices).as_rotvec(), dtype=float)
-    angles = np.linalg.norm(vectors, axis=1)
-    still = angles == 0.0
-    axes = np.divide(vectors, angles[:, None], where=~still[:, None], out=np.zeros_like(vectors))
-    axes[still] = [0.0, 1.0, 0.0]
-    return np.column_stack([axes, angles])
-
-
 _MIN_REPORTED_GAP = 1e-12
 """Gaps below this [m] are those of rounding."""
 

@@ -1,4 +1,6 @@
-"""Runs of a study on a cluster of dask.distributed, a library that is imported on use only.
+"""Runs of a study on an executor of `concurrent.futures`, and on one of dask.distributed.
+
+A task carries its study along: a worker that dies takes nothing with it that other tasks need.
 
 Whoever reaches a scheduler of Dask can run programs on its workers. Connections to other machines
 are therefore encrypted, unless `--insecure` allows others. The loopback interface is open to other
@@ -6,26 +8,29 @@ users of the machine: a cluster that is started there accepts a certificate of i
 """
 
 import asyncio
-import concurrent.futures
 import logging
-import pickle
 import re
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
-from functools import cache
+import zlib
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from ipaddress import ip_address
-from pathlib import Path
-from threading import Condition
-from typing import Any, Protocol, cast
+from pickle import dumps, loads
+from platform import node
+from queue import Empty, SimpleQueue
+from threading import Lock
+from typing import Any, ParamSpec, TypeVar, cast
 
-from generator.child_processes import blocked_interrupt
+from generator.child_processes import blocked_interrupt, cores
 from generator.diagnostics import MoverError, NotInstalledError, UsageError, shorten
 from generator.study.study import Study
+from generator.study.sweep import Engine
 from generator.study.worker_pool import (
     FinishedRun,
     RunFunction,
@@ -34,14 +39,15 @@ from generator.study.worker_pool import (
     died_run,
     perform_task,
 )
-from generator.text_io import os_error_reason
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
 
 LOCAL = "local"
 """Address of a cluster that is started on this machine for one study."""
 
 _ADDRESS = re.compile(
-    r"(?:(?P<protocol>tcp|tls)://)?(?P<host>\[[0-9a-f:.]+\]|[a-z0-9._-]+):(?P<port>[0-9]{1,5})/?",
-    re.ASCII | re.IGNORECASE,
+    r"(?:(tcp|tls)://)?(\[[0-9a-f:.]+\]|[a-z0-9._-]+):([0-9]{1,5})/?", re.ASCII | re.IGNORECASE
 )
 
 _CONNECT_LIMIT = 5.0
@@ -50,123 +56,201 @@ _CONNECT_LIMIT = 5.0
 _NO_WORKER_LIMIT = 30.0
 """Longest time for which a scheduler may be without workers [s]."""
 
-_WAIT_INTERVAL = 0.1
-"""Longest time of waiting for a result before the workers are counted again [s]."""
-
-_COUNT_INTERVAL = 1.0
-"""Time between counts of the workers [s]."""
+_RESTART_LIMIT = 180.0
+"""The same of a cluster on this machine, which starts others however busy the machine is [s]."""
 
 _RUNS_PER_WORKER = 4
 """Number of runs that a worker has at a time, so that it need not wait for the next."""
 
+_LIMIT_INTERVAL = 1.0
+"""Time after which the number of runs under way is determined again [s]."""
+
+_LONGEST_WAIT = 0.1
+"""Longest time of waiting for a result [s]: Windows handles Ctrl-C only in between."""
+
 _DISTRIBUTIONS = ("exudyn-mover", "exudyn", "numba", "numpy", "scipy")
 """Distributions that determine the numbers of a run."""
 
-_QUIET_PROCESS = """\
-import os
-from generator.child_processes import redirect_output
-redirect_output(os.devnull)
-"""
-"""Module that a worker on this machine loads first: nothing of its output is for the user."""
+_QUIET_PROCESS = (
+    "import os, generator.child_processes as processes\nprocesses.redirect_output(os.devnull)\n"
+)
+"""Module that a worker on this machine loads first: none of its output is for the user."""
+
+_ONE_RUN = Lock()
+"""Held by the run of this process, which makes one at a time, also with several threads."""
 
 
 class ClusterError(MoverError):
     """A cluster cannot make the runs of a study."""
 
 
-@dataclass(frozen=True)
-class SchedulerAddress:
-    """Address of a scheduler.
+def run_on_executor(
+    executor: Executor,
+    limit: Callable[[], int] = lambda: _RUNS_PER_WORKER * cores(),
+    *,
+    deaths: tuple[type[BaseException], ...] = (),
+    run: RunFunction | None = None,
+) -> Engine:
+    """Return an engine of `run_sweep` that yields each result as it arrives, in any order.
 
-    Attributes:
-        protocol: "tcp" or "tls".
-        host: name or number.
-        port: of the host.
-    """
-
-    protocol: str
-    host: str
-    port: int
-
-    def __str__(self) -> str:
-        """As Dask writes it."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"{self.protocol}://{host}:{self.port}"
-
-    @property
-    def is_on_this_machine(self) -> bool:
-        """Return whether the address is one of the loopback interface."""
-        with suppress(ValueError):
-            return ip_address(self.host).is_loopback
-        return self.host == "localhost"
-
-
-def parse_address(text: str, *, insecure: bool = False) -> SchedulerAddress:
-    """Return the address of a scheduler: HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT.
+    A task whose worker dies is repeated, alone and after all others, before it counts as died.
+    Closing the generator of the engine, or an exception such as that of Ctrl-C, cancels the rest.
 
     Args:
-        text: the address.
+        executor: with processes as workers, such as a `ProcessPoolExecutor`.
+        limit: returns the largest number of tasks under way; called once a second, and may raise
+            an exception that ends the runs [default: four per core].
+        deaths: exceptions of tasks whose worker died; any other ends the runs.
+        run: function that carries out a run [default: `run_case`].
+
+    Raises:
+        ClusterError: a worker cannot make the runs; raised during the runs.
+        OSError: a motion cannot be written; raised during the runs.
+    """
+
+    def carry_out(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
+        from generator.study.run_case import run_case
+
+        job = zlib.compress(dumps((run or run_case, study, library_versions())), 1)
+        waiting, suspects, is_retry = TaskQueue(tasks), deque[Task](), False
+        running: dict[Future[FinishedRun], Task] = {}
+        ended: SimpleQueue[Future[FinishedRun]] = SimpleQueue()
+
+        def submit(task: Task) -> None:
+            future = executor.submit(_perform, job, task)
+            running[future] = task
+            future.add_done_callback(ended.put)
+
+        largest, next_count = 0, 0.0
+        try:
+            while waiting or running or suspects:
+                if time.monotonic() >= next_count:
+                    largest, next_count = limit(), time.monotonic() + _LIMIT_INTERVAL
+                while waiting and len(running) < largest:
+                    submit(waiting.popleft())
+                if suspects and not (waiting or running):
+                    # Of the runs on a worker that died, those that waited there are innocent.
+                    is_retry = True
+                    submit(suspects.popleft())
+                try:
+                    future = ended.get(timeout=_LONGEST_WAIT)
+                except Empty:
+                    continue
+                task, failure = running.pop(future), future.exception()
+                if failure is None:
+                    yield future.result()
+                elif not isinstance(failure, deaths):
+                    raise _explain(failure)
+                elif is_retry:
+                    yield died_run(study, task)
+                else:
+                    suspects.append(task)
+        finally:
+            for future in running:
+                future.cancel()
+
+    return carry_out
+
+
+def _explain(failure: BaseException) -> BaseException:
+    """Return the error of the command for that of a task."""
+    cause: BaseException | None = failure
+    while cause is not None and not isinstance(cause, ModuleNotFoundError):
+        cause = cause.__cause__ or cause.__context__
+    if cause is None:
+        return failure
+    return ClusterError(
+        f"a worker lacks the module `{cause.name}`; install exudyn-mover where the workers run"
+    )
+
+
+def _perform(job: bytes, task: Task) -> FinishedRun:
+    """Carry out a task, in a worker."""
+    run, study = _read_job(job)
+    if task.keep is not None and not task.keep.parent.is_dir():
+        raise ClusterError(
+            f"the worker on {node()} does not see the folder `{task.keep.parent}`; motions are "
+            "kept in a folder that all workers share"
+        )
+    with _ONE_RUN:
+        return perform_task(run, study, task)
+
+
+@lru_cache(maxsize=1)
+def _read_job(job: bytes) -> tuple[RunFunction, Study]:
+    """Return the function and the study of tasks. Raises ClusterError if rows may differ here."""
+    run, study, expected = loads(zlib.decompress(job))
+    here = library_versions()
+    differences = [
+        f"{name} {found} in place of {expected[name]}"
+        for name, found in here.items()
+        if found != expected[name]
+    ]
+    if differences:
+        raise ClusterError(
+            f"the worker on {node()} has {', '.join(differences)}: its rows may differ from those "
+            "made here; install the same versions"
+        )
+    return run, study
+
+
+def library_versions() -> dict[str, str]:
+    """Return the versions of the distributions that determine the numbers of a run."""
+    return {name: version(name) for name in _DISTRIBUTIONS}
+
+
+def check_scheduler(address: str, *, insecure: bool = False) -> str:
+    """Return the address of a scheduler as Dask writes it, or "local", without connecting to it.
+
+    Args:
+        address: HOST:PORT, tcp://HOST:PORT, tls://HOST:PORT, or "local".
         insecure: accept plain connections to other machines.
 
     Raises:
         UsageError: malformed, or a plain connection to another machine.
+        NotInstalledError: Dask is not installed, or what certificates of "local" need.
     """
-    match = _ADDRESS.fullmatch(text)
-    if match is None or not 0 < int(match["port"]) < 65536:
-        raise UsageError(
-            "the scheduler's address is HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT, "
-            f"not `{shorten(text)}`"
-        )
-    host = match["host"].strip("[]")
-    address = SchedulerAddress((match["protocol"] or "tcp").lower(), host, int(match["port"]))
-    if address.protocol == "tcp" and not address.is_on_this_machine and not insecure:
-        raise UsageError(
-            f"{address} is on another machine and not encrypted: whoever reaches a scheduler can "
-            "run programs with your rights; use tls://, or --insecure in a network that you trust"
-        )
+    if address != LOCAL:
+        match = _ADDRESS.fullmatch(address)
+        if match is None or not 0 < int(match[3]) < 65536:
+            raise UsageError(
+                "the scheduler's address is HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT, "
+                f"not `{shorten(address)}`"
+            )
+        protocol, host = (match[1] or "tcp").lower(), match[2]
+        address = f"{protocol}://{host}:{int(match[3])}"
+        if not (insecure or protocol == "tls" or _is_on_this_machine(host)):
+            raise UsageError(
+                f"{address} is on another machine and not encrypted: whoever reaches a scheduler "
+                "can run programs with your rights; use tls://, or --insecure in a network that "
+                "you trust"
+            )
+    for module in ("distributed", "cryptography")[: 2 if address == LOCAL else 1]:
+        try:
+            import_module(module)
+        except ModuleNotFoundError as failure:
+            if failure.name not in (module, "dask"):
+                raise
+            library = module.replace("distributed", "dask.distributed")
+            raise NotInstalledError(
+                f"a cluster needs {library}: in the project's folder, "
+                '`pip install -e ".[cluster]"`'
+            ) from None
     return address
 
 
-def check_scheduler(address: str, *, insecure: bool = False) -> SchedulerAddress | None:
-    """Return the address of a scheduler, or None for "local", without connecting to it.
-
-    Raises:
-        UsageError: see `parse_address`.
-        NotInstalledError: Dask is not installed, or what certificates of "local" need.
-    """
-    scheduler = None if address == LOCAL else parse_address(address, insecure=insecure)
-    try:
-        import_module("distributed")
-        if scheduler is None:
-            import_module("cryptography")
-    except ModuleNotFoundError as failure:
-        if failure.name not in ("distributed", "dask", "cryptography"):
-            raise
-        library = "cryptography" if failure.name == "cryptography" else "dask.distributed"
-        message = (
-            f'a cluster needs {library}: in the project\'s folder, `pip install -e ".[cluster]"`'
-        )
-        raise NotInstalledError(message) from None
-    return scheduler
+def _is_on_this_machine(host: str) -> bool:
+    with suppress(ValueError):
+        return ip_address(host.strip("[]")).is_loopback
+    return host == "localhost"
 
 
 def run_on_cluster(
-    study: Study,
-    tasks: Sequence[Task],
-    address: str,
-    *,
-    jobs: int = 1,
-    insecure: bool = False,
-    run: RunFunction | None = None,
-) -> Generator[FinishedRun]:
-    """Carry out tasks on a cluster, and yield each result as it arrives, in any order.
-
-    A task whose worker dies is repeated, the last time while nothing else runs, before it counts
-    as died. Closing the generator, or an exception such as that of Ctrl-C, gives up the rest.
+    address: str, *, jobs: int = 1, insecure: bool = False, run: RunFunction | None = None
+) -> Engine:
+    """Return an engine as `run_on_executor` does, for the workers of a scheduler of Dask.
 
     Args:
-        study: that the runs belong to.
-        tasks: runs to carry out.
         address: of the scheduler, or "local" for a cluster on this machine.
         jobs: number of processes of a cluster on this machine.
         insecure: accept a plain connection to another machine.
@@ -177,330 +261,120 @@ def run_on_cluster(
         ClusterError: the scheduler or its workers cannot be used; raised during the runs.
         OSError: a motion cannot be written; raised during the runs.
     """
-    scheduler = check_scheduler(address, insecure=insecure)
-    if run is None:
-        from generator.study.run_case import run_case
+    address = check_scheduler(address, insecure=insecure)
+    name, remedy = f"the scheduler at {address}", "start some with `dask worker`"
+    longest = _NO_WORKER_LIMIT
+    if address == LOCAL:
+        name, remedy = "the cluster on this machine", "use --jobs alone"
+        longest = _RESTART_LIMIT
+    lost = ClusterError(f"the connection to {name} is lost; the same command continues")
 
-        run = run_case
-    return _run_tasks(study, tasks, scheduler, jobs, run)
+    def carry_out(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
+        from distributed import CancelledError, KilledWorker
+        from distributed.comm.core import CommClosedError
 
+        seen_worker = time.monotonic()
 
-def _run_tasks(
-    study: Study,
-    tasks: Sequence[Task],
-    address: SchedulerAddress | None,
-    jobs: int,
-    run: RunFunction,
-) -> Generator[FinishedRun]:
-    if not tasks:
-        return
-    with ExitStack() as stack:
-        stack.enter_context(_quiet_logs())
-        if address is None:
-            client = stack.enter_context(_local_cluster(jobs))
-        else:
-            client = stack.enter_context(_connection(address))
-        runs = _Runs(client, study, run, address)
-        suspects: list[Task] = []
-        for task, finished in runs.make(tasks):
-            if finished is None:
-                suspects.append(task)
-            else:
-                yield finished
-        # Of the runs on a worker that died, those that were waiting there are innocent.
-        for task, finished in runs.make(suspects, at_a_time=1):
-            yield finished or died_run(study, task)
+        def limit() -> int:
+            nonlocal seen_worker
+            try:
+                workers = len(client.nthreads())
+            except OSError:
+                raise lost from None
+            if workers:
+                seen_worker = time.monotonic()
+            elif time.monotonic() > seen_worker + longest:
+                raise ClusterError(f"{name} has had no workers for {longest:.0f} s; {remedy}")
+            return _RUNS_PER_WORKER * workers
 
+        connection = _local_cluster(jobs) if address == LOCAL else _connection(address)
+        with _quiet_logs(), connection as client:
+            engine = run_on_executor(_Executor(client), limit, deaths=(KilledWorker,), run=run)
+            try:
+                yield from engine(study, tasks)
+            except (CancelledError, CommClosedError):
+                raise lost from None
 
-class _Future(Protocol):
-    """A task of the cluster."""
-
-    key: str
-    status: str
+    return carry_out
 
 
-class _Completed(Protocol):
-    """Tasks of the cluster in the order in which they end, with their results or failures."""
+class _Executor(Executor):
+    """Executor of a client of Dask.
 
-    thread_condition: Condition
+    Dask's own (`Client.get_executor`) raises TypeError where a worker dies while the result of a
+    run is fetched from it: it asks for the state of the run again, which is waiting by then.
+    """
 
-    def add(self, future: _Future) -> None: ...
-
-    def has_ready(self) -> bool: ...
-
-    def __next__(self) -> tuple[_Future, object]: ...
-
-
-class _Client(Protocol):
-    """Connection to a scheduler."""
-
-    loop: object
-
-    def submit(self, function: Callable[..., object], /, *args: object, pure: bool) -> _Future: ...
-
-    def nthreads(self) -> Mapping[str, int]: ...
-
-    def close(self) -> None: ...
-
-
-class _Runs:
-    """Runs of one study on a cluster."""
-
-    def __init__(
-        self,
-        client: _Client,
-        study: Study,
-        run: RunFunction,
-        address: SchedulerAddress | None,
-    ) -> None:
+    def __init__(self, client: Any) -> None:
         self._client = client
-        if address is None:
-            self._scheduler, self._remedy = "the cluster on this machine", "use --jobs alone"
-        else:
-            self._scheduler = f"the scheduler at {address}"
-            self._remedy = "start some with `dask worker`"
-        self._run = run
-        self._payload = pickle.dumps(study)
-        self._study = self._send_study()
-        self._versions = library_versions()
-        self._workers = 0
-        self._counted = 0.0
-        self._seen_worker = time.monotonic()
 
-    def make(
-        self, tasks: Sequence[Task], at_a_time: int | None = None
-    ) -> Iterator[tuple[Task, FinishedRun | None]]:
-        """Yield each task when it is finished, with None if its worker died.
+    def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
+        started = self._client.submit(fn, *args, pure=False, **kwargs)
+        ended: Future[_T] = Future()
+        ended.set_running_or_notify_cancel()  # the tasks end with the client
 
-        Args:
-            tasks: of the runs.
-            at_a_time: largest number of runs under way [default: a few per worker].
-        """
-        from distributed import KilledWorker, as_completed
+        async def follow() -> None:
+            try:
+                ended.set_result(await started)
+            except BaseException as failure:
+                ended.set_exception(failure)
 
-        waiting = TaskQueue(tasks)
-        running: dict[str, tuple[Task, _Future]] = {}
-        completed = cast(
-            _Completed, as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
-        )
-        while waiting or running:
-            self._count_workers()
-            limit = at_a_time or max(1, _RUNS_PER_WORKER * self._workers)
-            while waiting and len(running) < limit:
-                task = waiting.popleft()
-                sent = task if task.keep is None else replace(task, keep=task.keep.resolve())
-                future = self._client.submit(
-                    _run_on_worker, self._run, self._study, sent, self._versions, pure=False
-                )
-                running[future.key] = task, future
-                completed.add(future)
-            if not completed.has_ready():
-                with completed.thread_condition:
-                    completed.thread_condition.wait(_WAIT_INTERVAL)
-                continue
-            future, outcome = next(completed)
-            task, _ = running.pop(future.key)
-            if isinstance(outcome, FinishedRun):
-                yield task, outcome
-                continue
-            failure = _failure_of(outcome)
-            if not isinstance(failure, KilledWorker):
-                raise self._explain(failure)
-            if failure.task == self._study.key:
-                self._study = self._send_study()
-                waiting.put_back([task])
-            else:
-                yield task, None
-
-    def _send_study(self) -> _Future:
-        """Send the study, which each worker reads once, and again if it is lost with its worker."""
-        return self._client.submit(pickle.loads, self._payload, pure=False)
-
-    def _count_workers(self) -> None:
-        """Raise ClusterError if the cluster has had no workers for long."""
-        now = time.monotonic()
-        if now < self._counted + _COUNT_INTERVAL and self._workers:
-            return
-        try:
-            self._workers, self._counted = len(self._client.nthreads()), now
-        except OSError:
-            raise self._lost() from None
-        if self._workers:
-            self._seen_worker = now
-        elif now > self._seen_worker + _NO_WORKER_LIMIT:
-            raise ClusterError(
-                f"{self._scheduler} has had no workers for {_NO_WORKER_LIMIT:.0f} s; {self._remedy}"
-            )
-
-    def _lost(self) -> ClusterError:
-        return ClusterError(
-            f"the connection to {self._scheduler} is lost; the same command continues"
-        )
-
-    def _explain(self, failure: BaseException) -> BaseException:
-        """Return the error of the command for the failure of a task."""
-        if isinstance(failure, asyncio.CancelledError | concurrent.futures.CancelledError):
-            return self._lost()
-        cause: BaseException | None = failure
-        while cause is not None:
-            if isinstance(cause, ModuleNotFoundError):
-                return ClusterError(
-                    f"a worker of {self._scheduler} lacks the module `{cause.name}`; "
-                    "install exudyn-mover where the workers run"
-                )
-            cause = cause.__cause__ or cause.__context__
-        return failure
-
-
-def _failure_of(outcome: object) -> BaseException:
-    """Return the exception of a task, which stands alone or between its type and its traceback."""
-    found = cast("tuple[object, ...]", outcome)[1] if isinstance(outcome, tuple) else outcome
-    assert isinstance(found, BaseException)
-    return found
-
-
-def _run_on_worker(
-    run: RunFunction, study: Study, task: Task, versions: Mapping[str, str]
-) -> FinishedRun:
-    """Carry out a task, in a worker."""
-    _check_worker(tuple(versions.items()))
-    if task.keep is not None and not task.keep.parent.is_dir():
-        raise ClusterError(
-            f"the worker {_worker_name()} does not see the folder `{task.keep.parent}`; motions "
-            "are kept in a folder that all workers share"
-        )
-    return perform_task(run, study, task)
-
-
-@cache
-def _check_worker(expected: tuple[tuple[str, str], ...]) -> None:
-    """Raise ClusterError if this worker would give other rows than the client."""
-    from distributed import get_worker
-
-    here = library_versions()
-    differences = [
-        f"{name} {here[name]} in place of {wanted}"
-        for name, wanted in expected
-        if here[name] != wanted
-    ]
-    if differences:
-        raise ClusterError(
-            f"the worker {_worker_name()} has {', '.join(differences)}: its rows may differ from "
-            "those made here; install the same versions"
-        )
-    threads = get_worker().state.nthreads
-    if threads > 1:
-        raise ClusterError(
-            f"the worker {_worker_name()} has {threads} threads, but a process makes one run at a "
-            f"time; start it with `dask worker --nworkers {threads} --nthreads 1`"
-        )
-
-
-def _worker_name() -> str:
-    from distributed import get_worker
-
-    return get_worker().address
-
-
-def library_versions() -> dict[str, str]:
-    """Return the versions of the distributions that determine the numbers of a run."""
-    found: dict[str, str] = {}
-    for name in _DISTRIBUTIONS:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "(not installed)"
-    return found
+        self._client.loop.add_callback(follow)
+        return ended
 
 
 @contextmanager
-def _connection(address: SchedulerAddress) -> Generator[_Client]:
+def _connection(address: str) -> Generator[Any]:
     """Connect to a scheduler for the time of a block. Raises ClusterError."""
     from distributed import Client
+    from distributed.comm import core
     from distributed.security import Security
 
     security: Any = Security()
-    if address.protocol == "tls":
-        _check_certificates(security)
+
+    async def shake_hands() -> None:  # Dask's client waits without end for another server
+        async with asyncio.timeout(_CONNECT_LIMIT):
+            options = security.get_connection_args("client")
+            await (await cast(Any, core).connect(address, _CONNECT_LIMIT, **options)).close()
+
     try:
-        _shake_hands(address, security)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # other versions of libraries of Dask's
-            client: Any = Client(
-                str(address), timeout=_CONNECT_LIMIT, security=security, set_as_default=False
-            )
+        with ThreadPoolExecutor(1) as thread:  # in a notebook, this one runs an event loop already
+            thread.submit(asyncio.run, shake_hands()).result()
+        with warnings.catch_warnings(action="ignore"):  # other versions of libraries of Dask's
+            client: Any = Client(address, security=security, set_as_default=False)
     except TimeoutError:
         raise ClusterError(f"a scheduler does not answer at {address}") from None
-    except (OSError, ImportError) as failure:
-        raise ClusterError(f"{address} cannot be used: {_reason(failure)}") from None
-    try:
+    except (OSError, TypeError, ImportError) as failure:  # the second without certificates
+        reason = next(iter(str(failure).splitlines()), type(failure).__name__)
+        if address.startswith("tls"):
+            reason += (
+                "; tls:// needs the certificates that Dask's configuration names: "
+                "distributed.comm.tls.ca-file, .client.cert and .client.key"
+            )
+        raise ClusterError(f"{address} cannot be used: {reason}") from None
+    with client:
         yield client
-    finally:
-        client.close()
-
-
-def _shake_hands(address: SchedulerAddress, security: Any) -> None:
-    """Connect to a scheduler once. Raises TimeoutError for a server that is not Dask's.
-
-    A client of Dask waits for such a server without end.
-    """
-    from distributed.comm import core
-
-    connect = cast(Any, core).connect
-
-    async def connect_once() -> None:
-        options = security.get_connection_args("client")
-        async with asyncio.timeout(_CONNECT_LIMIT):
-            connection = await connect(str(address), timeout=_CONNECT_LIMIT, **options)
-            await connection.close()
-
-    # In a notebook, this thread runs an event loop already.
-    with concurrent.futures.ThreadPoolExecutor(1) as thread:
-        thread.submit(asyncio.run, connect_once()).result()
-
-
-def _check_certificates(security: Any) -> None:
-    """Raise ClusterError if a certificate of the client is missing."""
-    files = (security.tls_ca_file, security.tls_client_cert, security.tls_client_key)
-    if not all(files[:2]):
-        raise ClusterError(
-            "tls:// needs certificates, which Dask's configuration names: "
-            "distributed.comm.tls.ca-file, .client.cert and .client.key"
-        )
-    for file in filter(None, files):
-        is_path = "\n" not in file  # else the certificate itself
-        if is_path and not Path(file).is_file():
-            raise ClusterError(f"Dask's configuration names `{file}`, which is missing")
-
-
-def _reason(failure: BaseException) -> str:
-    """Reason of a failed connection, which Dask wraps in a description of its sockets."""
-    while failure.__cause__ is not None:
-        failure = failure.__cause__
-    if isinstance(failure, OSError) and failure.strerror:
-        return os_error_reason(failure)
-    return next(iter(str(failure).splitlines()), type(failure).__name__)
 
 
 @contextmanager
-def _local_cluster(jobs: int) -> Generator[_Client]:
+def _local_cluster(jobs: int) -> Generator[Any]:
     """Start a cluster of processes on this machine for the time of a block.
 
     It listens on the loopback interface only, and there to holders of its certificate only, which
     exists in the memory of this process and of the workers.
     """
+    import psutil
     from dask import config
     from distributed import Client, LocalCluster
     from distributed.security import Security
 
+    security: Any = cast(Any, Security).temporary()
     settings: dict[str, object] = {
         "distributed.comm.require-encryption": True,
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
-        "distributed.worker.preload": [],
         "distributed.worker.profile.enabled": False,
     }
-    security: Any = cast(Any, Security).temporary()
     with config.set(settings), blocked_interrupt():
         cluster: Any = LocalCluster(
             n_workers=jobs,
@@ -518,38 +392,29 @@ def _local_cluster(jobs: int) -> Generator[_Client]:
     try:
         yield client
     finally:
-        _end_workers(cluster)
+        for nanny in list(cluster.workers.values()):  # which would wait for the run under way
+            nanny.close_gracefully()
+            with suppress(psutil.Error, AttributeError):
+                if nanny.pid:
+                    psutil.Process(nanny.pid).kill()
         client.close()
         cluster.close()
-
-
-def _end_workers(cluster: Any) -> None:
-    """End the processes of a cluster at once; Dask would wait for the runs under way."""
-    import psutil
-
-    for nanny in list(cluster.workers.values()):
-        nanny.close_gracefully()
-        with suppress(psutil.Error, AttributeError):
-            if nanny.pid:
-                psutil.Process(nanny.pid).kill()
 
 
 @contextmanager
 def _quiet_logs() -> Generator[None]:
     """Silence Dask, which reports lost workers and ended connections on many lines."""
-    import distributed as _  # noqa: F401
-
+    names = [*logging.root.manager.loggerDict]
     loggers = [
         logger
-        for name, logger in logging.root.manager.loggerDict.items()
-        if isinstance(logger, logging.Logger)
-        and name.split(".")[0] in ("asyncio", "distributed", "tornado")
+        for name in names
+        if name.split(".")[0] in ("asyncio", "distributed", "tornado")
+        and not (logger := logging.getLogger(name)).disabled
     ]
-    before = [logger.disabled for logger in loggers]
     for logger in loggers:
         logger.disabled = True
     try:
         yield
     finally:
-        for logger, disabled in zip(loggers, before, strict=True):
-            logger.disabled = disabled
+        for logger in loggers:
+            logger.disabled = False

@@ -139,8 +139,9 @@ def run_sweep(
     Args:
         study: to run.
         folder: for the results.
-        engine: that carries out the runs, such as `partial(run_locally, jobs=4)` [default: a
-            process of this machine for each core].
+        engine: that carries out the runs, such as `partial(run_locally, jobs=4)`, or that which
+            `run_on_executor` makes of an executor [default: a process of this machine for each
+            core].
         keep_motions: whether the motions are written; runs without theirs are repeated.
         again_failed: whether runs that failed before are repeated; they are as well where a line
             of the journal is damaged, which may have been that of a repetition.

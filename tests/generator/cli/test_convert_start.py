@@ -73,7 +73,7 @@ def test_a_figure_without_options_keeps_its_own_displacements(folder: Path):
 
 
 def test_a_pose_is_a_motion_of_one_frame(folder: Path):
-    names = ("a.glb", "a.bvh", "a.x3d", "a.html")
+    names = ("a.glb", "a.bvh", "a.html")
     options = ("--set", "left_knee=40", "--free-root")
     said = answer("convert", "prototype", *names, *options)
     assert said["files"] == list(names)

@@ -1,6 +1,7 @@
 """Passive curves as a table, read again with Python's csv module and compared with the laws."""
 
 import csv
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from io import StringIO
@@ -24,6 +25,7 @@ from springs.hysteresis import Hysteresis
 from tests.chains import SKEW, at, body, chain, figure, ground, joint, two_bodies
 from tests.command import mover, run
 from tests.generator.model_files.model_cases import on_a_rail, slide, spring_set
+from tests.paths import ROOT
 
 Row = dict[str, str]
 
@@ -274,3 +276,33 @@ def test_the_command_says_that_a_figure_has_no_springs(tmp_path: Path):
     assert done.exit_code != 0
     assert "the figure has no springs and therefore no passive curves" in done.stderr
     assert not (tmp_path / "a.csv").exists()
+
+
+PAGE = (ROOT / "docs/model-formats.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("name", "share"), [("prototype", 0.15), ("male50", 0.3)])
+def test_the_limit_torques_of_the_page_are_near_the_table(
+    name: str, share: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    drawn = read_figure(name)
+    springs = read_springs(None, drawn)
+    (code,) = [
+        block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "K_1" in block
+    ]
+    Path("curves.csv").write_text(format_curves(drawn, springs)[0], encoding="utf-8")
+    exec(compile(code, "docs/model-formats.md", "exec"), {})
+    with open("limits.csv", encoding="utf-8", newline="") as file:
+        limits = {row.pop("name"): row for row in csv.DictReader(file)}
+    curves = list(each_curve(drawn, springs))
+    assert len(limits) == len(curves)
+    for curve, rows in curves:
+        limit = limits[f"{rows[0]['joint']} {rows[0]['motion']}"]
+        k1, k2, k3, k4, low, high = map(float, limit.values())
+        assert k1 <= 0.0 < k2
+        assert k4 < 0.0 <= k3
+        q = np.linspace(low, high, 200)
+        fitted = k1 * np.exp(k2 * (q - high)) + k3 * np.exp(k4 * (q - low))
+        expected = curve.moment_at(q)
+        assert np.abs(fitted - expected).max() <= share * np.abs(expected).max()

@@ -7,7 +7,6 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from generator.motion_files.skeleton import (
-    axis_angles,
     build_skeleton,
     continuous_quaternions,
 )
@@ -43,21 +42,6 @@ def test_three_turns_in_small_steps_never_jump():
     assert np.allclose(steps, 2.0 * np.sin(angles[1] / 4.0), atol=1e-9)
     # After one turn the sign is the other one: that is what continuity costs.
     assert np.allclose(quaternions[-1], [0.0, 0.0, 0.0, -1.0], atol=1e-9)
-
-
-@settings(max_examples=50)
-@given(walks)
-def test_axis_and_angle_are_their_matrix(vectors: np.ndarray):
-    matrices = Rotation.from_rotvec(vectors).as_matrix()
-    said = axis_angles(matrices)
-    assert np.allclose(np.linalg.norm(said[:, :3], axis=1), 1.0)
-    assert np.all((said[:, 3] >= 0.0) & (said[:, 3] <= np.pi + 1e-12))
-    back = Rotation.from_rotvec(said[:, :3] * said[:, 3:]).as_matrix()
-    assert np.allclose(back, matrices, atol=1e-7)
-
-
-def test_no_turn_has_an_axis_all_the_same():
-    assert axis_angles(np.eye(3)[None]).tolist() == [[0.0, 1.0, 0.0, 0.0]]
 
 
 def test_the_bones_of_a_human_figure_point_along_its_limbs():
