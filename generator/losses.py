@@ -67,6 +67,10 @@ class Losses:
         if loss is not None:
             self.add(loss.what, *loss.where)
 
+    def __str__(self) -> str:
+        """A loss a line."""
+        return "\n".join(map(str, self.entries))
+
     @property
     def entries(self) -> tuple[Loss, ...]:
         """The losses; empty where the file holds everything."""

@@ -6,8 +6,8 @@ from math import isfinite
 from springs.backends import NUMPY, Operations, Real
 
 STIFFNESS_SOURCE = (
-    "the pelvis of women has a secant stiffness of 24.6 to 35.6 kN/m (Choi et al. 2024, "
-    "J. Biomech. 162:111885, abstract); assumed for all other segments"
+    "the pelvis of 7 men and 5 women has a secant stiffness of 24.6 to 35.6 kN/m as a whole "
+    "(Choi et al. 2024, J. Biomech. 162:111885, abstract); assumed for each sphere of all segments"
 )
 FRICTION_SOURCE = "assumed; between skin or cloth and a dry floor"
 DAMPING_SOURCE = "chosen: a segment that hits the floor with 1 m/s leaves it with 0.59 m/s"

@@ -27,3 +27,9 @@ def test_a_loss_that_says_nothing_is_refused():
 def test_nothing_lost_is_no_loss():
     assert Losses.collect("BVH", [None, Loss("the date"), None]).entries == (Loss("the date"),)
     assert Losses("BVH").entries == ()
+
+
+def test_losses_are_printed_one_a_line():
+    losses = Losses.collect("BVH", [Loss("the date"), Loss("the friction", ("knee",))])
+    assert str(losses) == "the date\nthe friction: knee"
+    assert len(repr(losses)) < 200

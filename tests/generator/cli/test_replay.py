@@ -117,7 +117,7 @@ def test_wrong_files_are_wrong_input(file: Path):
     file.write_text("end_frame = 3")
     result = mover("simulate", "--replay", file)
     assert result.exit_code == 1
-    assert "there is no `figure`" in result.output
+    assert "this live file has no `figure`" in result.output
     file.write_text('figure = "nowhere.fig"\nend_frame = 3')
     result = mover("simulate", "--replay", file)
     assert result.exit_code == 1
