@@ -36,7 +36,10 @@ napoleon_use_ivar = True
 highlight_language = "text"
 
 maximum_signature_line_length = 88
-nitpick_ignore_regex = [("py:class", r".*[.\[].*"), ("py:exc", "WallLimitError")]
+nitpick_ignore_regex = [
+    ("py:class", r".*[.\[].*"),
+    ("py:exc", r"(WallLimit|Cluster|NotInstalled)Error"),
+]
 """Types in signatures, with their modules, and errors: not all of them are in docs/api.md."""
 
 _GALLERY_ANCHOR = re.compile(r'<a id="(\w+)"></a>')
