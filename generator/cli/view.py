@@ -351,7 +351,7 @@ def _announce(where: str, elsewhere: str | None, warnings: _Warnings) -> None:
     Args:
         where: address for this machine.
         elsewhere: address for other machines; None if they do not reach the page.
-        warnings: of the files.
+        warnings: Warnings about the files.
     """
     typer.echo(f"{where}\nCtrl-C ends the page.", err=True)
     for line in dict.fromkeys(each.first_line for each in warnings):

@@ -49,7 +49,7 @@ class Unknown:
     """A quantity that is fitted.
 
     Attributes:
-        path: of the quantity; None for the time of the release [s], counted from the first sample.
+        path: Path of the quantity; None for the time of release [s], counted from the first sample.
         nominal: value from which the fit starts, in its unit.
         lower: smallest value.
         size: typical change.
@@ -109,7 +109,7 @@ def unknown_release(time: float, interval: float) -> Unknown:
 
     Args:
         time: estimate of it, from the first sample.
-        interval: of the samples.
+        interval: Interval between samples [s].
     """
     return Unknown(None, time, -inf, 2.0 * interval, None, is_start=True)
 
@@ -245,9 +245,9 @@ class Comparison:
         Samples that a failed run does not reach differ by `FAILED_RUN_ERROR`.
 
         Args:
-            values: of the unknowns.
-            accuracy: of the run.
-            change: of the case at the values; None for none.
+            values: Values of the unknowns.
+            accuracy: Accuracy of the run.
+            change: Change of the case at these values; None leaves it as it is.
 
         Raises WallLimitReachedError.
         """
@@ -340,7 +340,7 @@ class Comparison:
         side where the other is beyond a bound or fails.
 
         Args:
-            values: of the unknowns.
+            values: Values of the unknowns.
             accuracy: of the runs.
             steps: of the difference quotients.
             at_values: residuals there, for forward differences.

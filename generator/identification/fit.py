@@ -189,7 +189,7 @@ class Fit:
         starts: results of all starts.
         runs: number of runs.
         failed_runs: those of them that failed.
-        tails: of the elastic laws of measured joints, with the changes of the estimates.
+        tails: Tails of the elastic laws of measured joints, with the changes of the estimates.
         unfinished: sentence about the profiles that the wall-time limit left out; "" for none.
     """
 
@@ -397,9 +397,9 @@ def start_angles(
     Args:
         case: figure and plan.
         data: measured angles, of k columns.
-        paths: of the quantities that are fitted.
+        paths: Paths of the quantities that are fitted.
         known: joints whose start angles are exact.
-        angles: from which the fit starts, shape (k,) [rad].
+        angles: Angles from which the fit starts, shape (k,) [rad].
     """
     named = {str(path) for path in paths}
     found: list[Unknown] = []

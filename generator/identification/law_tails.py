@@ -38,7 +38,7 @@ class LawTail:
         inner: angle at which it begins [rad].
         end: smallest or largest angle of the motion [rad].
         known: range in which the law was measured [rad]; None where that is not known.
-        changes: of the estimates with `TORQUE_CHANGE`, in their units.
+        changes: Changes of the estimates with `TORQUE_CHANGE`, in their units.
     """
 
     joint: str
@@ -65,7 +65,7 @@ def find_tails(
     Args:
         case: figure and springs.
         columns: joint and number of its displacement, of k columns.
-        angles: of the motion, shape (n, k) [rad].
+        angles: Angles of the motion, shape (n, k) [rad].
     """
     return tuple(
         tail

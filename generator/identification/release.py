@@ -26,7 +26,7 @@ class Release:
 
     Attributes:
         time: counted from the first sample [s]; negative where that came after it.
-        angles: from which the joints move, shape (k,) [rad].
+        angles: Angles from which the joints move, shape (k,) [rad].
     """
 
     time: float

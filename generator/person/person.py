@@ -35,7 +35,7 @@ class Person:
         surfaces: closed, outward, in the segments' frames [m], by their names without side.
         passive_axes: laws and damping of the joints, one an axis; empty where none were asked for.
         springs_file: the same as a springs file; None where none were asked for.
-        coupled_springs_file: for the legs, a law over hip and knee in place of theirs; None
+        coupled_springs_file: Springs of the legs with a law over hip and knee; None
             likewise.
         sources: of the numbers, in the order of the parts above.
     """

@@ -311,7 +311,7 @@ def finished_outcome(accuracy: Accuracy, last: float) -> Outcome:
     """Return the outcome of a run that reached its stop time, by the estimate of its error.
 
     Args:
-        accuracy: with a tolerance and an estimate, which is infinite if it is not known.
+        accuracy: Accuracy with a tolerance and an estimate, infinite if it is unknown.
         last: the stop time [s].
     """
     asked, estimate = accuracy.asked, accuracy.estimate

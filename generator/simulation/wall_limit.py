@@ -38,7 +38,7 @@ class WallLimit:
         """Raise WallLimitError if the limit is reached.
 
         Args:
-            phase: of the run, as a clause ("the model was built").
+            phase: Phase of the run, as a clause ("the model was built").
         """
         if self.is_reached:
             raise WallLimitError(f"the wall-time limit of {self.seconds:g} s was reached {phase}")

@@ -97,7 +97,7 @@ def run_on_executor(
     Closing the generator of the engine, or an exception such as that of Ctrl-C, cancels the rest.
 
     Args:
-        executor: with processes as workers, such as a `ProcessPoolExecutor`.
+        executor: Executor with processes as workers, such as a `ProcessPoolExecutor`.
         limit: returns the largest number of tasks under way; called once a second, and may raise
             an exception that ends the runs [default: four per core].
         deaths: exceptions of tasks whose worker died; any other ends the runs.
@@ -251,7 +251,7 @@ def run_on_cluster(
     """Return an engine as `run_on_executor` does, for the workers of a scheduler of Dask.
 
     Args:
-        address: of the scheduler, or "local" for a cluster on this machine.
+        address: Address of the scheduler, or "local" for a cluster on this machine.
         jobs: number of processes of a cluster on this machine.
         insecure: accept a plain connection to another machine.
         run: function that carries out a run [default: `run_case`].

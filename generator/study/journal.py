@@ -68,7 +68,7 @@ class JournalContent:
         header: its first line; None for an empty journal, and where it does not begin as one. That
             of this study, where the line is damaged and others show that they are of this study.
         lines: number of sound lines of runs, of the study of the header.
-        results: of the runs of this study.
+        results: Results of the runs of this study.
         has_line: whether a run of this study has a sound line, shape (runs,).
         damaged_lines: numbers of lines that cannot be used, from 1.
         size: of the complete lines [bytes].
@@ -313,7 +313,7 @@ def open_journal(path: Path, content: JournalContent, header: JournalHeader) -> 
     Args:
         path: of the journal; the file is created where it is missing.
         content: that it has. An empty journal gets its first line.
-        header: of this study.
+        header: Header of this study.
 
     Raises:
         InputError: the file cannot be written.

@@ -239,7 +239,7 @@ def _drop_unusable(results: RunResults, *, again_failed: bool, motions: Path | N
     """Drop the results of the runs that are repeated.
 
     Args:
-        results: of all runs.
+        results: Results of all runs.
         again_failed: whether those that failed are repeated.
         motions: folder of the sweep, where motions are kept; runs without theirs are repeated.
     """

@@ -176,9 +176,9 @@ def require_keys(
     """Note an error for each missing key, unless an unknown key is a slip of it.
 
     Args:
-        table: to be checked.
-        examples: of the values of the keys that must be there.
-        noun: of the table.
+        table: Table that is checked.
+        examples: Examples of the values of the required keys.
+        noun: Noun by which messages call the table.
         known: other keys, which are not slips.
 
     Returns:

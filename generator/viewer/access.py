@@ -138,8 +138,8 @@ def guarded_websockets(
 
     Args:
         access: decides before the library's own answer to a request.
-        make_connection: as for `websockets.asyncio.server.serve`.
-        logger: likewise.
+        make_connection: Factory of connections, as for `websockets.asyncio.server.serve`.
+        logger: Logger of the server, likewise.
     """
     serve = websocket_server.serve
 
@@ -170,8 +170,8 @@ def check_guard(host: str, port: int) -> None:
     """Ask the server for its page and for a websocket without the key.
 
     Args:
-        host: at which this machine reaches the server.
-        port: of the server.
+        host: Address at which this machine reaches the server.
+        port: Port of the server.
 
     Raises:
         MoverError: it does not refuse them. A version of the library that starts its server in

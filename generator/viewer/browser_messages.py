@@ -116,7 +116,7 @@ def check_message(frame: bytes | str, find_control: Callable[[str], Any]) -> Non
     """Check a message of a browser.
 
     Args:
-        frame: as it came.
+        frame: Message as it was received.
         find_control: returns the control with an identifier, or None.
 
     Raises:
@@ -169,10 +169,10 @@ class BrowserConnection(ServerConnection):
         """Add the checks to a connection.
 
         Args:
-            arguments: of a `ServerConnection`.
-            find_control: as for `check_message`.
+            arguments: Arguments of a `ServerConnection`.
+            find_control: Look-up of a control, as for `check_message`.
             notify: gets a sentence for the page about a value that is not taken.
-            options: of a `ServerConnection`.
+            options: Options of a `ServerConnection`.
         """
         super().__init__(*arguments, **options)
         self._find_control, self._notify = find_control, notify

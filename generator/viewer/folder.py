@@ -40,7 +40,7 @@ def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
 
 
 def free_path(path: Path) -> Path:
-    """Return a path at which there is no file: this one, or with a number, such as `new-2.pose`."""
+    """Return this path, or one with a number such as `new-2.pose` if the file already exists."""
     if not os.path.lexists(path):
         return path
     suffix = "".join(path.suffixes[-2:]) if path.suffix.lower() == ".toml" else path.suffix

@@ -151,8 +151,8 @@ def address(server: PageServer, host: str) -> str:
     """Return the address of the page, with its key, for a browser.
 
     Args:
-        server: of the page.
-        host: by which the browser reaches it; an address of all hosts means this machine.
+        server: Server of the page.
+        host: Address by which the browser reaches it; one of all hosts means this machine.
     """
     name = reachable_host(host)
     name = f"[{name}]" if ":" in name else name

@@ -123,7 +123,7 @@ class Viewer:
     """A page and its state.
 
     Attributes:
-        server: of the page.
+        server: Server of the page.
         content: what it began with.
         springs: the present ones.
         surroundings: lights and ground.

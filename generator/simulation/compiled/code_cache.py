@@ -155,7 +155,7 @@ def _entries(folder: Path) -> Iterator[Path]:
 
 
 def _may_others_write(status: os.stat_result) -> bool:
-    """Return whether the group or others may write a file; the user's own group is no other."""
+    """Return whether the group or others may write a file; the user's own group does not count."""
     if stat.S_ISLNK(status.st_mode):
         return False  # a link has the rights of its folder
     if status.st_mode & stat.S_IWOTH:

@@ -195,7 +195,7 @@ def _law_tables(scene: Scene, radii: Array) -> tuple[Array, IndexArray]:
 
     Args:
         scene: the props.
-        radii: of the spheres, shape (S,) [m].
+        radii: Radii of the spheres, shape (S,) [m].
 
     Returns:
         The constants, and the place of the first one of a sphere and a prop, shape (S, props).

@@ -200,7 +200,7 @@ compile_source("def double(x):\\n    return x + x\\n", "double", REAL(REAL))
 
 
 class Planted:
-    """What makes a folder when it is read."""
+    """A pickled object that creates a folder when it is loaded."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
