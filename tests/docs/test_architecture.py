@@ -2,6 +2,7 @@
 
 import re
 import runpy
+from itertools import pairwise
 
 import pytest
 
@@ -17,6 +18,15 @@ def test_the_picture_shows_all_rooms_and_the_arrows_of_the_source():
     assert SCRIPT["drawn_description"]() == SCRIPT["description"](graph)
     rooms = graph.keys() | {target for targets in graph.values() for target in targets}
     assert rooms == SCRIPT["WHAT"].keys() == SCRIPT["COLUMN"].keys()
+
+
+def test_the_boxes_of_the_picture_lie_beside_each_other():
+    graph, column = SCRIPT["arrows"](), SCRIPT["COLUMN"]
+    rows: dict[int, list[float]] = {}
+    for room in graph:
+        rows.setdefault(SCRIPT["height"](graph, room), []).append(column[room])
+    for places in map(sorted, rows.values()):
+        assert all(right - left > 1.25 for left, right in pairwise(places))
 
 
 def test_the_tables_are_found():
