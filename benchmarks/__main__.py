@@ -10,7 +10,7 @@ import os
 import sys
 from importlib import import_module
 
-from generator.simulation.import_exudyn import import_exudyn
+from generator.simulation.preconditions import import_exudyn
 
 PARTS = {
     "prototype": "benchmarks.prototype",

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from benchmarks import cases, chains, tables
 from benchmarks.engines import exudyn_engine
-from generator.simulation import integrate
+from generator.simulation.exudyn_run import integrate
 from springs import SpringSet
 
 CLOCKS = {

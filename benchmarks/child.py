@@ -14,7 +14,7 @@ from benchmarks.outside import Clock
 
 def this_program(case: Case) -> Clock:
     """Build and run; returns the time of building, as for the others below."""
-    from generator.simulation.import_exudyn import import_exudyn
+    from generator.simulation.preconditions import import_exudyn
 
     import_exudyn()
     from benchmarks.engines import exudyn_engine

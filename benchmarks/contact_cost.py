@@ -15,12 +15,13 @@ from benchmarks import tables
 from benchmarks.engines import exudyn_engine
 from benchmarks.outside import Fall
 from benchmarks.rounds import best_of
+from generator.contact.box import Box
+from generator.contact.scene import Prop, Scene
 from generator.figure_file.read import read_figure
 from generator.input_files.scene import read_scene
-from generator.recording import Integrator
-from generator.scene import Box, Prop, Scene
+from generator.run_options import Integrator
 from generator.simulation.compiled_run import compile_model
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from springs.contact import DEFAULT_SURFACE
 
@@ -55,11 +56,11 @@ def boxes(count: int) -> Scene:
 def building_times() -> list[dict[str, object]]:
     """Return the CPU time for which `male50` among boxes is built, for Exudyn and compiled."""
     figure = read_figure("male50")
-    compile_model(ExudynModel.of(figure, plan_of(boxes(1), {})))  # fits spheres, loads libraries
+    compile_model(build_model(figure, plan_of(boxes(1), {})))  # fits spheres, loads libraries
     rows: list[dict[str, object]] = []
     for count in PROP_COUNTS:
         began = process_time()
-        model = ExudynModel.of(figure, plan_of(boxes(count), {}))
+        model = build_model(figure, plan_of(boxes(count), {}))
         built = process_time()
         compile_model(model)
         compiled = process_time()

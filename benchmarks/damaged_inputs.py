@@ -45,7 +45,6 @@ from generator.motion_files import (
     motion_from_coordinates,
     read_action,
     read_npz,
-    write_recording,
 )
 from generator.springs_file.read import load_springs
 from plots.fit import fit
@@ -177,7 +176,7 @@ def make_seeds(folder: Path) -> dict[str, list[Path]]:
         (".sto", "coordinates"),
     ):
         seeds[kind].append(folder / f"run{suffix}")
-        write_recording(recording, prototype(), seeds[kind][-1])
+        recording.write(seeds[kind][-1])
     import trimesh
 
     for suffix in (*MESH_SUFFIXES, GLTF_SUFFIX):

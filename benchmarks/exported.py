@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from generator.figure import Figure, Joint
 from generator.joint_chain import build_chain
 from generator.losses import Losses
+from generator.model import Model
 from generator.model_files.fit_error import are_in_range, joint_ranges
 from generator.model_files.formats import model_format
 from generator.model_files.mjcf.passive import PassiveSprings
@@ -287,14 +288,14 @@ def joint_grid(joint: Joint, springs: JointSprings) -> Array:
 
 def our_moments(figure: Figure, springs: SpringSet, joint: str, rows: Array) -> Array:
     """Generalized forces of the springs of a joint at displacements of it, shape (poses, n)."""
-    still = Plan(gravity=(0.0, 0.0, 0.0), springs=springs)
-    with_springs = build_model(figure, still, springs)
+    still = Plan(gravity=(0.0, 0.0, 0.0))
+    with_springs = build_model(Model(figure, springs), still)
     tree = with_springs.placement.tree
     columns = tree.kinematics.columns[joint]
     values = np.zeros((len(rows), tree.kinematics.size))
     values[:, columns] = rows
     forces = StaticState.from_displacements(with_springs, values).forces()
-    bare = build_model(figure, still, SpringSet())
+    bare = build_model(Model(figure), still)
     forces = forces - StaticState.from_displacements(bare, values).forces()
     return forces[:, columns]
 

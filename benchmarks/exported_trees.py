@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.exported import Motion, Poses, Values, write_model
 from generator.figure import Figure
-from generator.names import coordinate_names
+from generator.identifiers import coordinate_names
 from generator.rotations import Array
 from springs import SpringSet
 

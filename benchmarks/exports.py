@@ -32,8 +32,9 @@ from generator.joint_chain import build_chain
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.tree import build_tree
 from generator.rotations import inverse_pose
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
 from springs import SpringSet
 
 COMMAND = "python -m benchmarks exports"
@@ -97,7 +98,7 @@ def cases() -> tuple[Case, ...]:
         "pendulum": read_figure("pendulum"),
         "fourbar": read_figure("fourbar"),
     }
-    found = [Case(name, figure, resolve_springs(figure, Plan())) for name, figure in drawn.items()]
+    found = [Case(name, figure, read_springs(None, figure)) for name, figure in drawn.items()]
     return (*found, detached(found[0]))
 
 

@@ -19,12 +19,12 @@ from benchmarks.engines import exudyn_engine
 from benchmarks.outside import Landing
 from benchmarks.passive_law import CurveLaw
 from benchmarks.tree import GRAVITY, TreeModel, tree_model
+from generator.contact.scene import Scene, floor_prop
+from generator.contact.spheres import fit_contact_spheres
 from generator.figure import Figure
 from generator.figure_file import read_figure
-from generator.geometry.contact_spheres import fit_contact_spheres
 from generator.geometry.read import read_segment_surface
 from generator.rotations import Array
-from generator.scene import Scene, floor_prop
 from generator.simulation.plan import Plan
 from springs.contact import DEFAULT_SURFACE, Surface
 

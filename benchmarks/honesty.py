@@ -15,13 +15,14 @@ import numpy as np
 
 from benchmarks import cases
 from benchmarks.engines.exudyn_engine import radial_springs
+from generator.contact.scene import Scene
 from generator.figure import Figure
 from generator.figure_file.read import read_figure
-from generator.recording import Integrator, Recording
+from generator.recording import Recording
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from generator.scene import Scene
-from generator.simulation.import_exudyn import import_exudyn
+from generator.run_options import Integrator
 from generator.simulation.plan import Plan
+from generator.simulation.preconditions import import_exudyn
 
 RUNS = 300
 KINDS = ("prototype", "coupled", "clavicles", "free flight", "chain", "floor")
@@ -109,7 +110,7 @@ def run(seed: int, kind: str) -> Outcome:
         common = min(count, len(other.times))
         both = made.accuracy.by_frame[:common] + other.accuracy.by_frame[:common]
         exudyn = float(np.max(differences(made, other)[:common] / np.maximum(both, 1e-9)))
-    held = made.outcome.succeeded and made.accuracy.held_until >= plan.stop
+    held = made.outcome.succeeded and made.accuracy.tolerance_met_until >= plan.stop
     return Outcome(kind, plan.tolerance, held, errors, made.accuracy.by_frame[:count], exudyn)
 
 

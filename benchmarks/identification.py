@@ -27,11 +27,11 @@ from benchmarks.swinging_leg import (
     add_noise,
     swing_in_mujoco,
 )
-from generator import Figure, Plan, read_figure, read_springs
+from generator import Figure, Plan, model, read_figure, read_springs
 from generator.identification.doubts import fit_doubts
 from generator.identification.fit import Estimate, Fit, FitOptions, fit_springs
 from generator.identification.measured_angles import MeasuredAngles
-from generator.simulation.import_exudyn import import_exudyn
+from generator.simulation.preconditions import import_exudyn
 from generator.study.parameter_paths import Case, parse_path
 from springs import Linear, SpringSet
 
@@ -108,7 +108,7 @@ class Model:
         springs = read_springs(None, figure)
         if self.is_linear:
             springs = with_linear_law(springs)
-        return Case(with_mass(figure, self.mass_factor), Plan(springs=springs))
+        return Case(model.Model(with_mass(figure, self.mass_factor), springs), Plan())
 
 
 RIGHT = Model("right model")

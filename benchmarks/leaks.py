@@ -17,8 +17,8 @@ from pathlib import Path
 
 from benchmarks import tables
 from generator import Figure, Plan, Stepper, read_figure, simulate
-from generator.recording import Integrator
-from generator.simulation.import_exudyn import import_exudyn
+from generator.run_options import Integrator
+from generator.simulation.preconditions import import_exudyn
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 
 MAX_GROWTH = 50.0

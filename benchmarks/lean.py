@@ -18,12 +18,12 @@ from benchmarks import tables
 from benchmarks.leaks import resident_memory
 from benchmarks.outside import Clock
 from generator import Figure, Plan, read_figure, simulate
+from generator.contact.scene import Scene
 from generator.recording import WHOLE_RECORDING, RecordingPart
-from generator.scene import Scene
 from generator.simulation import compiled_run
 from generator.simulation import run as run_module
-from generator.simulation.import_exudyn import import_exudyn
-from generator.simulation.plan import resolve_springs
+from generator.simulation.preconditions import import_exudyn
+from generator.springs_file.read import read_springs
 
 VARIANTS: dict[str, tuple[Collection[RecordingPart], int]] = {
     "whole": (WHOLE_RECORDING, 1),
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def _with_springs(figure: Figure, plan: Plan) -> tuple[Figure, Plan]:
-    return figure, replace(plan, springs=resolve_springs(figure, plan))
+    return figure, replace(plan, springs=read_springs(None, figure))
 
 
 def _cpu_times(figure: Figure, plan: Plan, rounds: int, repeats: int) -> tables.Row:

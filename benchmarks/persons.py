@@ -20,13 +20,13 @@ from generator.diagnostics import MoverError
 from generator.figure_file import FIGURE_FILE
 from generator.geometry.intersections import triangulate
 from generator.geometry.validate import build_solid, winding_numbers
+from generator.model import Model
 from generator.person.measures import Measures, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.person_files import person_files
 from generator.person.survey import Sex, survey
 from generator.simulation.equilibrium import find_equilibrium
-from generator.simulation.import_exudyn import import_exudyn
-from generator.simulation.preconditions import simulation_obstacles
+from generator.simulation.preconditions import import_exudyn, simulation_obstacles
 
 PERSONS = 1000
 BEYOND = 0.2
@@ -92,7 +92,7 @@ def find_faults(person: Person, folder: Path, stop: float = STOP) -> Iterator[st
     yield from (fault.message for fault in FIGURE_FILE.parse_file(path).diagnostics)
     figure = read_figure(path)
     springs = read_springs(None, figure)
-    yield from (fault.message for fault in simulation_obstacles(figure, springs))
+    yield from (fault.message for fault in simulation_obstacles(Model.of(figure)))
     rest = find_equilibrium(figure, Plan(springs=springs, locked=("root_torso",)))
     if rest.has_growing_motions:
         yield f"the equilibrium {rest.state}"

@@ -17,11 +17,12 @@ from benchmarks.rounds import best_of
 from benchmarks.tree import between
 from generator.figure import Figure
 from generator.figure_file.read import read_figure
-from generator.recording import Integrator
-from generator.simulation.integrate import frame_times, integrate
+from generator.run_options import Integrator
+from generator.simulation.exudyn_run import integrate
 from generator.simulation.model import build_model
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.springs import SpringBuilder
+from generator.simulation.trace import frame_times
 
 STOP = 2.0
 
@@ -86,11 +87,10 @@ def shares(figure: Figure) -> Mapping[str, float]:
 
 def step_time(figure: Figure, plan: Plan) -> float:
     """Best time a step of three runs at 0.5 ms [s]."""
-    springs = resolve_springs(figure, plan)
     times = frame_times(plan.start, plan.stop, plan.frame)
     best = np.inf
     for _ in range(3):
-        assembly = build_model(figure, plan, springs)
-        one = integrate(assembly, times, 5e-4, 1e-6, time.monotonic() + 600.0, lambda _: None)
+        assembly = build_model(figure, plan)
+        one = integrate(assembly, times, 5e-4, time.monotonic() + 600.0, lambda _: None)
         best = min(best, one.wall_time / one.steps)
     return float(best)

@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks import tables
 from generator import Plan, read_figure
+from generator.model import Model
 from generator.study.designs import unit_points
 from generator.study.sensitivity import IndexKind, morris_effects, sobol_indices
 from generator.study.study import Design, DesignKind, Parameter, Sensitivity, Study, Uniform
@@ -124,7 +125,7 @@ def _study(kind: DesignKind, dimension: int, runs: int, seed: int) -> Study:
     parameters = {f"p{k}": Parameter(f"p{k}", (), Uniform(0.0, 1.0)) for k in range(dimension)}
     settings = Sensitivity(CONFIDENCE, RESAMPLES)
     plan, design = Plan(stop=0.1), Design(kind, runs, seed)
-    return Study("f", _FIGURE, plan, parameters, design, {}, sensitivity=settings)
+    return Study("f", Model(_FIGURE), plan, parameters, design, {}, sensitivity=settings)
 
 
 _FIGURE = read_figure("pendulum")

@@ -29,7 +29,7 @@ COMMAND = "python -m benchmarks startup"
 ROUNDS = 5
 
 _IMPORT_EXUDYN = (
-    "from generator.simulation.import_exudyn import import_exudyn; "
+    "from generator.simulation.preconditions import import_exudyn; "
     "import_exudyn(); import generator.simulation.run"
 )
 

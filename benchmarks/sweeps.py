@@ -27,7 +27,7 @@ from pathlib import Path
 from benchmarks import tables
 from benchmarks.leaks import MAX_GROWTH
 from generator import Plan, read_figure
-from generator.simulation.plan import resolve_springs
+from generator.simulation.plan import resolve_model
 from generator.study.designs import design_points
 from generator.study.journal import JOURNAL_NAME
 from generator.study.study import (
@@ -35,8 +35,8 @@ from generator.study.study import (
     DesignKind,
     Measure,
     Parameter,
+    Statistic,
     Study,
-    Take,
     Uniform,
 )
 from generator.study.sweep import TABLE_NAME, SweepProgress, run_sweep
@@ -77,13 +77,12 @@ def _study(name: str, plan: Plan, pose: str, column: str, runs: int) -> Study:
         "start": Parameter("start", (pose,), Uniform(-10.0, 10.0)),
     }
     measures = {
-        "swing": Measure("swing", column, Take.LARGEST),
-        "end": Measure("end", "kinetic [J]", Take.LAST),
+        "swing": Measure("swing", column, Statistic.LARGEST),
+        "end": Measure("end", "kinetic [J]", Statistic.LAST),
     }
     return Study(
         name,
-        figure,
-        replace(plan, springs=resolve_springs(figure, plan)),
+        *resolve_model(figure, plan),
         parameters,
         Design(DesignKind.LATIN_HYPERCUBE, runs, seed=7),
         measures,

@@ -37,8 +37,8 @@ highlight_language = "text"
 
 maximum_signature_line_length = 88
 nitpick_ignore_regex = [
-    ("py:class", r".*[.\[].*"),
-    ("py:exc", r"(WallLimit|Cluster|NotInstalled)Error"),
+    ("py:class", r".*[.\[].*|DataFrame"),
+    ("py:exc", r"(WallLimit|Cluster|NotInstalled|UnknownPath)Error"),
 ]
 """Types in signatures, with their modules, and errors: not all of them are in docs/api.md."""
 

@@ -1,10 +1,13 @@
 """The public names and the modules that define them, from which they are imported when used."""
 
-from .contact_record import (
+from .contact.box import Box
+from .contact.plane import Plane
+from .contact.record import (
     ContactRecord,
     centre_of_pressure,
     head_injury_criterion,
 )
+from .contact.scene import Prop, Scene
 from .conversion import convert
 from .diagnostics import InputError, ModelError, MoverError, UsageError
 from .figure import (
@@ -31,13 +34,13 @@ from .kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
 from .kinematics.placement import forward_kinematics, initial_displacements
 from .kinematics.stability import stability
 from .kinematics.tree import build_tree
-from .motion_files import ActionFile, read_action, read_npz, write_recording
+from .model import Model
+from .motion_files import ActionFile, read_action, read_npz
 from .named_mapping import UnknownNameError, by_name
 from .person.measures import estimate_measures
 from .person.person import Person, build_person
 from .person.survey import Sex
 from .recording import Ending, Integrator, Outcome, Recording, RecordingPart
-from .scene import Box, Plane, Prop, Scene
 from .simulation.model import ExudynModel, build_model
 from .simulation.plan import Plan
 from .simulation.run import Progress, simulate
@@ -67,6 +70,7 @@ __all__ = [
     "Joint",
     "JointAxis",
     "Location",
+    "Model",
     "ModelError",
     "MoverError",
     "Outcome",
@@ -116,5 +120,4 @@ __all__ = [
     "static_torques",
     "write_figure",
     "write_pose",
-    "write_recording",
 ]

@@ -110,10 +110,10 @@ def convert(
         source: a `Recording`; the path of a motion (`.action .npz .mot .sto`); a `Figure`, its path
             or the name of a shipped one; or another program's model, which becomes a figure.
         outputs: paths of files; each is written whole or not at all, one after the other.
-        figure: of the motion; of a motion's file None takes the one that it names.
-        springs: of a figure, as `read_springs` takes them; None for those that a run has.
-        displacements: of joints of a figure [rad or m], in place of those of its file; loops are
-            closed as at the start of a run.
+        figure: figure of the motion; of a motion's file None takes the one that it names.
+        springs: springs of a figure, as `read_springs` takes them; None for those that a run has.
+        displacements: displacements of joints of a figure [rad or m], in place of those of its
+            file; loops are closed as at the start of a run.
         free_root: remove the joints of a figure to the ground, as a run with a free root does.
         fps: frames per second to which a motion is interpolated; None keeps its frames.
         scale: units of length of a `.bvh` in a metre [default: 100].
@@ -200,8 +200,8 @@ def figure_at_start(
     """Return a figure and its springs as they are at the start of a run.
 
     Args:
-        placement: of the figure at the start.
-        springs: of the figure.
+        placement: placement of the figure at the start.
+        springs: springs of the figure.
         free_root: remove the joints to the ground, and their springs.
     """
     figure, displacements = placement.tree.figure, placement.displacements
@@ -217,8 +217,8 @@ def figure_format(
     """Return the format in which a figure is written; None for a format of motions.
 
     Args:
-        path: of the output.
-        name: of a format of models, whatever the suffix.
+        path: path of the output.
+        name: name of a format of models, whatever the suffix.
         free_root: the figure is without its joints to the ground.
 
     Raises:
@@ -248,8 +248,6 @@ def _motion(
     if isinstance(figure, str | Path):
         figure = read_figure(figure)
     if isinstance(source, Recording):
-        if figure is None:
-            raise UsageError("a recording does not hold its figure: convert(..., figure=figure)")
         return motion_from_recording(source, figure)
     if isinstance(source, Figure):
         return None
@@ -262,7 +260,7 @@ def read_motion(path: Path, figure: Figure | None = None) -> FigureMotion:
 
     Args:
         path: one of `READABLE_SUFFIXES`.
-        figure: whose motion it is; None for the figure that the file names.
+        figure: figure whose motion it is; None for the figure that the file names.
 
     Raises:
         UsageError: motions are not read from files of this suffix.

@@ -120,7 +120,7 @@ class Diagnostic:
         number, column = self.span.source.line_and_column(self.span.start)
         return f"{self.span.source.name}:{number}:{column}: {message}"
 
-    def as_dict(self) -> dict[str, object]:
+    def to_json(self) -> dict[str, object]:
         """Data for `--json`: severity, message, hint, file, line, column."""
         place: dict[str, object] = {}
         if self.span is not None:

@@ -30,9 +30,9 @@ class Overshoot:
     """Largest excursion of the spline of a drive beyond the range of its rows.
 
     Attributes:
-        column: of the drive's values, from 0.
+        column: column of the drive's values, from 0.
         row: the place is between this row and the next, from 0.
-        time: of it [s].
+        time: time of it [s].
         value: there [rad or m].
         low: smallest displacement in the rows [rad or m].
         high: largest one.

@@ -135,10 +135,17 @@ class Site:
 
 @dataclass(frozen=True)
 class ContactSphere:
-    """A sphere fixed to a segment, by which it touches props: centre in the segment frame [m]."""
+    """A sphere fixed to a segment, by which it touches props.
+
+    Attributes:
+        centre: Centre in the segment frame [m].
+        radius: Radius [m].
+        part: Name of the part of the segment that it belongs to; empty for the segment itself.
+    """
 
     centre: Vector
     radius: float
+    part: str = ""
 
     def __post_init__(self) -> None:
         """Check the numbers."""

@@ -51,7 +51,8 @@ class PublishedTorques:
     Attributes:
         key: `publication/name`.
         row: as published.
-        torques: on the child, nan beyond the range in which the curve is known, shape (n,) [N m].
+        torques: torques on the child, nan beyond the range in which the curve is known, shape (n,)
+            [N m].
         band: lower and upper edge of the published scatter, nan likewise [N m]; None without one.
     """
 
@@ -74,16 +75,16 @@ class PassiveCurve:
 
     Attributes:
         joint: its name.
-        spring: about the axis.
-        chain: of the joint.
+        spring: spring about the axis.
+        chain: chain of the joint.
         laws: those of the spring, and of laws over several joints at the present values of the
             other angles.
         held_angles: angles of other joints on which the curve depends, by coordinate [rad].
         angles: increasing, shape (n,) [rad].
-        torques: of all laws on the child, shape (n,) [N m].
+        torques: torques of all laws on the child, shape (n,) [N m].
         normal_ends: ends of the normal range of motion; None where one is not known.
         published: curves of the same motion, measurements first.
-        references: of the laws, each once.
+        references: references of the laws, each once.
     """
 
     joint: str
@@ -189,7 +190,7 @@ def passive_curves(
 
     Args:
         figure: the figure.
-        springs: of its joints.
+        springs: springs of its joints.
         displacements: angles at which laws over several joints are taken; None for those of the
             figure.
     """

@@ -3,18 +3,30 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
+from importlib import import_module
 from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from generator.contact_record import ContactRecord
-from generator.diagnostics import format_count
-from generator.figure import JointAxis
+from generator.contact.record import ContactRecord
+from generator.diagnostics import ModelError, format_count
+from generator.figure import JointAxis, Site
+from generator.kinematics.free_root import tree_for_motion
+from generator.kinematics.placement import MAX_FRAMES_PER_PLACEMENT
+from generator.losses import Losses
+from generator.model import Model
 from generator.named_mapping import NamedMapping
 from generator.notebook import html_table
 from generator.rotations import Array
+from generator.run_options import Integrator
 from generator.units import AxisUnits
 from springs.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from pandas import DataFrame  # pyright: ignore[reportMissingTypeStubs]
 
 
 class Ending(Enum):
@@ -32,15 +44,6 @@ class Ending(Enum):
 
 EARLY_STOP_ENDINGS = (Ending.INTERRUPTED, Ending.TOO_LONG)
 """Endings that say nothing about the motion, and nothing against earlier passes."""
-
-
-class Integrator(Enum):
-    """Method of integration of a run."""
-
-    COMPILED = "compiled"
-    """Explicit, of order 8, on a compiled evaluation of the equations of the Exudyn model."""
-    EXUDYN = "exudyn"
-    """Exudyn's implicit trapezoidal rule."""
 
 
 @short_repr
@@ -79,17 +82,17 @@ class Accuracy:
     Attributes:
         estimate: largest joint-angle error over joints and frames [rad]; None with a fixed step and
             of a live simulation, infinite where too few passes finished.
-        asked: the tolerance asked for [rad]; None likewise.
-        held_until: time up to which the estimate stays below the tolerance [s]; the last time where
-            no tolerance was asked for.
+        tolerance: required joint-angle error [rad]; None likewise.
+        tolerance_met_until: time up to which the estimate stays below the tolerance [s]; the last
+            time without a tolerance.
         step: smallest step used, of a live simulation the mean one [s].
         steps: number of steps of all passes.
         by_frame: error estimate of each frame [rad], shape (n,).
     """
 
     estimate: float | None
-    asked: float | None
-    held_until: float
+    tolerance: float | None
+    tolerance_met_until: float
     step: float
     steps: int
     by_frame: Array
@@ -131,6 +134,13 @@ def energy_kinds(energy: Mapping[str, Array]) -> tuple[str, ...]:
     return tuple(kind for kind in (*ENERGY_KINDS, *CONTACT_ENERGY_KINDS) if kind in energy)
 
 
+class EnergyChange(NamedTuple):
+    """Energy in the first and in the last frame [J]."""
+
+    first: float
+    last: float
+
+
 _MAPPINGS = (
     "poses",
     "chains",
@@ -162,32 +172,76 @@ def _format_range(units: AxisUnits, values: Array) -> tuple[str, ...]:
     return (*texts, units.displacement)
 
 
+@dataclass(frozen=True, eq=False)
+class SiteMotion:
+    """Motion of a site of a recording, in world axes.
+
+    Attributes:
+        recording: Recording with a model.
+        segment: Name of the segment.
+        site: Site of the segment.
+    """
+
+    recording: "Recording"
+    segment: str
+    site: Site
+
+    def __repr__(self) -> str:
+        """Names of the segment and the site, in a line."""
+        return f"<SiteMotion of {self.segment}.{self.site.name} in {self.recording!r}>"
+
+    @cached_property
+    def position(self) -> Array:
+        """Position, shape (n, 3) [m]."""
+        return (self.recording.poses[self.segment] @ self.site.pose_in_segment)[:, :3, 3]
+
+    @cached_property
+    def velocity(self) -> Array:
+        """Velocity, shape (n, 3) [m/s], from the rates of the joints.
+
+        Raises UnknownNameError for a recording without velocities.
+        """
+        run = self.recording
+        kinematics = tree_for_motion(run.require_model().figure, run.chains).kinematics
+        values = kinematics.displacement_vector(run.displacements)
+        rates = kinematics.displacement_vector(run.velocities)
+        rates = rates * kinematics.motion_masks[self.segment]
+        twists = np.empty((len(values), 6))
+        for start in range(0, len(values), MAX_FRAMES_PER_PLACEMENT):
+            some = slice(start, start + MAX_FRAMES_PER_PLACEMENT)
+            twists[some] = np.einsum("nmk,nm->nk", kinematics.twists(values[some]), rates[some])
+        return twists[:, 3:] + np.cross(twists[:, :3], self.position)
+
+
 @dataclass(frozen=True)
 class Recording:
     """A motion. n frames; SI units and radians; joints and segments in figure order.
 
     Attributes:
         times: shape (n,) [s].
-        poses: of each segment in the world, shape (n, 4, 4); the ground's are constant.
+        poses: poses of each segment in the world, shape (n, 4, 4); the ground's are constant.
         chains: the factors of each joint with a row in `displacements`.
-        displacements: of each joint, shape (n, degrees of freedom) [rad or m], continuous in time.
+        displacements: displacements of each joint, shape (n, degrees of freedom) [rad or m],
+            continuous in time.
         velocities: rates of the displacements [rad/s or m/s], same shapes.
-        rotation_vectors: of the child's site in the parent's, shape (n, 3) [rad], 0 to pi long.
-        reactions: of each joint on its child at the child's site, shape (n, 6): force [N], moment
-            [N m], in the parent's site axes, springs not included; what locks, links or drives the
-            joint is.
-        passive_torques: of each joint's springs and damping on the child, shape (n, 3) [N m], in
-            the parent's site axes.
-        centre_of_mass: of all that moves, shape (n, 3) [m].
-        energy: by kind (`ENERGY_KINDS`; with contact also `CONTACT_ENERGY_KINDS`), shape (n,) [J].
+        rotation_vectors: rotation vectors of the child's site in the parent's, shape (n, 3) [rad],
+            0 to pi long.
+        reactions: reactions of each joint on its child at the child's site, shape (n, 6): force
+            [N], moment [N m], in the parent's site axes, springs not included; what locks, links or
+            drives the joint is.
+        passive_torques: passive torques of each joint's springs and damping on the child, shape (n,
+            3) [N m], in the parent's site axes.
+        centre_of_mass: centre of mass of all that moves, shape (n, 3) [m].
+        energy: energy by kind (`ENERGY_KINDS`; with contact also `CONTACT_ENERGY_KINDS`), shape
+            (n,) [J].
         outcome: how the run ended.
         accuracy: what the run knows of its error.
         constraint_drift: largest distance by which any joint's sites parted [m].
-        strayed: largest drift of a locked, linked or driven joint from where it must be, before
-            the frames were projected [rad or m].
-        drive_torques: of each driven joint, the torque about each of its displacements' axes that
-            drives it, shape (n, degrees of freedom) [N m]; torque times rate is its power. The
-            torque is part of the reaction.
+        prescribed_motion_drift: largest drift of a locked, linked or driven joint from where it
+            must be, before the frames were projected [rad or m].
+        drive_torques: torques that drive a joint, about the axes of its displacements,
+            shape (n, degrees of freedom) [N m]; torque times rate is its power. The torque is part
+            of the reaction.
         wall_time: time spent stepping [s].
         build_time: time spent building the system [s].
         springs: where the springs are from, "none" without any.
@@ -199,6 +253,8 @@ class Recording:
             integrator.
         contact: contact with the props of the scene; None for a run without props.
         recorded: parts that the run recorded; mappings of others are empty.
+        model: Figure and springs that were simulated, with a free root as well with all joints;
+            None for a recording from an `.npz` file, which does not hold them.
     """
 
     times: Array
@@ -214,7 +270,7 @@ class Recording:
     outcome: Outcome
     accuracy: Accuracy
     constraint_drift: float = 0.0
-    strayed: float = 0.0
+    prescribed_motion_drift: float = 0.0
     drive_torques: Mapping[str, Array] = field(default_factory=dict[str, Array])
     wall_time: float = 0.0
     build_time: float = 0.0
@@ -225,6 +281,7 @@ class Recording:
     agreement_with_exudyn: float | None = None
     contact: ContactRecord | None = None
     recorded: frozenset[RecordingPart] = WHOLE_RECORDING
+    model: Model | None = None
 
     def __post_init__(self) -> None:
         """Give the mappings errors that state the nearest name."""
@@ -258,18 +315,79 @@ class Recording:
     def accuracy_text(self) -> str:
         """Estimate of the error, or the reason why there is none, in a phrase."""
         accuracy = self.accuracy
-        if accuracy.asked is None:
+        if accuracy.tolerance is None:
             return "error not estimated"
-        asked = f"tolerance {accuracy.asked:.1e} rad"
+        asked = f"tolerance {accuracy.tolerance:.1e} rad"
         if self.times.size == 1:
             return f"error not estimated: the run failed at its first frame ({asked})"
         if accuracy.estimate is None or not isfinite(accuracy.estimate):
             return f"error not estimated: too few passes finished ({asked})"
-        met = f"met until {accuracy.held_until:g} s"
+        met = f"met until {accuracy.tolerance_met_until:g} s"
         return f"estimated joint-angle error {accuracy.estimate:.1e} rad ({asked}, {met})"
+
+    def require_model(self) -> Model:
+        """Return the model. Raises ModelError for a recording without one."""
+        if self.model is None:
+            raise ModelError(
+                "a recording from a file does not hold its figure: give it one, as "
+                "replace(recording, model=Model.of(figure)) or convert(..., figure=figure)"
+            )
+        return self.model
+
+    def site(self, name: str) -> "SiteMotion":
+        """Return the motion of a site, such as `"left_foot.heel"`.
+
+        Raises:
+            UnknownNameError: The figure has no such segment or site; the message states the
+                nearest one.
+            ModelError: The recording is from a file; see `require_model`.
+        """
+        segments = self.require_model().figure.segments
+        names = NamedMapping(
+            {f"{one.name}.{site}": (one, site) for one in segments.values() for site in one.sites},
+            "the figure has no site",
+        )
+        segment, site = names[name]
+        return SiteMotion(self, segment.name, segment.sites[site])
+
+    def write(self, path: str | Path) -> Losses:
+        """Write the recording, whole or not at all, in the format of the path's suffix.
+
+        Returns:
+            What the file could not hold.
+
+        Raises:
+            UsageError: The suffix is unknown.
+            OSError: The file cannot be written.
+            MoverError: The format cannot hold the recording, or it has no model.
+        """
+        # By name, as below: the formats read recordings, so they are above.
+        return import_module("generator.motion_files").write_recording(self, Path(path))
+
+    def to_dataframe(self) -> "DataFrame":
+        """Return the table of the recording: the columns of its `.csv`, a row a frame.
+
+        Raises:
+            ImportError: pandas is not installed.
+            ModelError: The recording is from a file; see `require_model`.
+        """
+        return import_module("generator.motion_files.tables").dataframe_of_recording(self)
 
     @property
     def energy_balance(self) -> Array:
         """Sum of what a run keeps: all kinds less the work of loads, shape (n,) [J]."""
         gains = [self.energy[kind] for kind in energy_kinds(self.energy) if kind != "work"]
         return np.sum(gains, axis=0) - self.energy["work"]
+
+    @property
+    def energy_text(self) -> str:
+        """Error of the balance and exchanged energy, in a phrase."""
+        imbalance = float(np.max(np.abs(self.energy_balance - self.energy_balance[0])))
+        exchanged = max(float(np.ptp(values)) for values in self.energy.values())
+        return f"balanced to {imbalance:.2g} J, with {exchanged:.4g} J exchanged"
+
+    @property
+    def energy_changes(self) -> Mapping[str, EnergyChange]:
+        """Energy of each kind in the first and in the last frame."""
+        rows = ((kind, self.energy[kind]) for kind in energy_kinds(self.energy))
+        return {kind: EnergyChange(float(row[0]), float(row[-1])) for kind, row in rows}

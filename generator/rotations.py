@@ -41,6 +41,12 @@ def unit_vector(vector: ArrayLike) -> Array:
     return array / length
 
 
+def unit_axis(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return an axis with length one."""
+    x, y, z = unit_vector(axis)
+    return float(x), float(y), float(z)
+
+
 def cross_product(one: Array, other: Array) -> Array:
     """Return the cross product of two vectors, shape (3,), faster than `np.cross` for arrays."""
     (a, b, c), (x, y, z) = one.tolist(), other.tolist()

@@ -117,9 +117,9 @@ def parse_file(
     """Parse the text of a file; bad input raises nothing.
 
     Args:
-        path: of the file.
+        path: path of the file.
         parse: the parser of the text; it reports to the diagnostics and may raise TooManyErrors.
-        name: of the file in diagnostics [default: the path].
+        name: name of the file in diagnostics [default: the path].
     """
     source, unreadable = load_text(Path(path), str(path) if name is None else name)
     return Parsed(None, (unreadable,)) if unreadable is not None else parse_source(source, parse)

@@ -77,7 +77,7 @@ class InputBound:
     Within the bound, squares and products stay far from the largest float.
 
     Attributes:
-        dimension: of the input.
+        dimension: dimension of the input.
         max_abs: largest magnitude [SI].
         text: the same in words.
     """

@@ -4,7 +4,7 @@ Pictures are readable in grey, by the colour-blind, and in a column of print. Co
 Okabe & Ito; no two lines differ by colour alone.
 """
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -18,15 +18,17 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
+from generator.contact.scene import Scene
+from plots.figure_image import Body, Poses, Strip, draw_moments
 from plots.medium import current_medium, prepare_for_paper
 from plots.plate import DrawnPlate, Plate, table_files
 from springs.backends import Array
 from springs.elastic import Range
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
+Look = dict[str, Any]
+"""Arguments of matplotlib for what is drawn."""
 
 BLACK = "#000000"
 BLUE = "#0072B2"
@@ -39,6 +41,7 @@ _RC: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.spines.top": False,
@@ -124,7 +127,7 @@ class LineStyle:
     """Colour, dash and marker of a line; no two styles differ by colour alone.
 
     Attributes:
-        colour: of line and marker.
+        colour: colour of line and marker.
         dash: matplotlib's name of a line style.
         marker: matplotlib's name of a marker, or "".
     """
@@ -167,8 +170,8 @@ def create_panels(
 
     Args:
         height: [inch].
-        rows: of panels; the panels of a column share the x axis.
-        columns: of panels.
+        rows: rows of panels; the panels of a column share the x axis.
+        columns: columns of panels.
         heights: relative heights of the rows [default: equal].
         share_rows: whether the panels of a row share the y axis.
     """
@@ -196,13 +199,13 @@ def draw_curve(
     """Draw a curve in its style where it is known, thin and dotted beyond.
 
     Args:
-        axes: to draw on.
+        axes: axes to draw on.
         x: angles [deg].
         y: values, shape of `x`.
         valid_range: range in which the curve is known [rad]; None if unknown: all is dotted.
-        style: of the known part.
-        label: in the legend.
-        width: of the known part [points].
+        style: style of the known part.
+        label: label in the legend.
+        width: width of the known part [points].
     """
     low, high = (inf, -inf) if valid_range is None else np.degrees(valid_range)
     slack = 1e-9 * (1.0 + np.abs(x).max())
@@ -224,27 +227,67 @@ def draw_band(axes: Axes, x: Array, below: Array, above: Array, style: LineStyle
     axes.fill_between(x, below, above, color=style.colour, alpha=_BAND_OPACITY, lw=0.0, zorder=1.2)
 
 
+def draw_line(
+    axes: Axes, x: ArrayLike, y: ArrayLike, style: LineStyle, label: str = "_", **look: Any
+) -> None:
+    """Draw a line with open markers in its style; `look` are arguments of matplotlib's `plot`."""
+    shown: Look = {**line_look(style), "lw": 1.2, "label": label, **look}
+    axes.plot(x, y, **shown)
+
+
+def draw_marks(
+    axes: Axes, x: ArrayLike, y: ArrayLike, style: LineStyle, label: str = "_", size: float = 5.0
+) -> None:
+    """Draw open markers without a line."""
+    draw_line(axes, x, y, style, label, ls="none", ms=size)
+
+
+def line_look(style: LineStyle) -> Look:
+    """Arguments of matplotlib for lines of a style."""
+    look: Look = {"ls": style.dash, "color": style.colour, "marker": style.marker}
+    return {**look, "ms": 4.0, "mfc": "white"}
+
+
 def draw_points(
     axes: Axes, x: Array, y: Array, style: LineStyle, label: str, line: bool = True
 ) -> None:
     """Draw measured points, by default joined by a thin line; of many, few have a marker."""
-    axes.plot(
-        x,
-        y,
-        linestyle=style.dash if line else "none",
-        marker=style.marker,
-        markevery=max(1, len(x) // _MARKED_POINTS),
-        ms=4.0,
-        mfc="white",
-        color=style.colour,
-        lw=1.0,
-        label=label,
-    )
+    every = max(1, len(x) // _MARKED_POINTS)
+    dash = style.dash if line else "none"
+    draw_line(axes, x, y, style, label, ls=dash, markevery=every, lw=1.0)
 
 
 def draw_zero_line(axes: Axes) -> None:
     """Draw the line y = 0."""
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
+
+
+def draw_range(axes: Axes, low: float, high: float, *, across: bool = False) -> None:
+    """Draw a range of y, or of x, as a pale band behind everything."""
+    look: Look = {"color": PALE, "lw": 0.0, "zorder": 0.5}
+    _ = axes.axvspan(low, high, **look) if across else axes.axhspan(low, high, **look)
+
+
+def draw_strip(axes: Axes, strip: Strip, body: Body, moments: Sequence[Poses]) -> None:
+    """Draw moments of a body side by side, in metres and without axes."""
+    axes.set_axis_off()
+    image = draw_moments(body, moments, strip, Scene())
+    axes.imshow(image, extent=strip.extent(len(moments)), interpolation="none")
+
+
+def draw_outline(
+    axes: Axes, strip: Strip, body: Body, moments: Sequence[Poses], colour: str, width: float
+) -> None:
+    """Draw the outlines of moments of a body side by side."""
+    alpha = draw_moments(body, moments, strip, Scene())[::-1, :, 3].astype(float)
+    extent = strip.extent(len(moments))
+    axes.contour(alpha, [127.0], extent=extent, colors=[colour], linewidths=width)
+
+
+def draw_strip_labels(axes: Axes, strip: Strip, labels: Iterable[str], **look: Any) -> None:
+    """Write a text below each moment of a strip."""
+    for place, text in enumerate(labels):
+        axes.text(place * strip.spacing, strip.bottom, text, ha="center", **look)
 
 
 def add_legend_above(figure: Figure, axes: Axes, handles: Sequence[Artist]) -> None:

@@ -15,6 +15,9 @@ from scipy.optimize import brentq
 from scipy.special import lambertw
 
 from generator import Plan, Recording, simulate
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
+from generator.contact.shape import Shape
 from generator.figure import (
     AxisKind,
     ContactSphere,
@@ -27,8 +30,7 @@ from generator.figure import (
     SiteRef,
     Vector,
 )
-from generator.recording import Integrator
-from generator.scene import Plane, Prop, Scene, Shape
+from generator.run_options import Integrator
 from springs import SpringSet
 from springs.backends import Array
 from springs.contact import Surface
@@ -99,11 +101,11 @@ class ContactCase:
     """A simulated motion and a number of it that has a closed form.
 
     Attributes:
-        name: of the motion.
+        name: name of the motion.
         parameter: that distinguishes the cases of a motion, with its unit.
         quantity: name of the number.
-        unit: of the number.
-        measured: in the run.
+        unit: unit of the number.
+        measured: measured in the run.
         closed_form: the same number by its closed form.
         run: the motion.
     """
@@ -131,10 +133,10 @@ def free_body(
     """Return a figure of one body, whose centre of mass is its origin.
 
     Args:
-        spheres: by which it touches.
+        spheres: spheres by which it touches.
         inertia: principal moments [kg m^2].
-        position: of its centre [m].
-        turn: about the world's z axis [rad].
+        position: position of its centre [m].
+        turn: turn about the world's z axis [rad].
     """
     x, y, z = map(float, inertia)
     turned = JointAxis(AxisKind.ROTATION, (0.0, 0.0, 1.0))
@@ -170,10 +172,10 @@ def simulate_contact(
 
     Args:
         figure: the body.
-        shape: of the prop.
-        surface: of the prop.
+        shape: shape of the prop.
+        surface: surface of the prop.
         stop: end of the run [s].
-        velocity: of its centre at the start [m/s].
+        velocity: velocity of its centre at the start [m/s].
         spin: angular velocity at the start [rad/s].
         gravity: [m/s^2].
         frames: number of intervals between frames.
@@ -321,8 +323,8 @@ def stopping_distance(speed: float, surface: Surface, sinking: float = 0.0) -> f
     missing lengthens the way by mu times the depth.
 
     Args:
-        speed: at the start [m/s].
-        surface: with mu and s.
+        speed: speed at the start [m/s].
+        surface: surface with mu and s.
         sinking: depth into which the body sinks [m].
     """
     s, mu = surface.friction_speed, surface.friction
@@ -480,7 +482,7 @@ def tipping_rate(start: float, angle: float) -> float:
 
     Args:
         start: angle from the vertical at which it was at rest [rad].
-        angle: from the vertical [rad].
+        angle: angle from the vertical [rad].
     """
     h, r = 0.5 * ROD_LENGTH, ROD_FOOT
     inertia = ROD_INERTIA + MASS * (h**2 + 2.0 * h * r * cos(angle) + r**2)

@@ -8,14 +8,16 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.contact.box import Box
+from generator.contact.scene import Scene
+from generator.contact.shape import Shape
 from generator.figure import Figure
-from generator.geometry.appearance import Colour, segment_appearances
+from generator.geometry.appearance import Colour, segment_appearances, triangles_with_normals
 from generator.geometry.intersections import triangulate
 from generator.geometry.surface import Surface, build_edges, build_tetrahedra
 from generator.losses import Loss
 from generator.recording import Recording
 from generator.rotations import Array
-from generator.scene import Box, Scene
 
 SKIN, PROP, GROUND = (0.97, 0.71, 0.54, 0.0), (0.60, 0.68, 0.78, 0.0), (0.83, 0.83, 0.81, 1.0)
 """Colours of the figure, of boxes and of the floor; the last component is 1 where shadows fall."""
@@ -88,8 +90,8 @@ class Strip:
     """Arrangement of moments side by side.
 
     Attributes:
-        view: of every moment.
-        spacing: between moments, to the right [m].
+        view: view of every moment.
+        spacing: spacing between moments, to the right [m].
         left: left edge, from the origin of the first moment [m].
         right: right edge, from the origin of the last moment [m].
         bottom: lower edge, from the origin [m].
@@ -115,6 +117,10 @@ class Strip:
         """Width of a strip of so many moments [m]."""
         return self.right - self.left + self.spacing * (count - 1)
 
+    def extent(self, count: int) -> tuple[float, float, float, float]:
+        """Edges of a strip of so many moments: left, right, bottom, top [m]."""
+        return self.left, self.left + self.width(count), self.bottom, self.top
+
     def shape(self, count: int) -> tuple[int, int]:
         """Rows and columns of the picture of so many moments."""
         rows, columns = self.scale * (self.top - self.bottom), self.scale * self.width(count)
@@ -132,9 +138,9 @@ class Body:
     Attributes:
         segments: that have a surface.
         owners: index of the segment of each triangle, shape (n,).
-        corners: of the triangles, counter-clockwise from outside [m], shape (n, 3, 3).
-        normals: at the corners, shape (n, 3, 3).
-        colours: of the triangles, red, green and blue from 0 to 1, shape (n, 3).
+        corners: corners of the triangles, counter-clockwise from outside [m], shape (n, 3, 3).
+        normals: normals at the corners, shape (n, 3, 3).
+        colours: colours of the triangles, red, green and blue from 0 to 1, shape (n, 3).
         losses: segments that are not drawn as their files say.
     """
 
@@ -241,18 +247,18 @@ def draw_moments(
     """Draw moments from left to right, shape (height, width, 4), rows from above.
 
     Planes of the scene are not drawn. The floor is as wide as the picture. What is above the floor
-    or a box casts a shadow straight down.
+    or a prop casts a shadow straight down.
     """
     view, fine = strip.view, _SAMPLES * strip.scale
     height, width = strip.shape(len(moments))
-    boxes = [prop.shape for prop in scene.props if isinstance(prop.shape, Box)]
+    shapes = [prop.shape for prop in scene.props]
     parts: list[_Triangles] = []
     for place, poses in enumerate(moments):
         shift = place * strip.spacing * view.axes[0]
         corners, normals = body.place(poses)
         for part in (
-            _Triangles(corners, _lit(normals, body.colours[:, None], 0.0, view)),
-            *(_box_triangles(box, PROP, view) for box in boxes),
+            _Triangles(corners, _lit(normals, body.colours[:, None], np.zeros(1), view)),
+            *(_shape_triangles(shape, PROP, view) for shape in shapes),
         ):
             parts.append(_Triangles(part.corners + shift, part.colours))
     shades = _Shades.below(np.concatenate([part.corners for part in parts]))
@@ -285,32 +291,25 @@ def draw_moments(
     return np.concatenate(bands)[::-1]
 
 
-def _lit(normals: Array, colours: Array, shaded: float, view: View) -> Array:
+def _lit(normals: Array, colours: Array, shaded: Array, view: View) -> Array:
     """Colours of surfaces by their normals, shape (..., 4); shadows fall where `shaded` is 1."""
     lamp = (_LIGHT / np.linalg.norm(_LIGHT)) @ view.axes
     brightness = _AMBIENT + (1.0 - _AMBIENT) * (0.5 + 0.5 * normals @ lamp) ** 1.3
-    return np.concatenate(
-        [brightness[..., None] * colours, np.full((*brightness.shape, 1), shaded)], axis=-1
-    )
+    marks = np.broadcast_to(shaded, (*brightness.shape, 1))
+    return np.concatenate([brightness[..., None] * colours, marks], axis=-1)
 
 
-def _box_triangles(box: Box, colour: tuple[float, ...], view: View) -> _Triangles:
-    """Two triangles of each face of a box."""
-    corners: list[Array] = []
-    colours: list[Array] = []
-    for axis, side in product(range(3), (-1.0, 1.0)):
-        normal = np.zeros(3)
-        normal[axis] = side
-        square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-        if (side > 0.0) == (axis == 1):  # counter-clockwise seen from outside
-            square = square[::-1]
-        local = 0.5 * np.insert(square, axis, side, axis=1) * np.array(box.size)
-        placed = local @ box.pose[:3, :3].T + box.pose[:3, 3]
-        corners += [placed[[0, 1, 2]], placed[[0, 2, 3]]]
-        outward = box.pose[:3, :3] @ normal
-        shaded = float(outward[1] > _SHADED_SLOPE)
-        colours += [np.tile(_lit(outward, np.array(colour[:3]), shaded, view), (3, 1))] * 2
-    return _Triangles(np.array(corners), np.array(colours))
+def _shape_triangles(shape: Shape, colour: tuple[float, ...], view: View) -> _Triangles:
+    """Triangles of the faces of a shape; none of one without an end."""
+    surface = shape.surface()
+    if surface is None:
+        return _Triangles(np.zeros((0, 3, 3)), np.zeros((0, 3, 4)))
+    corners, normals = triangles_with_normals(surface)
+    outward = normals @ shape.pose[:3, :3].T
+    shaded = (outward[:, 1:2] > _SHADED_SLOPE).astype(float)
+    placed = corners @ shape.pose[:3, :3].T + shape.pose[:3, 3]
+    colours = _lit(outward, np.array(colour[:3]), shaded, view)
+    return _Triangles(placed.reshape(-1, 3, 3), colours.reshape(-1, 3, 4))
 
 
 def _floor_triangles(strip: Strip, count: int) -> _Triangles:
@@ -322,7 +321,7 @@ def _floor_triangles(strip: Strip, count: int) -> _Triangles:
     x, _, z = centre.tolist()
     middle = (x, strip.floor_height - 0.5 * strip.floor_thickness, z)
     size = (width, strip.floor_thickness, front - back)
-    slab = _box_triangles(Box(middle, size, (0.0, view.turn, 0.0)), GROUND, view)
+    slab = _shape_triangles(Box(middle, size, (0.0, view.turn, 0.0)), GROUND, view)
     top = slab.colours[..., 3] == 1.0
     slab.colours[top] = GROUND
     return slab
@@ -336,7 +335,7 @@ def rasterize(
     Args:
         corners: column, row and depth of the corners of n triangles, shape (n, 3, 3); the largest
             depth is in front.
-        values: at the corners, shape (n, 3, k).
+        values: values at the corners, shape (n, 3, k).
         shape: rows and columns.
     """
     depth = np.full(shape, -np.inf)
@@ -397,7 +396,7 @@ class _Shades:
     Attributes:
         low: x, y and z at the lowest corner of all solids [m].
         cell: edge of a cell [m].
-        heights: above `low` [m], -inf without a solid, rows along z, columns along x.
+        heights: heights above `low` [m], -inf without a solid, rows along z, columns along x.
     """
 
     low: Array

@@ -1,12 +1,16 @@
 """`mover fit`: fit a cubic to measured moments, and write it as a spring and a picture."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 from math import degrees
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
-from generator.cli.answer import CommandResult, format_table
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
 from generator.cli.outputs import check_writable, write_files
 from generator.diagnostics import MoverError, UsageError
 from generator.input_files.moments import MOMENTS_FILE, MeasuredMoments
@@ -22,35 +26,93 @@ from springs.fit import CubicFit, fit_cubic
 COEFFICIENT_UNITS = ("N m", "N m/rad", "N m/rad^2", "N m/rad^3")
 
 
+class Axis(StrEnum):
+    """Axis of a spring in its joint."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    JOINT = "joint"
+
+
+@dataclass(frozen=True)
+class FitResult(CommandResult):
+    """Cubic fitted to moments [N m]."""
+
+    data: str
+    columns: Mapping[str, str]
+    passive: bool
+    bounds_hold: bool
+    coefficients: Sequence[float]
+    standard_errors: Sequence[float] | None
+    r_squared: float | None
+    rms: float
+    law: Mapping[str, object] | None
+    points: Sequence[Mapping[str, float]]
+    doubts: Sequence[str]
+    files: Sequence[Path]
+    fitted: CubicFit = field(metadata=HIDDEN)
+    cubic: Cubic | None = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the coefficients, the residuals and a table of the points."""
+        angle, moment = self.columns.values()
+        yield f"{self.data}: {_format_range(self.fitted)}; columns `{angle}` and `{moment}`"
+        errors = self.standard_errors
+        rows = [["M = c0 + c1 a + c2 a^2 + c3 a^3, a in rad", "", "standard error", "unit"]]
+        for k, (value, unit) in enumerate(zip(self.coefficients, COEFFICIENT_UNITS, strict=True)):
+            rows.append([f"c{k}", f"{value:.6g}", f"{errors[k]:.2g}" if errors else "-", unit])
+        yield Table(rows)
+        explained = "undefined, all moments are equal"
+        if self.r_squared is not None:
+            explained = f"{self.r_squared:.6f}"
+        lines, law = [f"R^2 {explained}; rms residual {self.rms:.4g} N m"], self.cubic
+        if law is not None:
+            rms = _rms(self.fitted.law_residuals)
+            lines[0] += f", of the law with its dead zone {rms:.4g} N m"
+            rule = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
+            lines.append(f"sense {law.sense:+d}: {rule}")
+        yield "\n".join([*lines, *(f"doubt: {doubt}" for doubt in self.doubts)])
+        rows = [["angle [deg]", "moment", "cubic", "residual", *(["law"] if law else []), "[N m]"]]
+        yield Table([*rows, *([f"{v:.4g}" for v in row.values()] for row in self.points)], 0)
+        yield format_written(self.files)
+
+
 def fit(
-    data: Path,
-    *,
-    passive: bool = False,
-    output: Path | None = None,
-    joints: Sequence[str] = (),
-    axis: str | None = None,
-    motion: str = "",
-    reference: str = "",
-    plot: Path | None = None,
+    data: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DATA.csv",
+            help="Measured moments; columns such as `angle [deg]` and `moment [N m]`.",
+        ),
+    ],
+    passive: Annotated[
+        bool,
+        typer.Option("--passive", help="Constrain the cubic to restore at both ends."),
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write a .springs.toml file."),
+    ] = None,
+    joints: Annotated[
+        list[str] | None,
+        typer.Option("--joint", metavar="NAME", help="Joint that gets the spring, with -o."),
+    ] = None,
+    axis: Annotated[Axis, typer.Option(help="Axis of the joint, if it has several.")] = Axis.JOINT,
+    motion: Annotated[
+        str, typer.Option(metavar="TEXT", help="Name of the positive sense, such as `flexion`.")
+    ] = "",
+    reference: Annotated[str, typer.Option(metavar="TEXT", help="Source of the data.")] = "",
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the fit as .svg or .png.")
+    ] = None,
 ) -> CommandResult:
-    """Fit a cubic to the data and write the files.
+    """Fit a cubic to measured moments and write it as a spring.
 
-    Args:
-        data: file of measured moments.
-        passive: constrain the cubic to restore at both ends of the data.
-        output: springs file to write.
-        joints: that get the spring.
-        axis: of the joints, if they have several.
-        motion: name of the positive sense, or "".
-        reference: source of the data, or "".
-        plot: picture to write.
-
-    Raises:
-        UsageError: incompatible options.
-        InputError: the data are wrong, or a file cannot be written.
-        MoverError: a springs file is requested of a cubic that restores nowhere.
+    The option --joint may be repeated.
     """
-    _check_options(output, joints, plot)
+    named_joints = joints or ()
+    _check_options(output, named_joints, plot)
     moments = MOMENTS_FILE.read(data)
     fitted = fit_cubic(moments.angles, moments.moments, passive=passive)
     law = _law_or_none(fitted)
@@ -61,8 +123,8 @@ def fit(
         if law is None:
             raise MoverError(f"no spring to write: {fitted.doubts[0]}; try --passive")
         entry = SpringEntry(
-            joints=tuple(joints),
-            axis=axis,
+            joints=tuple(named_joints),
+            axis=None if axis is Axis.JOINT else axis.value,
             # The file states sense and dead zone, so that no rule has to derive them.
             law=CubicEntry(law.coefficients, law.sense, law.dead_zone, True),
             motion=motion,
@@ -75,14 +137,32 @@ def fit(
         from plots.canvas import render_figure
         from plots.fit_drawing import draw_fit
 
-        about = " ".join([", ".join(joints), motion]).strip()
+        about = " ".join([", ".join(named_joints), motion]).strip()
         title = f"{about}: {moments.name}" if about else moments.name
         drawing = draw_fit(fitted, law, title, motion, reference)
         contents[plot] = render_figure(drawing, _picture_format(plot))
     write_files(contents)
-    return CommandResult(
-        text="\n\n".join(_format_paragraphs(moments, fitted, law, files)),
-        data=_json_data(moments, fitted, law, passive, files),
+    zone = None if law is None else law.dead_zone
+    return FitResult(
+        data=moments.name,
+        columns=dict(zip(("angle", "moment"), moments.titles, strict=True)),
+        passive=passive,
+        bounds_hold=fitted.bounds_active,
+        coefficients=fitted.coefficients,
+        standard_errors=fitted.standard_errors,
+        r_squared=fitted.r_squared,
+        rms=fitted.rms,
+        law=law
+        and {
+            "sense": law.sense,
+            "dead_zone_deg": zone and [degrees(edge) for edge in zone],
+            "rms": _rms(fitted.law_residuals),
+        },
+        points=list(_table_rows(fitted, law)),
+        doubts=fitted.doubts,
+        files=files,
+        fitted=fitted,
+        cubic=law,
     )
 
 
@@ -130,36 +210,6 @@ def _format_range(fitted: CubicFit) -> str:
     return f"{len(fitted.angles)} moments from {first:.4g} to {last:.4g} deg"
 
 
-def _format_paragraphs(
-    moments: MeasuredMoments, fitted: CubicFit, law: Cubic | None, files: list[Path]
-) -> Iterator[str]:
-    angle, moment = moments.titles
-    yield f"{moments.name}: {_format_range(fitted)}; columns `{angle}` and `{moment}`"
-    errors = fitted.standard_errors
-    rows = [["M = c0 + c1 a + c2 a^2 + c3 a^3, a in rad", "", "standard error", "unit"]]
-    for k, (value, unit) in enumerate(zip(fitted.coefficients, COEFFICIENT_UNITS, strict=True)):
-        rows.append([f"c{k}", f"{value:.6g}", f"{errors[k]:.2g}" if errors else "-", unit])
-    yield format_table(rows)
-    explained = (
-        "undefined, all moments are equal"
-        if fitted.r_squared is None
-        else f"{fitted.r_squared:.6f}"
-    )
-    lines = [f"R^2 {explained}; rms residual {fitted.rms:.4g} N m"]
-    if law is not None:
-        lines[0] += f", of the law with its dead zone {_rms(fitted.law_residuals):.4g} N m"
-        rule = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
-        lines.append(f"sense {law.sense:+d}: {rule}")
-    lines += [f"doubt: {doubt}" for doubt in fitted.doubts]
-    yield "\n".join(lines)
-    table = [["angle [deg]", "moment", "cubic", "residual", *(["law"] if law else []), "[N m]"]]
-    for row in _table_rows(fitted, law):
-        table.append([f"{row['angle_deg']:.4g}", *(f"{v:.4g}" for v in list(row.values())[1:])])
-    yield format_table(table, left_columns=0)
-    if files:
-        yield "\n".join(f"wrote {path}" for path in files)
-
-
 def _table_rows(fitted: CubicFit, law: Cubic | None) -> Iterator[dict[str, float]]:
     """One row per point: angle in deg, moments in N m."""
     columns = [np.degrees(fitted.angles), fitted.moments, fitted.fitted_moments, fitted.residuals]
@@ -173,32 +223,3 @@ def _table_rows(fitted: CubicFit, law: Cubic | None) -> Iterator[dict[str, float
 
 def _rms(residuals: Array) -> float:
     return float(np.sqrt(np.mean(residuals**2)))
-
-
-def _json_data(
-    moments: MeasuredMoments,
-    fitted: CubicFit,
-    law: Cubic | None,
-    passive: bool,
-    files: list[Path],
-) -> dict[str, object]:
-    zone = None if law is None else law.dead_zone
-    return {
-        "data": moments.name,
-        "columns": dict(zip(("angle", "moment"), moments.titles, strict=True)),
-        "passive": passive,
-        "bounds_hold": fitted.bounds_active,
-        "coefficients": list(fitted.coefficients),
-        "standard_errors": fitted.standard_errors and list(fitted.standard_errors),
-        "r_squared": fitted.r_squared,
-        "rms": fitted.rms,
-        "law": law
-        and {
-            "sense": law.sense,
-            "dead_zone_deg": zone and [degrees(edge) for edge in zone],
-            "rms": _rms(fitted.law_residuals),
-        },
-        "points": list(_table_rows(fitted, law)),
-        "doubts": list(fitted.doubts),
-        "files": [str(path) for path in files],
-    }

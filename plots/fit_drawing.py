@@ -10,10 +10,6 @@ from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, draw_zero_line, plo
 from springs import Cubic
 from springs.fit import CubicFit
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-
 _POINTS = 400
 _MARGIN = 0.04
 
@@ -25,8 +21,8 @@ def draw_fit(
 
     Args:
         fit: cubic and data.
-        law: of the fit, or None if its cubic restores nowhere.
-        title: of the picture.
+        law: law of the fit, or None if its cubic restores nowhere.
+        title: title of the picture.
         motion: name of the positive sense ("flexion"), or "".
         reference: source of the data, or "".
     """
@@ -34,7 +30,7 @@ def draw_fit(
         figure = Figure(figsize=(6.4, 5.4), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
         _draw_moments(upper, fit, law)
-        upper.set_title(title, loc="left")
+        upper.set_title(title)
         _draw_residuals(lower, fit)
         lower.set_xlabel(f"angle [deg]{f', positive in {motion}' if motion else ''}")
         footer = [_moment_convention(law), *([f"Data: {reference}"] if reference else [])]

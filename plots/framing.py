@@ -7,9 +7,9 @@ from math import isfinite, radians
 
 import numpy as np
 
+from generator.contact.scene import Scene
 from generator.diagnostics import MoverError, UsageError
 from generator.rotations import Array
-from generator.scene import Box, Plane, Scene
 from plots.figure_image import Body, Poses, Strip, View
 
 VIEWS: Mapping[str, tuple[float, float]] = {
@@ -108,24 +108,23 @@ def view_from_options(name: str, turn: float | None, tilt: float | None) -> View
 def floor_height(scene: Scene, floor: bool) -> float | None:
     """Height of the floor [m]: that of a level plane of the scene, or zero; None without one."""
     for prop in scene.props:
-        if isinstance(prop.shape, Plane) and prop.shape.pose[1, 1] > 1.0 - 1e-9:
-            return float(prop.shape.point[1])
+        if prop.shape.is_endless and prop.shape.pose[1, 1] > 1.0 - 1e-9:
+            return float(prop.shape.pose[1, 3])
     return 0.0 if floor else None
 
 
 def bounds(body: Body, poses: Poses, scene: Scene, view: View) -> Array:
-    """Least and largest coordinates of a body and the boxes of a scene, shape (2, 3) [m].
+    """Least and largest coordinates of a body and the props of a scene, shape (2, 3) [m].
 
     Along the right and the upper direction of the view, and level towards the viewer. Raises
     MoverError if there is nothing to draw.
     """
     right, up, _ = view.axes
-    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     points = [body.place(poses)[0].reshape(-1, 3)]
     for prop in scene.props:
-        if isinstance(prop.shape, Box):
+        if (surface := prop.shape.surface()) is not None:
             pose = prop.shape.pose
-            points.append((corners * prop.shape.size) @ pose[:3, :3].T + pose[:3, 3])
+            points.append(surface.vertices @ pose[:3, :3].T + pose[:3, 3])
     seen = np.concatenate(points) @ np.stack([right, up, np.cross(right, (0.0, 1.0, 0.0))]).T
     if not len(seen):
         raise MoverError("there is nothing to draw: no segment has a psurf, a mass or two sites")
@@ -139,7 +138,7 @@ def frame_moments(moments: Sequence[Array], view: View, floor: float | None) -> 
 
     Args:
         moments: bounds of each.
-        view: of every moment.
+        view: view of every moment.
         floor: height of the floor [m]; None for none.
     """
     low, high = np.array([each[0] for each in moments]), np.array([each[1] for each in moments])

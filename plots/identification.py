@@ -1,8 +1,8 @@
 """`mover identify`: fit springs to measured joint angles, and write them and a picture."""
 
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import degrees, inf, isfinite
 from pathlib import Path
@@ -11,9 +11,10 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_table
+from generator.cli.answer import HIDDEN, MERGED, OMITTED_IF_NONE, CommandResult, Paragraphs, Table
 from generator.cli.inputs import (
     constraints_from_options,
+    given_options,
     load_figure,
     require_simulatable,
     springs_from_option,
@@ -48,10 +49,11 @@ from generator.identification.fit import (
 from generator.identification.fitted_springs import decimals, fitted_springs_text
 from generator.identification.law_tails import TORQUE_CHANGE
 from generator.identification.measured_angles import format_time, read_measured_angles
-from generator.simulation.import_exudyn import import_exudyn
+from generator.model import Model
 from generator.simulation.plan import Plan
+from generator.simulation.preconditions import import_exudyn
 from generator.study.parameter_paths import Case, ParameterPath, parse_path
-from plots.pendulum_test import pendulum_tests
+from plots.pendulum_test import PendulumTest, pendulum_tests
 from plots.plate import PICTURE_FORMATS
 
 NEGLIGIBLE_CHANGE = 1e-3
@@ -66,6 +68,85 @@ class Protocol(StrEnum):
     """Test of joints whose numbers are reported."""
 
     PENDULUM = "pendulum"
+
+
+@dataclass(frozen=True)
+class SwingResult(CommandResult):
+    """Numbers of the swings of joints."""
+
+    figure: str
+    data: str
+    pendulum: Sequence[PendulumTest] | None = field(metadata=OMITTED_IF_NONE)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the paragraphs of each test."""
+        return (text for test in self.pendulum or () for text in test.paragraphs())
+
+
+@dataclass(frozen=True)
+class UnfinishedResult(CommandResult):
+    """Best values of a fit that reached the limit of the computing time."""
+
+    figure: str
+    data: str
+    error: str
+    best: Mapping[str, float] | None
+    pendulum: Sequence[PendulumTest] | None = field(metadata=OMITTED_IF_NONE)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the tests, and that there is no fit."""
+        yield from (text for test in self.pendulum or () for text in test.paragraphs())
+        yield "the fit is not finished; nothing was written"
+
+
+@dataclass(frozen=True)
+class FitResult(CommandResult):
+    """Fit of springs to measured angles."""
+
+    figure: str
+    numbers: Mapping[str, object] = field(metadata=MERGED)
+    files: Sequence[Path]
+    pendulum: Sequence[PendulumTest] | None = field(metadata=OMITTED_IF_NONE)
+    fit: Fit = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the tests, the estimates, what they are worth, and the files."""
+        yield from (text for test in self.pendulum or () for text in test.paragraphs())
+        data, fit = self.fit.data, self.fit
+        yield (
+            f"{data.name}: {format_count(data.angles.size, 'angle')} of "
+            f"{', '.join(dict.fromkeys(joint for joint, _ in data.columns))}, "
+            f"{format_time(data.times[0])} to {format_time(data.times[-1])} s"
+        )
+        yield Table([*_estimate_rows(fit)], 2)
+        masses = GIVEN_TORQUES if fit.has_fitted_masses else GIVEN_MASSES
+        yield "\n".join([*_residual_lines(fit), masses])
+        yield "\n".join(f"doubt: {doubt}" for doubt in fit_doubts(fit))
+        yield "\n".join([*(f"wrote {path}" for path in self.files), *self._omissions()])
+
+    def _omissions(self) -> Iterator[str]:
+        """Yield the line about the estimates that a springs file does not have."""
+        others = [
+            one.path
+            for one in self.fit.estimates
+            if not one.is_start and not one.path.startswith("springs.")
+        ]
+        springs = [path for path in self.files if path.suffix == ".toml"]
+        if springs and others:
+            yield f"{springs[0]} has springs only: {', '.join(others)} is in its comment alone"
+
+    def details(self) -> Paragraphs:
+        """Return tables of the starts and the correlations."""
+        names = [one.path for one in self.fit.estimates]
+        rows = [["start", *names, "rms [deg]", ""]]
+        for number, one in enumerate(self.fit.starts, 1):
+            rms = "failed" if one.rms is None else f"{degrees(one.rms):.4g}"
+            values = [f"{value:.4g}" for value in one.values]
+            rows.append([str(number), *values, rms, "least" if one.is_best else ""])
+        correlations = [["correlation", *names]]
+        for name, row in zip(names, self.fit.correlations.tolist(), strict=True):
+            correlations.append([name, *(f"{value:+.3f}" for value in row)])
+        return Table(rows), Table(correlations)
 
 
 def identify(
@@ -161,30 +242,23 @@ def identify(
     diagnostics += more
     measured = measured.between(*_window(start, stop))
     tests = pendulum_tests(measured) if protocol is Protocol.PENDULUM else ()
-    texts = [paragraph for test in tests for paragraph in test.paragraphs()]
-    numbers = {"pendulum": [test.as_json() for test in tests]} if tests else {}
     if not fit:
-        return CommandResult(
-            text="\n\n".join(texts),
-            data={"figure": name, "data": measured.name, **numbers},
-            diagnostics=diagnostics,
-        )
+        return SwingResult(name, measured.name, tests or None, diagnostics=diagnostics)
     start_values, more = start_displacements_from_options(figure, pose, displacements or ())
     diagnostics += more
-    require_simulatable(figure, spring_set, None if locks else start_values, diagnostics)
+    model = Model(figure, spring_set)
+    require_simulatable(model, None if locks else start_values, diagnostics)
     constraints, more = constraints_from_options(figure, None, locks or ())
     diagnostics += more
     constraints.check_consistency(figure, displacements or (), 0.0, velocities or ())
     plan = Plan(
-        springs=spring_set,
-        joining=law,
         displacements=start_values,
         velocities=velocities_from_options(velocities or (), figure),
         locked=constraints.locked,
     )
     if gravity is not None:
         plan = replace(plan, gravity=vector_from_option("--gravity", gravity))
-    case = Case(figure, plan)
+    case = Case(model, plan)
     paths = [_parse_fitted_path(text, case) for text in fit]
     files = [path for path in (output, plot) if path is not None]
     check_writable(files, (figure.path, springs, pose, data))
@@ -201,12 +275,13 @@ def identify(
             fitted = fit_springs(case, measured, paths, options, watch, deadline=deadline)
         except UnfinishedFitError as unfinished:
             failure = f"--wall-limit {limit:g}: {unfinished}"
-            best = {"error": failure, "best": unfinished.values}
-            return CommandResult(
-                text="\n\n".join([*texts, "the fit is not finished; nothing was written"]),
-                data={"figure": name, "data": measured.name, **best, **numbers},
+            return UnfinishedResult(
+                name,
+                measured.name,
+                failure,
+                unfinished.values,
+                tests or None,
                 diagnostics=diagnostics,
-                code=ExitCode.RUN_FAILED,
                 failure=failure,
             )
     contents: dict[Path, str | bytes] = {}
@@ -219,12 +294,13 @@ def identify(
 
         contents[plot] = render_figure(draw_identification(fitted), plot.suffix.lower()[1:])
     write_files(contents)
-    return CommandResult(
-        text="\n\n".join([*texts, *_format_paragraphs(fitted, files)]),
-        data={**_json_data(name, fitted, files), **numbers},
+    return FitResult(
+        figure=name,
+        numbers=_fit_data(fitted),
+        files=files,
+        pendulum=tests or None,
+        fit=fitted,
         diagnostics=diagnostics,
-        details=_format_starts(fitted),
-        code=ExitCode.RUN_FAILED if fitted.unfinished else ExitCode.SUCCESS,
         failure=f"--wall-limit {limit:g}: {fitted.unfinished}" if fitted.unfinished else None,
     )
 
@@ -232,10 +308,7 @@ def identify(
 def _check_options(
     output: Path | None, plot: Path | None, tolerance: float | None, step: float | None
 ) -> None:
-    if step is not None and tolerance is not None:
-        raise UsageError(
-            "--step and --tolerance exclude each other: a fixed step has no error control"
-        )
+    given_options({"step": step, "tolerance": tolerance})
     if output is not None and output.suffix != ".toml":
         raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
     if plot is not None and plot.suffix.lower()[1:] not in PICTURE_FORMATS:
@@ -265,34 +338,6 @@ def _window(start: float | None, stop: float | None) -> tuple[float, float]:
         if value is not None and not isfinite(value):
             raise UsageError(f"--{option} {value}: the number must be finite")
     return -inf if start is None else start, inf if stop is None else stop
-
-
-def _format_paragraphs(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
-    data = fit.data
-    yield (
-        f"{data.name}: {format_count(data.angles.size, 'angle')} of "
-        f"{', '.join(dict.fromkeys(joint for joint, _ in data.columns))}, "
-        f"{format_time(data.times[0])} to {format_time(data.times[-1])} s"
-    )
-    yield format_table([*_estimate_rows(fit)], left_columns=2)
-    yield "\n".join([*_residual_lines(fit), *_mass_lines(fit)])
-    doubts = fit_doubts(fit)
-    if doubts:
-        yield "\n".join(f"doubt: {doubt}" for doubt in doubts)
-    if files:
-        yield "\n".join([*(f"wrote {path}" for path in files), *_omission_lines(fit, files)])
-
-
-def _omission_lines(fit: Fit, files: Sequence[Path]) -> Iterator[str]:
-    """Line about the estimates that a springs file does not have."""
-    others = [
-        one.path
-        for one in fit.estimates
-        if not one.is_start and not one.path.startswith("springs.")
-    ]
-    springs = [path for path in files if path.suffix == ".toml"]
-    if springs and others:
-        yield f"{springs[0]} has springs only: {', '.join(others)} is in its comment alone"
 
 
 def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
@@ -358,33 +403,15 @@ def _residual_lines(fit: Fit) -> Iterator[str]:
     )
 
 
-def _mass_lines(fit: Fit) -> Iterator[str]:
-    yield GIVEN_TORQUES if fit.has_fitted_masses else GIVEN_MASSES
-
-
-def _format_starts(fit: Fit) -> str:
-    """Table of the starts, and the correlations."""
-    names = [one.path for one in fit.estimates]
-    rows = [["start", *names, "rms [deg]", ""]]
-    for number, one in enumerate(fit.starts, 1):
-        rms = "failed" if one.rms is None else f"{degrees(one.rms):.4g}"
-        values = [f"{value:.4g}" for value in one.values]
-        rows.append([str(number), *values, rms, "least" if one.is_best else ""])
-    correlations = [["correlation", *names]]
-    for name, row in zip(names, fit.correlations.tolist(), strict=True):
-        correlations.append([name, *(f"{value:+.3f}" for value in row)])
-    return f"{format_table(rows)}\n\n{format_table(correlations)}"
-
-
-def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
+def _fit_data(fit: Fit) -> dict[str, object]:
+    """Return the fit for `--json`."""
     tests, data = fit.tests, fit.data
     return {
-        "figure": name,
         "data": data.name,
         "columns": [f"{joint}.{coordinate + 1}" for joint, coordinate in data.columns],
         "release_s": fit.release,
-        "start_s": float(data.times[0]),
-        "stop_s": float(data.times[-1]),
+        "start_s": data.times[0],
+        "stop_s": data.times[-1],
         "estimates": [
             {**_estimate_data(one), "change_by_tail": fit.change_by_tail(one.path)}
             for one in fit.estimates
@@ -403,7 +430,7 @@ def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
             for tail in fit.tails
         ],
         "confidence": CONFIDENCE,
-        "correlations": fit.correlations.tolist(),
+        "correlations": fit.correlations,
         "condition": fit.condition,
         "noise_sd_deg": degrees(fit.noise_sd),
         "noise_is_stated": fit.options.sd is not None,
@@ -423,7 +450,7 @@ def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
         "step_s": fit.accuracy.step,
         "starts": [
             {
-                "values": list(one.values),
+                "values": one.values,
                 "rms_deg": None if one.rms is None else degrees(one.rms),
                 "is_best": one.is_best,
             }
@@ -432,17 +459,16 @@ def _json_data(name: str, fit: Fit, files: Sequence[Path]) -> dict[str, object]:
         "runs": fit.runs,
         "failed_runs": fit.failed_runs,
         "unfinished": fit.unfinished,
-        "doubts": list(fit_doubts(fit)),
+        "doubts": fit_doubts(fit),
         "samples": [
             {"time_s": time, "measured_deg": measured, "simulated_deg": simulated}
             for time, measured, simulated in zip(
-                data.times.tolist(),
-                np.degrees(data.angles).tolist(),
-                np.degrees(fit.simulated).tolist(),
+                data.times,
+                np.degrees(data.angles),
+                np.degrees(fit.simulated),
                 strict=True,
             )
         ],
-        "files": [str(path) for path in files],
     }
 
 
@@ -452,13 +478,12 @@ def _estimate_data(one: Estimate) -> dict[str, object]:
         "path": one.path,
         "unit": one.unit,
         "estimate": one.value,
-        "sd": finite_or_none(one.sd),
-        "interval": list(one.interval),
-        "profile_interval": one.profile_interval and list(one.profile_interval),
-        "profile": profile
-        and {"values": profile.values.tolist(), "distances_sd": profile.distances.tolist()},
+        "sd": one.sd,
+        "interval": one.interval,
+        "profile_interval": one.profile_interval,
+        "profile": profile and {"values": profile.values, "distances_sd": profile.distances},
         "change_per_relative_mass": one.mass_slope,
-        "bias_sd": finite_or_none(one.bias),
+        "bias_sd": one.bias,
         "at_bound": one.at_bound,
         "is_start": one.is_start,
     }

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from generator.identification.fit import CONFIDENCE, Estimate, Fit
 from generator.identification.fitted_springs import decimals
-from generator.identification.residual_tests import autocorrelations
+from generator.identification.whiteness import autocorrelations
 from plots.canvas import (
     BLACK,
     BLUE,
@@ -18,12 +18,10 @@ from plots.canvas import (
     PALE,
     VERMILION,
     LineStyle,
+    Look,
     draw_zero_line,
     plot_style,
 )
-
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
 
 MAX_COLUMNS_DRAWN = 4
 """Largest number of measured angles that are drawn: those that move most."""
@@ -95,16 +93,11 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
             rasterized=_is_image(fit),
             label=f"{name}, measured",
         )
-        axes.plot(
-            times,
-            np.degrees(fit.simulated[:, k]),
-            style.dash,
-            color=style.colour,
-            label=f"{name}, fit",
-        )
+        simulated, label = np.degrees(fit.simulated[:, k]), f"{name}, fit"
+        axes.plot(times, simulated, style.dash, color=style.colour, label=label)
     axes.set_ylabel("angle [deg]")
     axes.legend(loc="upper right" if _is_image(fit) else "best", ncols=2)  # slow with many samples
-    axes.set_title(f"{data.name}: measured and fitted angles", loc="left")
+    axes.set_title(f"{data.name}: measured and fitted angles")
 
 
 def _draw_residuals(axes: Axes, fit: Fit) -> None:
@@ -116,11 +109,9 @@ def _draw_residuals(axes: Axes, fit: Fit) -> None:
     draw_zero_line(axes)
     for k, style in _drawn_columns(fit):
         values = np.degrees(fit.residuals[:, k])
-        axes.plot(
-            fit.data.times, values, ".", ms=3.0, color=style.colour, rasterized=_is_image(fit)
-        )
-    axes.set_ylabel("fit - measured\n[deg]")
-    axes.set_xlabel("time [s]")
+        look: Look = {"ms": 3.0, "color": style.colour, "rasterized": _is_image(fit)}
+        axes.plot(fit.data.times, values, ".", **look)
+    axes.set(ylabel="fit - measured\n[deg]", xlabel="time [s]")
     limit = 1.15 * max(band, float(np.degrees(np.abs(fit.residuals).max())))
     axes.set_ylim(-limit, limit)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.0)
@@ -162,11 +153,7 @@ def _draw_profile(axes: Axes, estimate: Estimate, *, is_first: bool) -> None:
     axes.locator_params(axis="x", nbins=3)
     digits = decimals(estimate.sd)
     first, last = ("open" if end is None else f"{end:.{digits}f}" for end in ends)
-    axes.set_title(
-        f"{estimate.value:.{digits}f}\n{_LEVEL}: {first} .. {last}",
-        loc="left",
-        fontsize=8.0,
-    )
+    axes.set_title(f"{estimate.value:.{digits}f}\n{_LEVEL}: {first} .. {last}", fontsize=8.0)
     if is_first:
         axes.set_ylabel("increase of squares\n[variance of noise]")
         axes.legend(loc="best", fontsize=7.0, handlelength=1.4)
@@ -186,4 +173,4 @@ def _draw_autocorrelation(axes: Axes, fit: Fit) -> None:
     probability = fit.tests.whiteness
     known = "" if probability is None else f"\np = {probability:.2g}"
     axes.set_xlabel(f"lag [samples]{known}")
-    axes.set_title("autocorrelation\ngrey: independent", loc="left", fontsize=8.0)
+    axes.set_title("autocorrelation\ngrey: independent", fontsize=8.0)

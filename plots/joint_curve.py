@@ -4,15 +4,15 @@ A curve is compared with measurements of people only, within the range that was 
 within a dead zone that the thesis does not print.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import degrees, isnan, nan, radians
 
 import numpy as np
 from numpy.typing import NDArray
 
-from generator import Plan, read_figure, static_torques
-from generator.simulation.plan import resolve_springs
+from generator import read_figure, static_torques
+from generator.springs_file.read import read_springs
 from plots.literature import Literature
 from plots.plate import Claim, ClaimKind, incomparable_claim
 from springs import AxisSpring, Cubic, total_torque
@@ -34,7 +34,7 @@ class JointCurve:
     Attributes:
         joint: its name, the left one of a pair.
         spring: the figure's spring about the axis.
-        angles: in the sense of the motion, increasing, shape (n,) [rad].
+        angles: angles in the sense of the motion, increasing, shape (n,) [rad].
         simulated: read out of Exudyn, shape (n,) [N m].
         other_side_torques: the same of the right joint about its own axis, or None without one.
         low: lower end of the normal range of motion, or None if unknown.
@@ -186,8 +186,7 @@ def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = N
         held_deg: angles of revolute joints other than zero [deg].
     """
     figure = read_figure("prototype")
-    plan = Plan()
-    springs = resolve_springs(figure, plan)
+    springs = read_springs(None, figure)
     pair = [name for name in (joint, joint.replace("left", "right")) if name in figure.joints]
     pair = list(dict.fromkeys(pair))
     springs_of_pair = {name: _spring_about(springs.joints[name].axes, motion) for name in pair}
@@ -202,7 +201,7 @@ def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = N
             chain = figure.joints[name].chain
             pose[name] = np.array([angle * np.dot(f.axis, spring.direction) for f in chain])
         poses.append(pose)
-    read = static_torques(figure, poses, plan)
+    read = static_torques(figure, poses)
     sides = [read[name] @ spring.direction for name, spring in springs_of_pair.items()]
     return JointCurve(
         joint,
@@ -279,7 +278,7 @@ def range_end_claim(
     Args:
         curve: simulated.
         end: one of `curve.range_ends`.
-        remark: of the claim.
+        remark: remark of the claim.
         obstacle: reason why this end cannot be compared, or "".
     """
     side = -1 if end is curve.low else 1
@@ -292,6 +291,14 @@ def range_end_claim(
     if obstacle:
         return incomparable_claim(sentence.removesuffix(": difference"), obstacle)
     return comparison(sentence, abs(at - normal), "deg", degrees(RANGE_MARGIN), remark)
+
+
+def range_end_claims(
+    curve: JointCurve, low: str = "", high: str = "", obstacle: str = ""
+) -> Iterator[Claim]:
+    """Compare both ends of the normal range, with a remark on each; see `range_end_claim`."""
+    for end in curve.range_ends:
+        yield range_end_claim(curve, end, high if end is curve.high else low, obstacle)
 
 
 def range_width_claim(curve: JointCurve, remark: str = "") -> Claim:
@@ -326,7 +333,7 @@ def difference_claim(
         literature: published.
         low: lower end of the range compared [rad], cut to the range that was measured.
         high: upper end.
-        remark: of the claim.
+        remark: remark of the claim.
     """
     known = literature.valid_range or (low, high)
     low, high = max(low, known[0]), min(high, known[1])
@@ -366,7 +373,7 @@ def same_direction_claim(
         literature: published.
         low: lower end of the range compared [rad], cut to the range that was measured.
         high: upper end.
-        remark: of the claim.
+        remark: remark of the claim.
     """
     known = literature.valid_range or (low, high)
     low, high = max(low, known[0]), min(high, known[1])

@@ -1,7 +1,8 @@
 """The plate of one joint's curve: ranges, torques, and differences from the literature."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import degrees
 from typing import Any
 
@@ -18,25 +19,24 @@ from plots.canvas import (
     PALE,
     THESIS_STYLE,
     LineStyle,
+    Look,
     add_footer,
     add_legend_above,
     add_title,
     create_panels,
     draw_band,
     draw_curve,
+    draw_line,
+    draw_marks,
     draw_points,
     draw_zero_line,
+    line_look,
     plot_style,
 )
 from plots.joint_curve import JointCurve, law_claims, read_curve
-from plots.literature import Literature
+from plots.literature import Literature, thesis_reference
 from plots.plate import Claim, Plate, incomparable_claim
 from springs.backends import Array
-from springs.published import tables as published
-
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 
 EXUDYN_STYLE = LineStyle("#E69F00", "-", "o")
 """Style of the torques read out of Exudyn."""
@@ -68,8 +68,8 @@ class Window:
 
     Attributes:
         angles: [deg].
-        torques: of the upper panel [N m]; curves are cut off beyond.
-        residuals: of the lower panel, likewise.
+        torques: torques of the upper panel [N m]; curves are cut off beyond.
+        residuals: residuals of the lower panel, likewise.
     """
 
     angles: tuple[float, float]
@@ -88,13 +88,13 @@ class JointPlate:
     """One joint's curve to be read out of Exudyn, drawn and compared; a call makes the plate.
 
     Attributes:
-        name: of the plate.
-        title: with the number of the thesis's figure.
+        name: name of the plate.
+        title: title with the number of the thesis's figure.
         joint: the left one of a pair.
         motion: name of the positive sense about the axis.
         literature: drawn beside the curve, at most as many as there are `LINE_STYLES`.
         window: limits of the axes.
-        claims: of the curve and the literature, in addition to those of the law.
+        claims: claims of the curve and the literature, in addition to those of the law.
         comment: beginning of the caption.
         held_deg: angles of revolute joints other than zero [deg].
         is_estimate: True if the thesis names no source; otherwise the literature substitutes for a
@@ -117,16 +117,15 @@ class JointPlate:
 
     def __call__(self) -> Plate:
         """Read the curve out of Exudyn and draw it."""
-        return self.draw(self.read_curve())
+        return self.build(self.collect())
 
-    def read_curve(self) -> JointCurve:
+    def collect(self) -> JointCurve:
         """Read the joint's curve out of Exudyn."""
         return read_curve(self.joint, self.motion, self.held_deg)
 
-    def draw(self, curve: JointCurve) -> Plate:
+    def build(self, curve: JointCurve) -> Plate:
         """Draw the plate of a curve."""
-        thesis = published.publication("otani_1989").reference
-        own = [str(replace(thesis, place="appendix A")), curve.spring.reference]
+        own = [thesis_reference("appendix A"), curve.spring.reference]
         others = [str(row.reference) for row in self.literature]
         ends = [str(end.reference) for end in curve.range_ends]
         references = tuple(dict.fromkeys([*own, *others, *ends]))
@@ -174,8 +173,9 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         wide = window.angles[1] - window.angles[0] > 140.0
         lower.xaxis.set_major_locator(MultipleLocator(30.0 if wide else 15.0))
         upper.set_ylabel("torque on the child [N m]")
-        lower.set_ylabel("simulated -\npublished [N m]")
-        lower.set_xlabel(f"angle [deg], positive in {curve.motion}")
+        lower.set(
+            ylabel="simulated -\npublished [N m]", xlabel=f"angle [deg], positive in {curve.motion}"
+        )
         add_legend_above(
             figure,
             strip,
@@ -269,14 +269,7 @@ def _draw_literature(axes: Axes, literature: Literature, angles: Array, style: L
         axes, np.degrees(angles), literature.torque(angles), literature.valid_range, style, "_", 1.4
     )
     marks = np.radians(_marker_angles(angles))
-    axes.plot(
-        np.degrees(marks),
-        literature.torque(marks),
-        style.marker,
-        color=style.colour,
-        mfc="white",
-        ms=4.0,
-    )
+    draw_marks(axes, np.degrees(marks), literature.torque(marks), style, size=4.0)
 
 
 def _marker_angles(angles: Array) -> Array:
@@ -304,7 +297,7 @@ def _draw_residual(
     draw_curve(axes, np.degrees(angles), less, literature.valid_range, style, "_", 1.2)
     marks = np.radians(_marker_angles(angles))
     less = np.interp(marks, curve.angles, curve.simulated) - literature.torque(marks)
-    axes.plot(np.degrees(marks), less, style.marker, color=style.colour, mfc="white", ms=3.5)
+    draw_marks(axes, np.degrees(marks), less, style, size=3.5)
 
 
 def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
@@ -313,39 +306,26 @@ def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
     axes.plot(degrees_read, curve.simulated, color=EXUDYN_STYLE.colour, lw=1.0, zorder=2.5)
     rounded = np.round(degrees_read / _READING_SPACING) * _READING_SPACING
     shown = (np.abs(degrees_read - rounded) < 1e-6) & curve.range_mask(*np.radians(window.angles))
-    axes.plot(
-        degrees_read[shown],
-        curve.simulated[shown],
-        EXUDYN_STYLE.marker,
-        color=EXUDYN_STYLE.colour,
-        mec=BLACK,
-        mew=0.7,
-        ms=4.5,
-        zorder=4,
-    )
+    look: Look = {"ls": "none", "zorder": 4, **_READING_LOOK}
+    draw_line(axes, degrees_read[shown], curve.simulated[shown], EXUDYN_STYLE, **look)
+
+
+_READING_LOOK: Look = {"mfc": EXUDYN_STYLE.colour, "mec": BLACK, "mew": 0.7, "ms": 4.5}
 
 
 def _common_handles(curve: JointCurve, references: Sequence[str], sense_odds: str) -> list[Line2D]:
     """Legend entries of the simulated curve, the thesis's cubic and the normal range."""
-    read = Line2D(
-        [], [], lw=1.0, marker=EXUDYN_STYLE.marker, color=EXUDYN_STYLE.colour, mec=BLACK, ms=4.5
-    )
-    read.set_markeredgewidth(0.7)
-    read.set_label("simulated: read out of Exudyn, joint at rest")
-    printed = Line2D(
-        [], [], color=THESIS_STYLE.colour, lw=1.1, label="thesis: cubic as printed [1, 2]"
-    )
-    handles = [read, printed]
+    label = "simulated: read out of Exudyn, joint at rest"
+    reading: Look = {**line_look(EXUDYN_STYLE), **_READING_LOOK, "lw": 1.0, "label": label}
+    handles = [Line2D([], [], **reading)]
+    cubics: list[tuple[str, Any]] = [("thesis: cubic as printed [1, 2]", "-")]
     if curve.cubic.dead_zone is not None:
-        label = "cubic as printed, ruled out by the dead zone"
-        handles.append(
-            Line2D([], [], color=THESIS_STYLE.colour, lw=1.1, ls=EXCLUDED_DASH, label=label)
-        )
+        cubics.append(("cubic as printed, ruled out by the dead zone", EXCLUDED_DASH))
     if sense_odds:
         label = f"cubic in the other sense: the odds are {sense_odds}"
-        handles.append(
-            Line2D([], [], color=THESIS_STYLE.colour, lw=1.1, ls=OTHER_SENSE_DASH, label=label)
-        )
+        cubics.append((label, OTHER_SENSE_DASH))
+    colour = THESIS_STYLE.colour
+    handles += [Line2D([], [], color=colour, lw=1.1, ls=ls, label=text) for text, ls in cubics]
     numbers = sorted({references.index(str(end.reference)) + 1 for end in curve.range_ends})
     cited = f" [{', '.join(map(str, numbers))}]" if numbers else ""
     ends = Line2D(
@@ -365,17 +345,8 @@ def _literature_handle(literature: Literature, style: LineStyle, label: str) -> 
     if not literature.is_line:
         dash = "none"
     width = 1.0 if dash == ":" else 1.4
-    return Line2D(
-        [],
-        [],
-        color=style.colour,
-        ls=dash,
-        lw=width,
-        marker=style.marker,
-        mfc="white",
-        ms=4.0,
-        label=label,
-    )
+    look: Look = {**line_look(style), "ls": dash, "lw": width, "label": label}
+    return Line2D([], [], **look)
 
 
 _CAPTION_TEMPLATE = (
@@ -468,29 +439,23 @@ def _tables(plate: JointPlate, curve: JointCurve) -> dict[str, dict[str, Array]]
             # Beyond the window an exponential is meaningless, and may overflow.
             shown = np.where(inside, row.torque(curve.angles), np.nan)
             read[f"{row.label} [N m]"] = shown
-            edges = row.band(curve.angles)
-            if edges is not None:
-                for side, edge in zip(("lower", "upper"), edges, strict=True):
-                    column = f"{row.label}, {side} edge of the scatter [N m]"
-                    read[column] = np.where(inside, edge, np.nan)
+            for side, edge in _edges(row, curve.angles):
+                column = f"{row.label}, {side} edge of the scatter [N m]"
+                read[column] = np.where(inside, edge, np.nan)
         else:
             at, torques = row.points
             simulated = np.interp(at, curve.angles, curve.simulated)
-            tables[_file_name_part(row.label)] = {
+            tables["_".join(re.findall("[a-z0-9]+", row.label.lower()))] = columns = {
                 "angle [deg]": np.degrees(at),
                 "published [N m]": torques,
                 "simulated [N m]": simulated,
                 "simulated - published [N m]": simulated - torques,
             }
-            edges = row.band(at)
-            if edges is not None:
-                columns = tables[_file_name_part(row.label)]
-                for side, edge in zip(("lower", "upper"), edges, strict=True):
-                    columns[f"{side} edge of the scatter [N m]"] = edge
+            for side, edge in _edges(row, at):
+                columns[f"{side} edge of the scatter [N m]"] = edge
     return tables
 
 
-def _file_name_part(label: str) -> str:
-    """Turn a label into a part of a file name."""
-    words = "".join(c if c.isalnum() else " " for c in label.lower()).split()
-    return "_".join(words)
+def _edges(row: Literature, angles: Array) -> Iterable[tuple[str, Array]]:
+    """Lower and upper edge of the published scatter, if it is known."""
+    return zip(("lower", "upper"), row.band(angles) or (), strict=False)

@@ -27,16 +27,21 @@ YOON_MANSOUR = (
 _ALL_ANGLES: Range = (-inf, inf)
 
 
+def thesis_reference(place: str) -> str:
+    """Return the reference of the thesis with a place in it."""
+    return str(replace(published.publication("otani_1989").reference, place=place))
+
+
 @dataclass(frozen=True)
 class Literature:
     """A published curve in the sense of the joint's angle, as torque on the child.
 
     Attributes:
-        label: in the legend, without its reference.
+        label: label in the legend, without its reference.
         pieces: laws, each with the range for which it is published [rad]; where they overlap the
             first one applies.
         valid_range: range in which the curve may be used [rad], or None if unknown.
-        reference: of the publication.
+        reference: reference of the publication.
         sample: what was measured.
         range_is_measured: whether `valid_range` is that of a measurement.
         held_text: angles of other joints during the measurement, in words, or "".
@@ -168,8 +173,8 @@ def single_angle_curve(
         key: of the law.
         motion: the coordinate, as "hip flexion".
         held_deg: the other coordinates [deg].
-        label: in the legend.
-        note: as in `Literature`.
+        label: label in the legend.
+        note: note as in `Literature`.
     """
     row = published.coupled_law(key)
     law = row.law.single_angle_law(
@@ -207,6 +212,19 @@ class Measurements:
         """Select the rows with these cells."""
         rows = [row for row in self.rows if all(row[key] == cells[key] for key in cells)]
         return Measurements(self.provenance, rows)
+
+    def groups(self, *keys: str) -> dict[tuple[str, ...], "Measurements"]:
+        """The rows with the same cells in some columns, by these cells, without the columns."""
+        rest = [key for key in self.rows[0] if key not in keys]
+        groups: dict[tuple[str, ...], list[TableRow]] = {}
+        for row in self.rows:
+            cells = {key: row[key] for key in rest}
+            groups.setdefault(tuple(row[key] for key in keys), []).append(cells)
+        return {cells: Measurements(self.provenance, rows) for cells, rows in groups.items()}
+
+    def numbers(self, *headers: str) -> dict[str, Array]:
+        """The numbers of columns [default: all], by header."""
+        return {header: self.column(header) for header in headers or self.rows[0]}
 
     def column(self, header: str) -> Array:
         """The numbers of a column, shape (rows,)."""

@@ -33,7 +33,7 @@ class Medium:
     """Page on which a picture is shown.
 
     Attributes:
-        width: of the picture [inch].
+        width: width of the picture [inch].
         is_paper: whether title and references stand elsewhere.
     """
 

@@ -1,14 +1,14 @@
 """The plate of a user's motion: angles, passive moments, energies, centre of mass, contact."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from generator.contact_record import ContactRecord
+from generator.contact.record import ContactRecord
 from generator.figure import is_rotation
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.kinematics.placement import Displacements
@@ -30,6 +30,7 @@ from plots.canvas import (
     plot_style,
 )
 from plots.plate import Plate
+from plots.whole_body import centre_velocities
 from springs import (
     NUMPY,
     CoupledSpring,
@@ -41,9 +42,6 @@ from springs import (
     total_energy,
     total_torque,
 )
-
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
 
 _ROW_HEIGHT = 1.35
 """Height of a row of panels [inch]."""
@@ -65,7 +63,7 @@ class MotionQuantities:
         angles: rotations of each joint [rad], shape (n, number of rotations).
         moments: passive moment of each joint on its child in the parent's axes [N m], (n, 3); of a
             joint of one rotation its moment about the axis, (n, 1).
-        energies: by kind [J], shape (n,).
+        energies: energies by kind [J], shape (n,).
         centre_of_mass: shape (n, 3) [m].
     """
 
@@ -219,18 +217,10 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
 
 
 def _energies(motion: FigureMotion, springs: SpringSet, rates: Displacements) -> dict[str, Array]:
-    kinematics = motion.tree.kinematics
-    values = kinematics.displacement_vector(motion.displacements)
-    twists = kinematics.twists(values) * kinematics.displacement_vector(rates)[..., None]
     kinetic, gravity = np.zeros(len(motion.times)), np.zeros(len(motion.times))
-    figure = motion.tree.figure
-    masses = segment_masses(figure)
-    for name, centre_in_segment in zip(masses.segments, masses.centres_in_segment, strict=True):
-        segment, pose = figure.segments[name], motion.poses[name]
-        velocity = twists[:, kinematics.motion_masks[name]].sum(axis=1)
-        centre = np.asarray(pose[:, :3, :3] @ centre_in_segment + pose[:, :3, 3], dtype=float)
-        spin = (np.swapaxes(pose[:, :3, :3], -1, -2) @ velocity[:, :3, None])[..., 0]
-        linear = velocity[:, 3:] + np.cross(velocity[:, :3], centre)
+    for name, centre, angular, linear in centre_velocities(motion, motion.poses, rates):
+        segment, turn = motion.tree.figure.segments[name], motion.poses[name][:, :3, :3]
+        spin = (np.swapaxes(turn, -1, -2) @ angular[..., None])[..., 0]
         kinetic += 0.5 * (segment.mass or 0.0) * np.sum(linear**2, axis=1)
         kinetic += 0.5 * np.sum(np.asarray(segment.inertia or (0.0,) * 3) * spin**2, axis=1)
         gravity += (segment.mass or 0.0) * _STANDARD_GRAVITY * centre[:, 1]
@@ -245,7 +235,7 @@ def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
         InputError: a segment has no mass.
     """
     quantities = motion_quantities(motion, springs)
-    groups = list(_groups(quantities.angles))
+    groups = _groups(quantities.angles)
     run = motion.recording
     with plot_style():
         contact = None if run is None else run.contact
@@ -256,14 +246,16 @@ def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
             _draw_group(right, motion, {n: quantities.moments[n] for n in group}, "N m")
         energies, centre = panels[len(groups)]
         _draw_energies(energies, motion.times, quantities.energies)
-        _draw_centre_of_mass(centre, motion.times, quantities.centre_of_mass)
+        moved = quantities.centre_of_mass - quantities.centre_of_mass[0]
+        _draw_components(centre, motion.times, moved, "centre of mass,\nmoved by [m]")
         if contact is not None:
-            _draw_reaction(panels[-1][0], motion.times, contact)
+            forces = contact.ground_reaction
+            _draw_components(panels[-1][0], motion.times, forces, "ground reaction [N]")
             _draw_depth(panels[-1][1], motion.times, contact)
         figure.legend(handles=_legend_handles(), ncols=6, loc="outside upper left", fontsize=7.5)
         if groups:
-            panels[0][0].set_title("joint angles [deg]", loc="left")
-            panels[0][1].set_title("passive moments on the child [N m]", loc="left")
+            panels[0][0].set_title("joint angles [deg]")
+            panels[0][1].set_title("passive moments on the child [N m]")
         for axes in panels[-1]:
             axes.set_xlabel("time [s]")
     return Plate(
@@ -302,12 +294,12 @@ def _caption(run: Recording | None) -> str:
     )
 
 
-def _groups(names: Mapping[str, Array]) -> Iterator[list[str]]:
-    """Yield the joints that share a row: pairs that differ in left and right."""
+def _groups(names: Mapping[str, Array]) -> list[list[str]]:
+    """Return the joints that share a row: pairs that differ in left and right."""
     groups: dict[str, list[str]] = {}
     for name in names:
         groups.setdefault(_SIDES.sub("", name), []).append(name)
-    yield from groups.values()
+    return list(groups.values())
 
 
 def _draw_group(axes: Axes, motion: FigureMotion, rows: Mapping[str, Array], unit: str) -> None:
@@ -342,19 +334,10 @@ def _draw_energies(axes: Axes, times: Array, energies: Mapping[str, Array]) -> N
     _legend_above(axes)
 
 
-def _draw_centre_of_mass(axes: Axes, times: Array, centre: Array) -> None:
-    for k, style in zip(range(3), _AXIS_STYLES, strict=False):
-        moved = centre[:, k] - centre[0, k]
-        axes.plot(times, moved, "-", color=style.colour, lw=1.2, label="xyz"[k])
-    axes.set_ylabel("centre of mass,\nmoved by [m]", fontsize=8.0)
-    _legend_above(axes)
-
-
-def _draw_reaction(axes: Axes, times: Array, contact: ContactRecord) -> None:
-    for k, style in zip(range(3), _AXIS_STYLES, strict=False):
-        force = contact.ground_reaction[:, k]
-        axes.plot(times, force, "-", color=style.colour, lw=1.2, label="xyz"[k])
-    axes.set_ylabel("ground reaction [N]", fontsize=8.0)
+def _draw_components(axes: Axes, times: Array, vectors: Array, label: str) -> None:
+    for column, style, name in zip(vectors.T, _AXIS_STYLES, "xyz", strict=False):
+        axes.plot(times, column, "-", color=style.colour, lw=1.2, label=name)
+    axes.set_ylabel(label, fontsize=8.0)
     _legend_above(axes)
 
 
@@ -377,7 +360,7 @@ def _legend_above(axes: Axes) -> None:
 
 
 def _table(motion: FigureMotion, quantities: MotionQuantities) -> dict[str, Array]:
-    columns: dict[str, Array] = {"time [s]": motion.times}
+    columns = {"time [s]": motion.times}
     for name, values in quantities.angles.items():
         columns |= {f"{name}.{k + 1} [deg]": np.degrees(row) for k, row in enumerate(values.T)}
     for name, values in quantities.moments.items():

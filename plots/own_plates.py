@@ -25,7 +25,7 @@ class OwnFiles:
         studies: folders of studies, as `mover sweep` writes them.
         springs: a springs file: of the motions, or to be drawn itself.
         against: springs to draw beside it: a springs file, or the name of a figure.
-        figure: of the motions; None for the figures that they name.
+        figure: figure of the motions; None for the figures that they name.
     """
 
     motions: Sequence[Path] = ()

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, nan, radians
 
-from generator.cli.answer import finite_or_none, format_table
+from generator.cli.answer import Table, finite_or_none
 from generator.diagnostics import InputError, error
 from generator.identification.measured_angles import MeasuredAngles
 from generator.identification.swing import MeasuredSwing, Swing, smooth_swing
@@ -31,8 +31,8 @@ class PendulumNumber:
     """A number of a swing.
 
     Attributes:
-        quantity: in words.
-        unit: of the values, or "".
+        quantity: quantity in words.
+        unit: unit of the values, or "".
         value: nan where the record does not have it.
         sd: standard deviation from the noise of the angles; nan where it is unknown.
         fact: published number of healthy people; None without one.
@@ -61,11 +61,11 @@ class PendulumTest:
     Attributes:
         joint: name of the joint, with the number of the displacement if it has several.
         samples: number of angles.
-        rate: of the samples [1/s].
+        rate: rate of the samples [1/s].
         noise: standard deviation of the angles about the smoothed ones [rad].
         turns: number of turning points.
         drop: angle from release to rest [rad].
-        numbers: of the swing.
+        numbers: numbers of the swing.
     """
 
     joint: str
@@ -86,7 +86,7 @@ class PendulumTest:
         head = ["quantity", "unit", "value", "sd"]
         rows = [[*head, *(["healthy", "band", ""] if facts else [])]]
         rows += [_cells(number) for number in self.numbers]
-        yield format_table(rows, left_columns=2)
+        yield str(Table(rows, 2))
         missing = [number.quantity for number in self.numbers if not isfinite(number.value)]
         if missing:
             yield f"The record is too short for: {', '.join(missing)}."
@@ -98,7 +98,7 @@ class PendulumTest:
         if facts:
             yield "\n".join(["healthy people:", *_sources(facts)])
 
-    def as_json(self) -> dict[str, object]:
+    def to_json(self) -> dict[str, object]:
         """The test for `--json`."""
         return {
             "joint": self.joint,

@@ -31,14 +31,14 @@ class Fact:
 
     Attributes:
         key: name in the file.
-        quantity: in words.
+        quantity: quantity in words.
         value: mean, in `unit`.
         spread: standard deviation between people; None if unknown.
-        unit: of the value, or "".
+        unit: unit of the value, or "".
         low: lower end of the band.
         high: upper end of the band.
         band: reason for its width.
-        source: of the value.
+        source: source of the value.
     """
 
     key: str
@@ -84,8 +84,8 @@ class SegmentMeans:
     """Mean masses and moments of inertia of the segments of a sample.
 
     Attributes:
-        stature: of the mean body [m].
-        mass: of the mean body [kg].
+        stature: stature of the mean body [m].
+        mass: mass of the mean body [kg].
         segments: mass [kg] and moments of inertia about the antero-posterior, medio-lateral and
             longitudinal axis [kg m2], by name without side.
     """
@@ -101,7 +101,7 @@ class Posture:
 
     Attributes:
         centre_depth: distance of the centre of mass from the top of the head [m].
-        moments: of inertia about the antero-posterior, lateral and long axis [kg m2].
+        moments: moments of inertia about the antero-posterior, lateral and long axis [kg m2].
     """
 
     centre_depth: float
@@ -115,7 +115,7 @@ class MeasuredMan:
     Attributes:
         stature: [m].
         mass: [kg].
-        postures: by name.
+        postures: postures by name.
     """
 
     stature: float
@@ -128,10 +128,10 @@ class PersonFacts:
     """All facts of the file.
 
     Attributes:
-        sources: by name.
+        sources: sources by name.
         facts: single numbers, by name.
-        segments: by sex.
-        men: in the order of the file.
+        segments: segments by sex.
+        men: men in the order of the file.
     """
 
     sources: Mapping[str, FactSource]

@@ -1,18 +1,17 @@
 """`mover picture`: shaded pictures of a figure, a pose or moments of a motion, and videos."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
-from generator.cli.answer import CommandResult, format_count
+from generator.cli.answer import CommandResult, Paragraphs, format_count
 from generator.cli.inputs import (
     check_segment_distances,
     load_figure,
@@ -26,7 +25,8 @@ from generator.cli.outputs import (
     suffix_fault,
     write_all_or_none,
 )
-from generator.cli.progress import ItemMonitor, no_item_monitor
+from generator.cli.progress import item_progress_bar, no_monitor
+from generator.contact.scene import Scene
 from generator.conversion import check_readable
 from generator.diagnostics import Diagnostic, UsageError
 from generator.input_files.pose import POSE_FILE
@@ -35,10 +35,17 @@ from generator.kinematics.placement import Placement, batched_placements
 from generator.losses import Losses
 from generator.motion_files import MOTION_FORMATS, FigureMotion
 from generator.rotations import Array
-from generator.scene import Scene
 from generator.text_io import write_atomic
 from plots.figure_image import Body, Poses, View, draw_moments
-from plots.framing import Size, bounds, floor_height, frame_moments, scaled
+from plots.framing import (
+    Size,
+    bounds,
+    floor_height,
+    frame_moments,
+    scaled,
+    size_from_options,
+    view_from_options,
+)
 from plots.video import VIDEO_FORMATS, Film
 
 if TYPE_CHECKING:
@@ -63,10 +70,10 @@ class Subject:
 
     Attributes:
         body: that is drawn.
-        placement: of a figure in one pose; None for a motion.
+        placement: placement of a figure in one pose; None for a motion.
         motion: None for a pose.
         inputs: files that the command reads.
-        warnings: of reading.
+        warnings: warnings of reading.
     """
 
     body: Body
@@ -341,50 +348,151 @@ def _check_outputs(outputs: Sequence[Path]) -> None:
             Film.require_encoder(path.suffix.lower())
 
 
-def picture(
-    source: str,
-    outputs: Sequence[Path],
-    *,
-    figure: str | None = None,
-    pose: Path | None = None,
-    sets: Sequence[str] = (),
-    at: str | None = None,
-    strip: int | None = None,
-    view: View,
-    scene: str | None = None,
-    floor: bool = False,
-    size: Size,
-    transparent: bool = False,
-    labels: bool = True,
-    fps: float | None = None,
-    progress: ItemMonitor = no_item_monitor,
-) -> CommandResult:
-    """Draw pictures and videos, and write them: all of them or none.
+class ViewName(StrEnum):
+    """Direction from which a figure is seen."""
 
-    Raises:
-        UsageError: options do not fit each other or the source.
-        InputError: a file is wrong or cannot be written.
-        MoverError: there is nothing to draw.
+    FRONT = "front"
+    SIDE = "side"
+    BACK = "back"
+    TOP = "top"
+    THREE_QUARTER = "three-quarter"
+
+
+@dataclass(frozen=True)
+class PictureResult(CommandResult):
+    """Pictures and videos that were written."""
+
+    source: str
+    times_s: Sequence[float]
+    files: Sequence[Path]
+    sizes: Mapping[str, Sequence[int]]
+    frames: int
+    losses: Sequence[str]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the losses, and the files with their sizes."""
+        lines = list(self.losses)
+        for path in self.files:
+            columns, rows = self.sizes.get(str(path), (0, 0))
+            size = f"{columns} x {rows} pixels" if rows else format_count(self.frames, "frame")
+            lines.append(f"wrote {path}, {size}")
+        return ("\n".join(lines),)
+
+
+def picture(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="FIGURE|POSE|MOTION",
+            help="A figure as elsewhere, a .pose, or a motion: .action .npz .mot .sto.",
+        ),
+    ],
+    outputs: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Picture, .png .svg .pdf, or video of a motion, .mp4 .gif.",
+        ),
+    ] = None,
+    figure: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FIGURE", help="Figure of a pose, or of a motion in place of its own."
+        ),
+    ] = None,
+    pose: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.pose", help="Pose file, as written by `mover pose`."),
+    ] = None,
+    displacements: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(metavar="T,...", help="Times of the moments [s]. [default: the first]"),
+    ] = None,
+    strip: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            max=60,
+            metavar="N",
+            help="Number of moments at equal intervals from the first time to the last.",
+        ),
+    ] = None,
+    view: Annotated[
+        ViewName, typer.Option(help="Direction of the view of a figure that faces +z.")
+    ] = ViewName.THREE_QUARTER,
+    turn: Annotated[
+        float | None,
+        typer.Option(help="Angle of the viewer from +z towards +x, in place of the view's [deg]."),
+    ] = None,
+    tilt: Annotated[
+        float | None,
+        typer.Option(
+            help="Angle by which the viewer looks down, in place of the view's [deg].",
+        ),
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|NAME", help="Scene whose boxes and level floor are drawn."),
+    ] = None,
+    floor: Annotated[bool, typer.Option("--floor", help="Draw a floor at the height 0.")] = False,
+    width: Annotated[
+        str | None,
+        typer.Option(metavar="640|8cm", help="Width in pixels, cm, mm or in. [default: fits 1600]"),
+    ] = None,
+    scale: Annotated[
+        float | None, typer.Option(help="Scale [pixels/m], in place of a width.")
+    ] = None,
+    dpi: Annotated[
+        float | None,
+        typer.Option(help="Resolution [dots/inch]. [default: 300 with a width in cm, else 100]"),
+    ] = None,
+    transparent: Annotated[
+        bool, typer.Option("--transparent", help="Leave out the white background.")
+    ] = False,
+    no_labels: Annotated[
+        bool, typer.Option("--no-labels", help="Leave out the times under several moments.")
+    ] = False,
+    fps: Annotated[
+        float | None,
+        typer.Option(min=1.0, max=100.0, help="Frames of a video per second. [default: 30]"),
+    ] = None,
+    *,
+    as_json: bool = False,
+    show_progress: bool = False,
+) -> CommandResult:
+    """Draw pictures and videos of a figure, a pose or a motion.
+
+    The options -o and --set may be repeated. Each .svg and .pdf holds the body in pixels, the times
+    as outlines. A video shows a motion from its first time to its last.
     """
-    _check_outputs(outputs)
-    subject = read_subject(source, figure, pose, sets)
-    _check_options(outputs, subject, at, strip, fps, transparent)
-    check_writable(outputs, (*subject.inputs, scene))
+    files, seen_from = outputs or [], view_from_options(view.value, turn, tilt)
+    size = size_from_options(width, scale, dpi)
+    progress = item_progress_bar if show_progress and not as_json else no_monitor
+    _check_outputs(files)
+    subject = read_subject(source, figure, pose, displacements or ())
+    _check_options(files, subject, at, strip, fps, transparent)
+    check_writable(files, (*subject.inputs, scene))
     props = Scene() if scene is None else read_scene(scene)
     ground = floor_height(props, floor)
     times = [] if subject.motion is None else times_from_options(at, strip, subject.motion)
     writers: list[tuple[Path, OutputWriter]] = []
     sizes: dict[str, list[int]] = {}
-    images = [path for path in outputs if path.suffix.lower() in IMAGE_FORMATS]
+    images = [path for path in files if path.suffix.lower() in IMAGE_FORMATS]
     if images:
         drawn = draw_picture(
             subject,
             times,
-            view,
+            seen_from,
             props,
             ground,
             size,
-            labelled=labels and len(times) > 1,
+            labelled=not no_labels and len(times) > 1,
             transparent=transparent,
         )
         sizes |= {str(path): list(drawn.shape) for path in images}
@@ -393,31 +501,21 @@ def picture(
             for path in images
         ]
     frames = 0
-    if len(images) < len(outputs):
-        film = make_film(subject, view, props, ground, size, fps or DEFAULT_FPS)
+    if len(images) < len(files):
+        film = make_film(subject, seen_from, props, ground, size, fps or DEFAULT_FPS)
         frames = film.count
-        for path in outputs:
+        for path in files:
             if path not in images:
                 writers.append(
                     (path, partial(film.write, kind=path.suffix.lower(), progress=progress))
                 )
     write_all_or_none(writers)
-    lines = [*map(str, subject.body.losses)]
-    for path in outputs:
-        if path in images:
-            columns, rows = sizes[str(path)]
-            lines.append(f"wrote {path}, {columns} x {rows} pixels")
-        else:
-            lines.append(f"wrote {path}, {format_count(frames, 'frame')}")
-    return CommandResult(
-        text="\n".join(lines),
-        data={
-            "source": source,
-            "times_s": times,
-            "files": [str(path) for path in outputs],
-            "sizes": sizes,
-            "frames": frames,
-            "losses": [str(loss) for loss in subject.body.losses],
-        },
+    return PictureResult(
+        source,
+        times,
+        files,
+        sizes,
+        frames,
+        list(map(str, subject.body.losses)),
         diagnostics=subject.warnings,
     )

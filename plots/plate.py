@@ -49,11 +49,11 @@ class Claim:
     Attributes:
         sentence: the claim, understandable by itself.
         measured: the measured value.
-        unit: of `measured` and of the bounds; "" for a plain number.
+        unit: unit of `measured` and of the bounds; "" for a plain number.
         at_least: lower bound; -inf for none.
         at_most: upper bound; inf for none.
         remark: the meaning of a failing or partly true claim, or "".
-        kind: of statement.
+        kind: kind of statement.
         obstacle: reason why a comparison cannot be made, or "".
         is_repetition: whether `measured` is the difference of a run from itself on another machine.
             It depends on the processor, so that pages are compared by its bound alone.
@@ -107,6 +107,21 @@ class Claim:
             if self._is_within_bounds(float(number)) == self.holds:
                 break
         return f"{number} {self.unit}".rstrip()
+
+    def to_json(self) -> dict[str, object]:
+        """Return the claim for `--json`."""
+        return {
+            "sentence": self.sentence,
+            "measured": self.measured,
+            "unit": self.unit,
+            "at_least": self.at_least,
+            "at_most": self.at_most,
+            "holds": self.holds,
+            "remark": self.remark,
+            "kind": self.kind,
+            "outcome": self.outcome,
+            "obstacle": self.obstacle,
+        }
 
     @property
     def bound_text(self) -> str:
@@ -231,14 +246,14 @@ class Plate:
 
     Attributes:
         name: stem of the file names, as `hip_flexion` in `hip_flexion.svg`.
-        title: with the number of the thesis's figure if it redraws one.
+        title: title with the number of the thesis's figure if it redraws one.
         caption: description of the picture, and what the curves neglect.
         sign: sign convention in words.
         figure: the picture.
         claims: confirmed or refuted by the picture.
         tables: numbers drawn, each written as `NAME.csv` or, if there are several,
             `NAME.TABLE.csv`: columns by header with unit ("angle [deg]"), of equal length.
-        references: in full, in the order of appearance.
+        references: references in full, in the order of appearance.
     """
 
     name: str

@@ -89,7 +89,7 @@ def report(
     """The text of the report.
 
     Args:
-        plates: in the order of the page; their files lie beside the report.
+        plates: plates in the order of the page; their files lie beside the report.
         failed: missing plates.
         provenance: command, versions and machine, by name.
     """
@@ -281,8 +281,8 @@ def gallery_page(plates: Sequence[DrawnPlate], folder: str) -> str:
     """The text of the gallery page.
 
     Args:
-        plates: in the order of the page.
-        folder: of the pictures, relative to the page and of the same stem.
+        plates: plates in the order of the page.
+        folder: folder of the pictures, relative to the page and of the same stem.
     """
     return "\n".join(_gallery_lines(plates, folder)) + "\n"
 

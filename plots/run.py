@@ -7,16 +7,20 @@ import shlex
 import tempfile
 import traceback
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
 from importlib import import_module
 from importlib.metadata import version
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
+from typing import Annotated, NamedTuple
+
+import typer
 
 from generator.child_processes import (
     blocked_interrupt,
@@ -26,10 +30,10 @@ from generator.child_processes import (
     serve_parent_only,
     single_threaded_libraries,
 )
-from generator.cli.answer import CommandResult, ExitCode, finite_or_none, format_count, format_table
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.outputs import check_writable, unwritable_file_error, write_files
-from generator.cli.progress import ItemMonitor, no_item_monitor
+from generator.cli.progress import ItemMonitor, item_progress_bar, no_monitor
 from generator.conversion import READABLE_SUFFIXES
 from generator.diagnostics import Diagnostic, InputError, MoverError, UsageError, spelling_hint
 from generator.text_io import is_file, is_folder, os_error_reason
@@ -71,71 +75,196 @@ PLATES: Mapping[str, str] = {
 REPORT_NAME = "report.html"
 
 
+class MediumName(StrEnum):
+    """Medium of pictures."""
+
+    REPORT = "report"
+    PAPER = "paper"
+
+
+class Width(StrEnum):
+    """Width of a picture in a paper [mm]."""
+
+    COLUMN = "85"
+    PAGE = "174"
+
+
+@dataclass(frozen=True)
+class PlateList(CommandResult):
+    """Names of all plates."""
+
+    names: Sequence[str]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the names."""
+        return ("\n".join(self.names),)
+
+    def to_json(self) -> Sequence[str]:
+        """Return the names."""
+        return self.names
+
+
+class PlateData(NamedTuple):
+    """A plate with its claims."""
+
+    name: str
+    title: str
+    claims: Sequence[Claim]
+
+
+@dataclass(frozen=True)
+class PlotsResult(CommandResult):
+    """Plates that were drawn."""
+
+    claims: int
+    hold: int
+    plates: Sequence[PlateData]
+    failed: Sequence[FailedPlate]
+    interrupted: bool
+    files: Sequence[Path]
+    report: Path | None = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the plates in a line each, the outcomes of their claims, and the files."""
+        lines = [str(Table([(plate.name, _single_line(plate.title)) for plate in self.plates], 2))]
+        if self.claims:
+            lines.append(tally([claim for plate in self.plates for claim in plate.claims]))
+        counts = Counter(path.parent for path in self.files)
+        lines += [f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items()]
+        if self.report in self.files:
+            lines.append(f"the report is {self.report}")
+        return ("\n".join(lines),)
+
+    def details(self) -> Paragraphs:
+        """Return the claims of each plate."""
+        rows = [
+            [
+                claim.verdict,
+                claim.measured_text,
+                f"({claim.bound_text})" if claim.bound_text else "",
+                _single_line(claim.sentence),
+            ]
+            for plate in self.plates
+            for claim in plate.claims
+        ]
+        lines = iter(str(Table(rows, 4)).splitlines())
+        for plate in self.plates:
+            paragraph = [f"{plate.name}: {_single_line(plate.title)}"]
+            for claim in plate.claims:
+                paragraph.append(f"  {next(lines)}")
+                if claim.explanation and not claim.holds:
+                    paragraph.append(f"    {_single_line(claim.explanation)}")
+            yield "\n".join(paragraph)
+
+
 def plots(
-    names: Sequence[str] = (),
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME|MOTION|FOLDER]...",
+            help="Plates to draw, by their names or the first word of several (person), motions "
+            "(.action .npz .mot .sto), or folders of `mover sweep`. [default: all plates]",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Folder of the files."),
+    ] = None,
+    gallery: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.md", help="Write a Markdown page, with pictures in the folder FILE."
+        ),
+    ] = None,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="Fail if a claim does not hold; differences from published curves do not count.",
+        ),
+    ] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
+    ] = None,
+    springs: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.springs.toml",
+            help="Draw the curves of a springs file; with a motion, use its springs.",
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|FIGURE",
+            help="Springs to draw beside those of --springs: a springs file, or a figure's own.",
+        ),
+    ] = None,
+    figure: Annotated[
+        str | None,
+        typer.Option(metavar="FIGURE", help="Figure of the motions, if not the one named in them."),
+    ] = None,
+    medium: Annotated[
+        MediumName, typer.Option("--for", help="Medium of the pictures.")
+    ] = MediumName.REPORT,
+    width: Annotated[
+        Width | None, typer.Option(help="Width for a paper [mm]. [default: 174]")
+    ] = None,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List the names of the plates and draw none.")
+    ] = False,
     *,
-    output: Path | None = None,
-    gallery: Path | None = None,
-    strict: bool = False,
-    jobs: int | None = None,
-    listed: bool = False,
-    springs: Path | None = None,
-    against: str | None = None,
-    figure: str | None = None,
-    medium: Medium = REPORT,
-    progress: ItemMonitor = no_item_monitor,
+    as_json: bool = False,
+    show_progress: bool = False,
 ) -> CommandResult:
-    """Draw plates and write their files.
+    """Draw curves and motions, and check the claims about them.
 
-    Args:
-        names: of the plates, or files of motions, or folders of studies [default: all plates].
-        output: folder of the files and the report.
-        gallery: Markdown page; its pictures go into the folder of the same stem.
-        strict: fail if a claim does not hold; a comparison may differ.
-        jobs: largest number of processes [default: number of cores].
-        listed: list the names of all plates and draw none.
-        springs: draw the curves of this springs file, in place of plates.
-        against: springs to draw beside them: a springs file, or the name of a figure.
-        figure: of the motions; None for the figures that they name.
-        medium: of the pictures; for a paper there is no report.
-        progress: shows each finished plate.
-
-    Raises:
-        UsageError: incompatible options, or an unknown plate.
-        InputError: a file cannot be written.
-        KeyboardInterrupt: interrupted before the first plate was finished.
+    Each plate becomes a picture (.svg and .png) and its numbers (.csv); report.html shows them all.
+    With --for paper each is written as .pdf and .svg, with its caption in .txt and its references
+    in .bib; there is no report.
     """
+    if width is not None and medium is not MediumName.PAPER:
+        raise UsageError("--width is for --for paper")
+    chosen = REPORT
+    if medium is MediumName.PAPER:
+        chosen = Medium.paper(int((width or Width.PAGE).value))
     if listed:
-        return CommandResult(text="\n".join(PLATES), data=list(PLATES))
-    motions = [Path(name) for name in names if Path(name).suffix.lower() in READABLE_SUFFIXES]
+        return PlateList(list(PLATES))
+    words, progress = names or [], no_monitor
+    if show_progress and not as_json:
+        progress = item_progress_bar
+    motions = [Path(name) for name in words if Path(name).suffix.lower() in READABLE_SUFFIXES]
     if figure is not None and not motions:
         raise UsageError("--figure is for motions")
-    studies = [Path(name) for name in names if _is_study_folder(name)]
+    studies = [Path(name) for name in words if _is_study_folder(name)]
     own = OwnFiles(motions, studies, springs, against, figure)
-    _check_options(names, studies, springs, against, gallery, medium)
-    targets = _select_targets(() if own else names, output, gallery)
-    drawn, warnings = _draw_own(own, medium) if own else ((), [])
+    _check_options(words, studies, springs, against, gallery, chosen)
+    targets = _select_targets(() if own else words, output, gallery)
+    drawn, warnings = _draw_own(own, chosen) if own else ((), [])
     _prepare_output(output, gallery)
     if own:
         results = _PlateResults(drawn, (), False, ())
     else:
-        results = _run_plates(targets, jobs or cores(), output, progress, medium)
+        results = _run_plates(targets, jobs or cores(), output, progress, chosen)
     with hold_interrupts():
         pages: dict[Path, str | bytes] = {}
         if own and output is not None:
             files_of = [(name, text) for one in results.plates for name, text in one.files.items()]
             pages = {output / name: text for name, text in files_of}
-        words = own.words or (list(targets) if names else [])
-        pages |= _format_pages(results, words, None if medium.is_paper else output, gallery)
+        plate_names = own.words or (list(targets) if words else [])
+        pages |= _format_pages(results, plate_names, None if chosen.is_paper else output, gallery)
         write_files(pages)
     files = [*results.files, *pages]
     failure = _failure_message(results, strict)
-    return CommandResult(
-        text="\n".join(_format_summary(results, files, output)),
-        details="\n\n".join(_format_paragraphs(results)),
-        data=_json_data(results, files),
+    return PlotsResult(
+        claims=len(results.claims),
+        hold=sum(claim.holds for claim in results.claims),
+        plates=[PlateData(one.name, one.title, one.claims) for one in results.plates],
+        failed=results.failed,
+        interrupted=results.interrupted,
+        files=files,
+        report=None if output is None else output / REPORT_NAME,
         diagnostics=tuple(warnings),
-        code=ExitCode.RUN_FAILED if failure else ExitCode.SUCCESS,
         failure=failure,
     )
 
@@ -327,7 +456,7 @@ def make_plates(
         targets: maker of each plate, `module:function`, by plate name.
         jobs: largest number of processes, at least 1.
         check: called several times a second; an exception that it raises ends all processes.
-        medium: of the pictures.
+        medium: medium of the pictures.
     """
     queue = list(targets.items())[::-1]
     workers: list[_Worker] = []
@@ -458,74 +587,5 @@ def _failure_message(results: _PlateResults, strict: bool) -> str | None:
     return None
 
 
-def _format_summary(
-    results: _PlateResults, files: Sequence[Path], output: Path | None
-) -> Iterator[str]:
-    """Yield the plates in a line each, the outcomes of their claims, and the written files."""
-    rows = [(plate.name, _single_line(plate.title)) for plate in results.plates]
-    yield format_table(rows, left_columns=2)
-    if results.claims:
-        yield tally(results.claims)
-    counts = Counter(path.parent for path in files)
-    yield from (f"wrote {format_count(n, 'file')} in {folder}" for folder, n in counts.items())
-    if output is not None and output / REPORT_NAME in files:
-        yield f"the report is {output / REPORT_NAME}"
-
-
-def _format_paragraphs(results: _PlateResults) -> Iterator[str]:
-    """Yield the claims of each plate."""
-    rows = [
-        [
-            claim.verdict,
-            claim.measured_text,
-            f"({claim.bound_text})" if claim.bound_text else "",
-            _single_line(claim.sentence),
-        ]
-        for claim in results.claims
-    ]
-    lines = iter(format_table(rows, left_columns=len(rows[0])).splitlines() if rows else [])
-    for plate in results.plates:
-        paragraph = [f"{plate.name}: {_single_line(plate.title)}"]
-        for claim in plate.claims:
-            paragraph.append(f"  {next(lines)}")
-            if claim.explanation and not claim.holds:
-                paragraph.append(f"    {_single_line(claim.explanation)}")
-        yield "\n".join(paragraph)
-
-
 def _single_line(text: str) -> str:
     return " ".join(text.split())
-
-
-def _json_data(results: _PlateResults, files: Sequence[Path]) -> dict[str, object]:
-    return {
-        "claims": len(results.claims),
-        "hold": sum(claim.holds for claim in results.claims),
-        "plates": [
-            {
-                "name": plate.name,
-                "title": plate.title,
-                "claims": [_claim_json(claim) for claim in plate.claims],
-            }
-            for plate in results.plates
-        ],
-        "failed": [{"name": failed.name, "reason": failed.reason} for failed in results.failed],
-        "interrupted": results.interrupted,
-        "files": [str(path) for path in files],
-    }
-
-
-def _claim_json(claim: Claim) -> dict[str, object]:
-    """A claim as JSON data; nan and infinity become null."""
-    return {
-        "sentence": claim.sentence,
-        "measured": finite_or_none(claim.measured),
-        "unit": claim.unit,
-        "at_least": finite_or_none(claim.at_least),
-        "at_most": finite_or_none(claim.at_most),
-        "holds": claim.holds,
-        "remark": claim.remark,
-        "kind": claim.kind.value,
-        "outcome": claim.outcome.value,
-        "obstacle": claim.obstacle,
-    }

@@ -28,9 +28,6 @@ from springs.elastic import common_valid_range
 from springs.lint.report import CurveReport, report_curves
 from springs.published import tables as published
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 _HEIGHT = 5.2
 _MARGIN = radians(15.0)
 """Angle drawn beyond the range of a curve [rad]."""
@@ -120,10 +117,12 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
                 axes, angles, beside, common_valid_range(compared.elastic), OTHER_STYLE, other.name
             )
         draw_zero_line(axes)
-        axes.set_xlim(degrees(float(angles[0])), degrees(float(angles[-1])))
-        axes.set_ylim(*_torque_limits(angles, torque, literature, (low, high)))
-        axes.set_xlabel(f"angle [deg], positive in {spring.motion or 'the sense of the axis'}")
-        axes.set_ylabel("torque on the child [N m]")
+        axes.set(
+            xlim=(degrees(float(angles[0])), degrees(float(angles[-1]))),
+            ylim=_torque_limits(angles, torque, literature, (low, high)),
+            xlabel=f"angle [deg], positive in {spring.motion or 'the sense of the axis'}",
+            ylabel="torque on the child [N m]",
+        )
         axes.xaxis.label.set_parse_math(False)
         for text in axes.legend(loc="best", fontsize=7.5).get_texts():
             text.set_parse_math(False)

@@ -2,14 +2,16 @@
 
 import csv
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
+from itertools import product
 from math import floor, log10, nan
 from pathlib import Path
 from textwrap import fill
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -26,7 +28,7 @@ from generator.study.sensitivity import (
     StudyIndices,
     read_indices,
 )
-from generator.study.study import DesignKind, Take
+from generator.study.study import DesignKind, Statistic
 from generator.study.sweep import STUDY_NAME, TABLE_NAME
 from generator.text_io import is_file, load_text, read_csv_rows
 from plots.canvas import (
@@ -34,6 +36,7 @@ from plots.canvas import (
     BLUE,
     GREY,
     VERMILION,
+    Look,
     add_footer,
     create_canvas,
     create_panels,
@@ -42,9 +45,6 @@ from plots.canvas import (
 from plots.medium import current_medium
 from plots.plate import Plate, plate_name
 from springs.backends import Array
-
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
 
 MAX_MEASURES = 4
 """Measures on one plate."""
@@ -82,9 +82,9 @@ class _Ranking:
     Attributes:
         main: index that ranks.
         beside: index that is drawn beside it.
-        main_label: of the legend.
-        beside_label: of the legend.
-        references: of the method.
+        main_label: main label of the legend.
+        beside_label: beside label beside label of the legend.
+        references: references of the method.
     """
 
     main: IndexKind
@@ -117,7 +117,7 @@ _DONE = Ending.DONE.value
 
 def measure_unit(column: str, take: str) -> str:
     """Return the unit of a measure: that of its column, or s for a time."""
-    if take in (Take.TIME_OF_LARGEST, Take.TIME_OF_SMALLEST):
+    if take in (Statistic.TIME_OF_LARGEST, Statistic.TIME_OF_SMALLEST):
         return "s"
     head, bracket, unit = column.rpartition("[")
     return unit.rstrip("]") if bracket and head else ""
@@ -138,14 +138,19 @@ def sensitivity_plates(indices: StudyIndices, stem: str) -> Iterator[Plate]:
     """Yield plates on which each measure ranks the parameters, some measures on each.
 
     Args:
-        indices: of the study.
-        stem: of the names of the plates.
+        indices: indices of the study.
+        stem: stem of the names of the plates.
     """
-    names = list(indices.measures)
+    for names, name in _pages(indices.measures, f"{stem}_sensitivity"):
+        yield _ranking_plate(indices, {each: indices.measures[each] for each in names}, name)
+
+
+def _pages(measures: Iterable[str], stem: str) -> Iterator[tuple[list[str], str]]:
+    """Yield the measures that share a plate, with its name."""
+    names = list(measures)
     for start in range(0, len(names), MAX_MEASURES):
         number = f"_{start // MAX_MEASURES + 1}" if len(names) > MAX_MEASURES else ""
-        measures = {name: indices.measures[name] for name in names[start : start + MAX_MEASURES]}
-        yield _ranking_plate(indices, measures, f"{stem}_sensitivity{number}")
+        yield names[start : start + MAX_MEASURES], f"{stem}{number}"
 
 
 def _ranking_plate(
@@ -206,7 +211,7 @@ def _draw_ranking(
     shown = order[:MAX_RANKED]
     width = 36 if current_medium().is_narrow else 90
     heading = fill(_measure_title(title, measure.column, measure.take), width)
-    axes.set_title(heading, loc="left", fontweight="bold", parse_math=False)
+    axes.set_title(heading, fontweight="bold", parse_math=False)
     labels = [fill(name, 14 if current_medium().is_narrow else 28) for name in shown]
     axes.set_yticks(range(len(shown)), labels, parse_math=False)
     axes.set_ylim(max(len(shown), 1) - 0.5, -0.5)
@@ -228,14 +233,9 @@ def _draw_ranking(
         _draw_estimate(axes, row + 0.2, beside, VERMILION, "s", is_main=False)
         if current_medium().is_narrow:
             continue
-        axes.annotate(
-            _estimate_text(main, decimals),
-            (1.01, row),
-            xycoords=axes.get_yaxis_transform(),
-            va="center",
-            fontsize=7.5,
-            color=BLUE,
-        )
+        look: Look = {"va": "center", "fontsize": 7.5, "color": BLUE}
+        place, text = axes.get_yaxis_transform(), _estimate_text(main, decimals)
+        axes.annotate(text, (1.01, row), xycoords=place, **look)
     axes.axvline(0.0, color=BLACK, lw=0.8)
     notes = [measure.message] if measure.message else []
     if len(order) > len(shown):
@@ -256,17 +256,11 @@ def _draw_estimate(
     axes: Axes, height: float, estimate: Estimate, colour: str, marker: str, *, is_main: bool
 ) -> None:
     """Draw an estimate with its interval: filled and thick, or open and thin."""
-    axes.plot(
-        [estimate.low, estimate.high],
-        [height, height],
-        color=colour,
-        lw=3.0 if is_main else 1.2,
-        alpha=0.5 if is_main else 1.0,
-        solid_capstyle="butt",
-    )
-    axes.plot(
-        estimate.value, height, marker, color=colour, ms=5.0, mfc=colour if is_main else "white"
-    )
+    look: Look = {"lw": 3.0, "alpha": 0.5} if is_main else {"lw": 1.2, "alpha": 1.0}
+    ends = [estimate.low, estimate.high]
+    axes.plot(ends, [height, height], color=colour, solid_capstyle="butt", **look)
+    fill = colour if is_main else "white"
+    axes.plot(estimate.value, height, marker, color=colour, ms=5.0, mfc=fill)
 
 
 def _estimate_text(estimate: Estimate, decimals: int) -> str:
@@ -297,13 +291,13 @@ def _add_legend(figure: Figure, rule: _Ranking) -> None:
     beside = Line2D(
         [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
     )
-    figure.legend(
-        handles=[main, beside],
-        loc="outside upper left",
-        ncols=1 if current_medium().is_narrow else 2,
-        fontsize=8.0,
-        borderaxespad=0.2,
-    )
+    _add_legend_above(figure, [main, beside])
+
+
+def _add_legend_above(figure: Figure, handles: Sequence[Artist]) -> None:
+    columns = (2 if len(handles) == 2 else 4) // (2 if current_medium().is_narrow else 1)
+    look: Look = {"fontsize": 8.0, "borderaxespad": 0.2}
+    figure.legend(handles=handles, loc="outside upper left", ncols=columns, **look)
 
 
 def _sign(indices: StudyIndices) -> str:
@@ -324,17 +318,12 @@ def _ranking_tables(
     for k, (measure, found) in enumerate(measures.items(), start=1):
         order = ranked[measure]
         columns = {title: np.array([numbers[name] for name in order], dtype=float)}
-        for kind in IndexKind:
-            for end in ("value", "low", "high"):
-                cells = [
-                    vars(found.parameters[name][kind])[end]
-                    for name in order
-                    if kind in found.parameters[name]
-                ]
-                if cells:
-                    columns[kind.value if end == "value" else f"{kind.value} {end}"] = np.array(
-                        cells
-                    )
+        for kind, end in product(IndexKind, ("value", "low", "high")):
+            rows = [found.parameters[name] for name in order]
+            cells = [vars(row[kind])[end] for row in rows if kind in row]
+            if cells:
+                header = kind.value if end == "value" else f"{kind.value} {end}"
+                columns[header] = np.array(cells)
         tables[f"{k}_{plate_name(measure)}"] = columns
     return tables
 
@@ -363,10 +352,10 @@ class StudyRuns:
     """Table of the runs of a study.
 
     Attributes:
-        name: of the folder.
+        name: name of the folder.
         parameters: values by parameter, each of shape (runs,).
         measures: values by measure, nan where a run has none, each of shape (runs,).
-        titles: of the measures.
+        titles: titles of the measures.
         is_done: runs that reached their stop time.
     """
 
@@ -416,13 +405,11 @@ def measure_plates(runs: StudyRuns, stem: str) -> Iterator[Plate]:
     """Yield plates of the measures over the parameters, some measures on each.
 
     Args:
-        runs: of the study.
-        stem: of the names of the plates.
+        runs: runs of the study.
+        stem: stem of the names of the plates.
     """
-    names = list(runs.measures)
-    for start in range(0, len(names), MAX_MEASURES):
-        number = f"_{start // MAX_MEASURES + 1}" if len(names) > MAX_MEASURES else ""
-        yield _measure_plate(runs, names[start : start + MAX_MEASURES], f"{stem}_runs{number}")
+    for names, name in _pages(runs.measures, f"{stem}_runs"):
+        yield _measure_plate(runs, names, name)
 
 
 def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate:
@@ -437,7 +424,7 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
         )
         for row, measure in zip(panels, measures, strict=True):
             title = fill(runs.titles[measure], characters)
-            row[0].set_title(title, loc="left", fontsize=8.0, fontweight="bold", parse_math=False)
+            row[0].set_title(title, fontsize=8.0, fontweight="bold", parse_math=False)
             for axes, parameter in zip(row, shown, strict=True):
                 _draw_runs(axes, runs, parameter, measure)
         for axes, parameter in zip(panels[-1], shown, strict=True):
@@ -494,16 +481,9 @@ def _draw_runs(axes: Axes, runs: StudyRuns, parameter: str, measure: str) -> Non
     good = runs.is_done & np.isfinite(y)
     # Many points are pale, so that median and band stay visible.
     alpha = min(0.6, max(0.06, 400.0 / max(len(x), 1)))
-    axes.plot(
-        x[good],
-        y[good],
-        ".",
-        color=GREY,
-        ms=3.0 if len(x) > FEW_RUNS else 7.0,
-        mew=0.0,
-        alpha=alpha,
-        rasterized=True,
-    )
+    size = 3.0 if len(x) > FEW_RUNS else 7.0
+    look: Look = {"ms": size, "mew": 0.0, "alpha": alpha, "rasterized": True}
+    axes.plot(x[good], y[good], ".", color=GREY, **look)
     failed = x[~runs.is_done]
     if len(failed):  # the layout fails with empty lines that are not clipped
         height = np.full(len(failed), 0.02)
@@ -542,13 +522,7 @@ def _add_runs_legend(figure: Figure, *, is_any_failed: bool) -> None:
     ]
     if is_any_failed:
         handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label="a failed run"))
-    figure.legend(
-        handles=handles,
-        loc="outside upper left",
-        ncols=2 if current_medium().is_narrow else 4,
-        fontsize=8.0,
-        borderaxespad=0.2,
-    )
+    _add_legend_above(figure, handles)
 
 
 def study_plates(folder: Path) -> list[Plate]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.cli.progress import ItemMonitor, no_item_monitor
+from generator.cli.progress import ItemMonitor, no_monitor
 from generator.diagnostics import MoverError, UsageError
 from generator.losses import Losses
 
@@ -48,7 +48,7 @@ class Film:
             message = 'a .mp4 needs ffmpeg: in the project\'s folder, `pip install -e ".[video]"`'
             raise UsageError(message) from None
 
-    def write(self, path: Path, kind: str, progress: ItemMonitor = no_item_monitor) -> Losses:
+    def write(self, path: Path, kind: str, progress: ItemMonitor = no_monitor) -> Losses:
         """Write a video as `.mp4` or `.gif`, whatever the suffix of the path.
 
         Raises:

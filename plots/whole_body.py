@@ -1,6 +1,6 @@
 """Mass properties and extents of a posed figure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from math import radians
 from operator import add
@@ -9,9 +9,10 @@ import numpy as np
 
 from generator.figure import Figure
 from generator.inertia import MassProperties
-from generator.kinematics.centre_of_mass import own_segments
+from generator.kinematics.centre_of_mass import own_segments, segment_masses
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.motion_files import FigureMotion
 from plots.figure_image import Body
 from springs.backends import Array
 
@@ -62,3 +63,25 @@ def surface_points(body: Body, poses: Mapping[str, Array], segments: Sequence[st
         chosen = [body.segments.index(name) for name in segments]
         corners = corners[np.isin(body.owners, chosen)]
     return corners.reshape(-1, 3)
+
+
+def centre_velocities(
+    motion: FigureMotion, poses: Mapping[str, Array], rates: Mapping[str, Array]
+) -> Iterator[tuple[str, Array, Array, Array]]:
+    """Yield each segment with its centre of mass, and the angular velocity and that of the centre.
+
+    Args:
+        motion: Motion of a figure over n frames.
+        poses: Poses of its segments in the world, shape (n, 4, 4) each.
+        rates: Rates of its displacements by joint.
+
+    Yields:
+        Name, centre [m], angular velocity [rad/s] and velocity [m/s], in the world, (n, 3) each.
+    """
+    kinematics, masses = motion.tree.kinematics, segment_masses(motion.tree.figure)
+    values = kinematics.displacement_vector(motion.displacements)
+    twists = kinematics.twists(values) * kinematics.displacement_vector(rates)[..., None]
+    for name, centre_in_segment in zip(masses.segments, masses.centres_in_segment, strict=True):
+        pose, velocity = poses[name], twists[:, kinematics.motion_masks[name]].sum(axis=1)
+        centre = np.asarray(pose[:, :3, :3] @ centre_in_segment + pose[:, :3, 3], dtype=float)
+        yield name, centre, velocity[:, :3], velocity[:, 3:] + np.cross(velocity[:, :3], centre)

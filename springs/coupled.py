@@ -58,7 +58,7 @@ class CoupledTerm:
     Attributes:
         amplitudes: one a coordinate [N m].
         rates: one a coordinate [1/rad], not all zero.
-        exponent: at zero angles.
+        exponent: exponent at zero angles.
     """
 
     amplitudes: tuple[float, ...]
@@ -92,7 +92,8 @@ class CoupledExponential:
         coordinates: names of the angles, in the order of all tuples.
         terms: exponentials.
         constants: one a coordinate [N m].
-        valid_ranges: for each coordinate the range in which the law is valid [rad], or None.
+        valid_ranges: valid ranges for each coordinate the range in which the law is valid [rad], or
+            None.
     """
 
     coordinates: tuple[str, ...]
@@ -284,7 +285,7 @@ def loop_work(law: HasTorques, rectangle: tuple[Range, Range]) -> float:
     same way; the other way round the work has the other sign. A gradient does none.
 
     Args:
-        law: of two coordinates.
+        law: law of two coordinates.
         rectangle: lower and upper end of each angle [rad].
     """
     first, second = rectangle
@@ -331,8 +332,8 @@ def nearest_conservative_law(law: CoupledExponential, box: Sequence[Range]) -> C
     for Riener & Edrich's hip and knee the least over all U is smaller by 11 % (the tests find it).
 
     Args:
-        law: of any number of coordinates.
-        box: for each coordinate the range to fit over [rad].
+        law: law of any number of coordinates.
+        box: box for each coordinate the range to fit over [rad].
     """
     nodes = [gauss_nodes(side) for side in box]
     angles = [grid.ravel() for grid in np.meshgrid(*(n for n, _ in nodes), indexing="ij")]

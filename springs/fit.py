@@ -39,11 +39,11 @@ class CubicFit:
     """A cubic fitted to measured moments.
 
     Attributes:
-        angles: of the data [rad].
-        moments: of the data [N m].
+        angles: angles of the data [rad].
+        moments: moments of the data [N m].
         coefficients: c0..c3 [N m, N m/rad, N m/rad^2, N m/rad^3].
-        covariance: of the coefficients, shape (4, 4), estimated from the residuals; None where
-            there are no more points than coefficients or a bound holds the cubic.
+        covariance: covariance of the coefficients, shape (4, 4), estimated from the residuals; None
+            where there are no more points than coefficients or a bound holds the cubic.
         bounds_active: whether the cubic was bound to restore at both ends, and a bound holds it.
     """
 

@@ -18,6 +18,8 @@ Direction = tuple[float, float, float]
 UNKNOWN_AXIS: Direction = (0.0, 0.0, 0.0)
 """Stands for the only axis of a joint whose figure is not known; nothing can be simulated so."""
 
+_NO_DAMPING = Damping()
+
 _UNIT_LENGTH_TOLERANCE = 1e-9
 """By how much the length of a direction may differ from 1."""
 
@@ -45,7 +47,7 @@ class AxisSpring:
 
     direction: Direction
     elastic: tuple[Elastic, ...] = ()
-    damping: Damping = field(default_factory=Damping)
+    damping: Damping = _NO_DAMPING
     motion: str = ""
     reference: str = ""
     why: str = ""
@@ -59,7 +61,8 @@ class AxisSpring:
             ops: functions of the kind of number in both.
         """
         friction = total_friction(self.elastic, angle, rate, ops)
-        damping = self.damping.torque(rate, ops)
+        is_damped = self.damping.viscous or self.damping.coulomb
+        damping = self.damping.torque(rate, ops) if is_damped else 0.0 * rate
         return damping if friction is None else damping + friction
 
     def oriented_along(self, axis: Direction) -> "AxisSpring":

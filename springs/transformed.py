@@ -11,7 +11,7 @@ class Transformed:
     """Torque on the child = scale * law(angle - offset) + constant.
 
     Attributes:
-        law: to be transformed.
+        law: law to be transformed.
         scale: factor of its torque; -1 reverses it.
         offset: shift of the curve towards larger angles [rad].
         constant: torque added at every angle [N m].

@@ -7,8 +7,11 @@ from itertools import product
 import numpy as np
 from hypothesis import strategies as st
 
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene, floor_prop
+from generator.contact.shape import Shape
 from generator.figure import ContactSphere, Figure, Segment
-from generator.scene import Box, Plane, Prop, Scene, Shape, floor_prop
 from springs.contact import Surface
 from tests.chains import FREE, Vector, at, body, chain, figure, ground, joint, one_body
 

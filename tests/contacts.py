@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.contact_record import MIN_VERTICAL_FORCE, ContactRecord, Overlap, SegmentContact
+from generator.contact.record import MIN_VERTICAL_FORCE, ContactRecord, Overlap, SegmentContact
 from generator.motion_files import FigureMotion
 from generator.recording import CONTACT_ENERGY_KINDS, Recording
 from tests.motions import clip
@@ -38,6 +38,7 @@ def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> Contac
         max_force_time=0.1,
         max_depth=0.021,
         max_depth_segment=segments[0],
+        max_depth_part=f"end of {segments[0]}",
         weight_carried=1.0 / 3.0,
         creep=5.5e-3,
         dissipated=123.4,

@@ -2,6 +2,7 @@
 
 from benchmarks.sensitivity import KnownFunction, ishigami, sobol_g
 from generator import Plan, read_figure
+from generator.model import Model
 from generator.study.study import (
     Design,
     DesignKind,
@@ -9,8 +10,8 @@ from generator.study.study import (
     Parameter,
     RunResult,
     Sensitivity,
+    Statistic,
     Study,
-    Take,
     Uniform,
 )
 from springs.backends import Array
@@ -32,11 +33,11 @@ def known_study(
     names = [f"p{k}" for k in range(len(known.first))]
     return Study(
         "pendulum",
-        _FIGURE,
+        Model(_FIGURE),
         Plan(stop=0.1),
         {name: Parameter(name, (f"springs.{name}.scale",), Uniform(*bounds)) for name in names},
         Design(kind, runs, seed),
-        {"swing": Measure("swing", "shoulder.2 [deg]", Take.LARGEST)},
+        {"swing": Measure("swing", "shoulder.2 [deg]", Statistic.LARGEST)},
         sensitivity=Sensitivity(0.95, resamples),
     )
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from generator.contact.scene import Scene
 from generator.motion_files import FigureMotion, motion_writer
-from generator.scene import Scene
 from plots.figure_image import Body, View, draw_moments
 from plots.framing import Size, bounds, frame_moments, scaled, view_from_options
 from plots.picture import Subject, read_subject

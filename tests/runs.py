@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from generator.contact_record import ContactRecord, Overlap, SegmentContact
+from generator.contact.record import ContactRecord, Overlap, SegmentContact
 from generator.figure import Figure
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import forward_kinematics, segment_jacobians

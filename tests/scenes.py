@@ -4,7 +4,9 @@ from math import degrees
 
 from hypothesis import strategies as st
 
-from generator.scene import Box, Plane, Prop, Scene
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
 from springs.contact import Surface
 
 lengths = st.floats(-1e3, 1e3)

@@ -3,15 +3,11 @@
 from functools import cache
 
 from generator import read_figure
+from generator.contact.states import CapsuleTable, SelfContactStates, evaluate_self_contact
 from generator.simulation.agreement import ExudynEquations
-from generator.simulation.model import ExudynModel
+from generator.simulation.contacts import _rotations
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
-from generator.simulation.self_contacts import (
-    CapsuleTable,
-    SelfContactStates,
-    _rotations,
-    evaluate_self_contact,
-)
 from tests.compiled_models import SettableModel
 from tests.contact_figures import FLOOR
 from tests.poses import Pose, random_pose
@@ -23,7 +19,7 @@ PLAN = Plan(free_root=True, height=20.0, scene=FLOOR, self_contact=True)
 @cache
 def settable() -> tuple[SettableModel, ExudynEquations]:
     """The prototype far above a floor."""
-    model = ExudynModel.of(PROTOTYPE, PLAN)
+    model = build_model(PROTOTYPE, PLAN)
     return SettableModel.of(model), ExudynEquations(model)
 
 

@@ -5,21 +5,21 @@ import signal
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from generator.diagnostics import Parsed
 from generator.figure_file.read import read_figure
-from generator.simulation.plan import Plan, resolve_springs
+from generator.model import Model
+from generator.simulation.plan import Plan
 from generator.study.study import (
     Design,
     DesignKind,
     Measure,
     Parameter,
     RunResult,
+    Statistic,
     Study,
-    Take,
 )
 from generator.study.study_file import STUDY_FILE
 from generator.text_io import make_source
@@ -44,13 +44,13 @@ def pendulum_study(rows: tuple[tuple[float, ...], ...] = ((0.9,), (1.0,), (1.1,)
     plan = Plan(stop=0.3)
     return Study(
         name="pendulum",
-        figure=figure,
-        plan=replace(plan, springs=resolve_springs(figure, plan)),
+        model=Model.of(figure),
+        plan=plan,
         parameters={"g": Parameter("g", ("gravity",), None)},
         design=Design(DesignKind.LIST, rows=rows),
         measures={
-            "swing": Measure("swing", "shoulder.2 [deg]", Take.LARGEST),
-            "end": Measure("end", "kinetic [J]", Take.LAST),
+            "swing": Measure("swing", "shoulder.2 [deg]", Statistic.LARGEST),
+            "end": Measure("end", "kinetic [J]", Statistic.LAST),
         },
         text="# a study\n",
     )

@@ -10,6 +10,7 @@ import numpy as np
 from generator.figure_file.read import FIGURE_FILE
 from generator.identification.fit import Fit, FitOptions, fit_springs
 from generator.identification.measured_angles import MeasuredAngles
+from generator.model import Model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.study.parameter_paths import Case, parse_path
@@ -74,7 +75,7 @@ def leg_case() -> Case:
 
     figure = FIGURE_FILE.parse_text(FIGURE).require_value()
     springs = springs_from_text(SPRINGS, figure, Path("leg.springs.toml"))
-    return Case(figure, Plan(springs=springs))
+    return Case(Model(figure, springs), Plan())
 
 
 def paths(*texts: str):
@@ -88,7 +89,7 @@ def exact_swing(values: tuple[tuple[str, float], ...], stop: float, frame: float
     case = leg_case()
     case = apply_values(case, [(parse_path(text, case), value) for text, value in values])
     plan = replace(case.plan, stop=stop, frame=frame, tolerance=1e-9)
-    recording = simulate(case.figure, plan)
+    recording = simulate(case.model, plan)
     assert recording.outcome.succeeded
     return recording.times, recording.displacements["left_knee"]
 

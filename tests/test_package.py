@@ -92,9 +92,9 @@ def test_every_public_name_is_imported_and_a_wrong_one_has_a_hint():
 def public_values(folder: Path) -> Iterator[object]:
     """Values that a script gets from the public names."""
     person = generator.build_person(generator.estimate_measures(generator.Sex.MALE, 1.75, 75.0))
-    yield from (person, person.measures, person.body, person.springs, person.coupled_springs)
+    yield from (person, person.measures, person.body, person.model, person.coupled_model)
     yield from (person.springs_file, person.figure, *person.passive_axes, *person.sources[:3])
-    yield from (*person.surfaces.values(), *person.springs.joints.values())
+    yield from (*person.surfaces.values(), *person.model.springs.joints.values())
     figure = person.figure
     yield from (figure.segments, figure.joints, *figure.segments.values(), *figure.joints.values())
     yield from (site for segment in figure.segments.values() for site in segment.sites.values())
@@ -104,15 +104,15 @@ def public_values(folder: Path) -> Iterator[object]:
     yield from (generator.Scene.floor(), *generator.Scene.floor().props)
     yield generator.read_study("falls")
     yield generator.stability((0.0, 1.0, 0.0), [(0.0, 0.0, 0.0)])
-    figure, plan = block(0.2), generator.Plan(stop=0.04, scene=FLOOR, springs=person.springs)
+    figure, plan = block(0.2), generator.Plan(stop=0.04, scene=FLOOR, springs=person.model.springs)
     yield plan
     plan = replace(plan, springs=None)
-    yield from (generator.ExudynModel.of(figure, plan), generator.Stepper(figure, plan))
+    yield from (generator.build_model(figure, plan), generator.Stepper(figure, plan))
     recording = generator.simulate(figure, plan)
     yield from (recording, recording.contact, recording.outcome, recording.accuracy)
     yield from (recording.displacements, recording.poses, recording.energy)
     for name in ("motion.action", "motion.npz"):
-        generator.write_recording(recording, figure, folder / name)
+        recording.write(folder / name)
     yield generator.read_action(folder / "motion.action")
 
 

@@ -10,11 +10,12 @@ import numpy as np
 from benchmarks.outside import Clock, Fall, Landing
 from benchmarks.passive_law import RadialLaw
 from generator.figure import Figure
-from generator.recording import Integrator, Recording
+from generator.recording import Recording
 from generator.rotations import Array, matrix_from_rotation_vector
+from generator.run_options import Integrator
 from generator.simulation import compiled_run
 from generator.simulation.compiled.refinement import AgreedRun, run_once
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
@@ -145,7 +146,7 @@ def plan_of(
 def build_time(figure: Figure, plan: Plan) -> Clock:
     """Time to build the model, with its compiled equations where they integrate it."""
     with Clock() as clock:
-        model = ExudynModel.of(figure, plan)
+        model = build_model(figure, plan)
         if plan.integrator is Integrator.COMPILED:
             compiled_run.compile_model(model)
     return clock

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection, PolyCollection
 
 from generator import read_figure
-from generator.geometry.contact_spheres import fit_contact_spheres
+from generator.contact.spheres import fit_contact_spheres
 from generator.geometry.read import read_segment_surface
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from generator import Plan, read_figure, simulate
-from generator.scene import Scene
+from generator.contact.scene import Scene
 from plots.figure_image import Strip, View, strip_image
 
 TIMES = (0.0, 0.3, 0.5, 0.7, 0.9, 1.2, 2.0)

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from generator import read_figure, read_npz
 from generator.cli.app import app
+from generator.contact.scene import Scene
 from generator.input_files.scene import read_scene
-from generator.scene import Scene
 from plots.figure_image import Strip, View, strip_image
 
 WIDTH, SCALE = 11.4, 100

@@ -167,8 +167,8 @@ def draw_page(browser: Any, name: str, path: Path) -> None:
 
 def main() -> None:
     """Draw all pictures."""
-    from generator import Plan, read_figure, read_springs, simulate, write_recording
-    from generator.scene import Scene
+    from generator import Plan, read_figure, simulate
+    from generator.contact.scene import Scene
 
     with TemporaryDirectory() as name, launch_browser() as browser:
         folder = Path(name)
@@ -176,8 +176,8 @@ def main() -> None:
         figure = read_figure("male50")
         plan = Plan(stop=2.0, free_root=True, height=0.0, scene=Scene.floor())
         recording = simulate(figure, plan)
-        write_recording(recording, figure, folder / "fall.npz")
-        write_recording(recording, figure, folder / "fall.html", read_springs(None, figure))
+        recording.write(folder / "fall.npz")
+        recording.write(folder / "fall.html")
         draw_page(browser, "page", folder / "fall.html")
         draw(browser, "view_curve", folder / "arms.springs.toml", show_curve, folder)
         draw(browser, "view_pose", Path("male50"), show_pose, folder)

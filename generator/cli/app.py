@@ -51,92 +51,40 @@ if TYPE_CHECKING:
     from generator.diagnostics import Diagnostic
 
 COMMANDS = {
-    "simulate": (
-        "generator.cli.simulate:simulate",
-        "Simulate a figure under gravity, loads, springs and contact.",
-    ),
-    "sweep": (
-        "generator.cli.sweep:sweep",
-        "Simulate a figure many times, each with other parameters.",
-    ),
-    "person": (
-        "generator.cli.person:person",
-        "Make the figure of a person of a sex, stature and mass.",
-    ),
-    "convert": (
-        "generator.cli.convert:convert",
-        "Convert a motion, a figure or a model, and list the losses.",
-    ),
-    "check": (
-        "generator.cli.check:check",
-        "Check a figure, springs, a scene or a study for errors.",
-    ),
-    "describe": (
-        "generator.cli.describe:describe",
-        "List the segments, masses, joints and springs of a figure.",
-    ),
-    "cite": (
-        "generator.cli.cite:cite",
-        "Cite the sources of the numbers in a figure or a table.",
-    ),
-    "pose": (
-        "generator.cli.pose:pose",
-        "Show or save a pose: displacements of joints, positions.",
-    ),
-    "com": (
-        "generator.cli.com:com",
-        "Find the centre of mass, in a pose or along a motion.",
-    ),
-    "stability": (
-        "generator.cli.stability:stability",
-        "Test whether the centre of mass is over the support.",
-    ),
-    "shoulder": (
-        "generator.cli.shoulder:shoulder",
-        "Pose an arm by the direction of its elbow.",
-    ),
-    "link": (
-        "generator.cli.link:link",
-        "Set joints and move the joints that are linked to them.",
-    ),
-    "settle": (
-        "generator.cli.settle:settle",
-        "Find the equilibrium of a figure under gravity and springs.",
-    ),
-    "mass": (
-        "generator.cli.mass:mass",
-        "Compute the mass properties of a closed surface.",
-    ),
-    "complete": (
-        "generator.cli.complete:complete",
-        "Estimate missing masses and inertias of a figure from psurfs.",
-    ),
-    "view": (
-        "generator.cli.view:view",
-        "Show a figure, a pose or a motion in the browser.",
-    ),
-    "warm-up": (
-        "generator.cli.warm_up:warm_up",
-        "Compile the integrator ahead of the first simulation.",
-    ),
-    "fit": (
-        "plots.commands:fit",
-        "Fit a cubic to measured moments and write it as a spring.",
-    ),
-    "identify": (
-        "plots.identification:identify",
-        "Fit springs to measured joint angles over time.",
-    ),
-    "plots": (
-        "plots.commands:plots",
-        "Draw curves and motions, and check the claims about them.",
-    ),
-    "picture": (
-        "plots.commands:picture",
-        "Draw pictures and videos of a figure, a pose or a motion.",
-    ),
+    "simulate": "Simulate a figure under gravity, loads, springs and contact.",
+    "sweep": "Simulate a figure many times, each with other parameters.",
+    "person": "Make the figure of a person of a sex, stature and mass.",
+    "convert": "Convert a motion, a figure or a model, and list the losses.",
+    "check": "Check a figure, springs, a scene or a study for errors.",
+    "describe": "List the segments, masses, joints and springs of a figure.",
+    "cite": "Cite the sources of the numbers in a figure or a table.",
+    "pose": "Show or save a pose: displacements of joints, positions.",
+    "com": "Find the centre of mass, in a pose or along a motion.",
+    "stability": "Test whether the centre of mass is over the support.",
+    "shoulder": "Pose an arm by the direction of its elbow.",
+    "link": "Set joints and move the joints that are linked to them.",
+    "settle": "Find the equilibrium of a figure under gravity and springs.",
+    "mass": "Compute the mass properties of a closed surface.",
+    "complete": "Estimate missing masses and inertias of a figure from psurfs.",
+    "view": "Show a figure, a pose or a motion in the browser.",
+    "warm-up": "Compile the integrator ahead of the first simulation.",
+    "fit": "Fit a cubic to measured moments and write it as a spring.",
+    "identify": "Fit springs to measured joint angles over time.",
+    "plots": "Draw curves and motions, and check the claims about them.",
+    "picture": "Draw pictures and videos of a figure, a pose or a motion.",
 }
-"""The function of each command and the first line of its help, in the order of the help."""
+"""The first line of the help of each command, in the order of the help.
+
+The function of a command has its name, in a module of its name here, unless `MODULES` has another.
+"""
+
+MODULES = {
+    "fit": "plots.fit",
+    "identify": "plots.identification",
+    "plots": "plots.run",
+    "picture": "plots.picture",
+}
+"""Modules of the commands of other packages."""
 
 _HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
@@ -169,7 +117,7 @@ class _Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name in COMMANDS and self._lists_names:
-            return TyperCommand(cmd_name, help=COMMANDS[cmd_name][1])
+            return TyperCommand(cmd_name, help=COMMANDS[cmd_name])
         return _load_command(cmd_name) if cmd_name in COMMANDS else None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -178,7 +126,7 @@ class _Commands(TyperGroup):
             formatter.write_dl(
                 [
                     (name, TyperCommand(name, help=summary).get_short_help_str(width))
-                    for name, (_, summary) in COMMANDS.items()
+                    for name, summary in COMMANDS.items()
                 ]
             )
 
@@ -191,14 +139,19 @@ class _Commands(TyperGroup):
             return super().invoke(ctx)
 
 
+def command_function(name: str) -> "Callable[..., CommandResult]":
+    """Import the function of a command."""
+    attribute = name.replace("-", "_")
+    return getattr(import_module(MODULES.get(name, f"generator.cli.{attribute}")), attribute)
+
+
 def _load_command(name: str) -> Any:
     """Import the function of a command and make it a command that prints its result.
 
     Every command gets the options `--json`, `--quiet` and `--verbose`. A function with a keyword
     `show_progress`, `as_json` or `verbose` gets its value.
     """
-    module, _, attribute = COMMANDS[name][0].partition(":")
-    function = getattr(import_module(module), attribute)
+    function = command_function(name)
     accepted = signature(function).parameters
 
     def run(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
@@ -265,7 +218,7 @@ def _print_result(
     make: "Callable[[], CommandResult]", as_json: bool, quiet: bool, verbose: bool
 ) -> None:
     """Print the result of a command, or why there is none, and exit with its code."""
-    from generator.cli.answer import ExitCode, json_text
+    from generator.cli.answer import ExitCode, format_paragraphs, json_text
     from generator.diagnostics import (
         InputError,
         MoverError,
@@ -287,7 +240,7 @@ def _print_result(
     except InputError as failure:
         faults = [d for d in failure.diagnostics if d.severity is not Severity.NOTE]
         shown = select_errors(faults) if quiet else faults
-        data = {"error": "the input is wrong", "faults": [f.as_dict() for f in faults]}
+        data = {"error": "the input is wrong", "faults": faults}
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
     except WallLimitError as failure:
         _fail(ExitCode.RUN_FAILED, f"error: {failure}", {"error": str(failure)}, as_json)
@@ -311,10 +264,9 @@ def _print_result(
             if result.failure is not None:
                 _echo(f"error: {result.failure}", err=True)
         if as_json:
-            typer.echo(json_text(result.data))
+            typer.echo(json_text(result))
         elif not quiet:
-            details = f"\n\n{result.details}" if verbose and result.details else ""
-            _echo(result.text + details)
+            _echo(format_paragraphs([*result.paragraphs(), *(result.details() if verbose else ())]))
         raise typer.Exit(result.code)
 
 

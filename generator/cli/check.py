@@ -3,28 +3,36 @@
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import degrees
 from pathlib import Path
-from typing import Annotated, assert_never
+from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
+from generator.cli.answer import (
+    HIDDEN,
+    OMITTED_IF_NONE,
+    CommandResult,
+    ExitCode,
+    Paragraphs,
+    Table,
+    format_count,
+)
 from generator.cli.inputs import parse_springs_option
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.options import SpringsChoice, complete_figure_name
-from generator.cli.springs_text import axis_name, coupled_axis_names
+from generator.contact.scene import Prop, Scene
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
 from generator.figure import Figure
 from generator.figure_file import FIGURE_FILE
 from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.links import mirror_rotations
+from generator.model import Model
 from generator.person.identity import identity_of, range_publications
-from generator.scene import Box, Plane, Prop, Scene
-from generator.simulation.import_exudyn import import_exudyn
-from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
-from generator.springs_file.axes import parallel_sign
+from generator.simulation.preconditions import chain_obstacles, import_exudyn, simulation_obstacles
+from generator.springs_file.axes import axis_name, coupled_axis_names, parallel_sign
 from generator.springs_file.read import LoadedSprings, load_springs_file
 from generator.study.study_tables import STUDY_SUFFIX
 from generator.text_io import is_file, path_exists
@@ -40,89 +48,99 @@ from springs.lint.report import (
 )
 
 
-def format_curve_reports(reports: Sequence[CurveReport], *, include_notes: bool) -> Iterator[str]:
+@dataclass(frozen=True)
+class CheckResult(CommandResult):
+    """Verdict on a file, with its faults and findings about its curves."""
+
+    error: str | None = field(init=False, metadata=OMITTED_IF_NONE)
+    verdict: str
+    faults: tuple[Diagnostic, ...]
+    findings: Sequence[Mapping[str, object]] = ()
+    sections: Paragraphs = field(default=(), metadata=HIDDEN)
+
+    def __post_init__(self) -> None:
+        """Set the error."""
+        wrong = "the input is wrong" if select_errors(self.faults) else None
+        object.__setattr__(self, "error", wrong)
+
+    @property
+    def code(self) -> ExitCode:
+        """Exit code: doubts and warnings do not change it."""
+        return ExitCode.WRONG_INPUT if self.error else ExitCode.SUCCESS
+
+    def paragraphs(self) -> Paragraphs:
+        """Return faults, findings and the verdict."""
+        return (*map(str, self.faults), *self.sections, self.verdict)
+
+
+def _curve_paragraphs(reports: Sequence[CurveReport], *, include_notes: bool) -> Iterator[str]:
     """Yield a paragraph for each curve: its joints, then its findings in a table.
 
     Args:
-        reports: of the curves.
-        include_notes: include notes beside doubts, and curves without doubts.
+        reports: Reports of the curves.
+        include_notes: Include notes beside doubts, and curves without doubts.
     """
     shown = [report for report in reports if include_notes or report.doubts]
     for report in shown:
         low, high = (degrees(angle) for angle in report.lint_range)
         motion = f", {report.spring.motion}" if report.spring.motion else ""
-        title = f"{', '.join(report.joints)} about {axis_name(report.spring)}{motion}"
-        findings = report.findings if include_notes else report.doubts
-        rows = [(f"  {finding_severity(f)}", f.kind.value, f.sentence) for f in findings]
-        yield f"{title}, from {low:.1f} to {high:.1f} deg\n{format_table(rows, left_columns=3)}"
+        title = f"{', '.join(report.joints)} about {axis_name(report.spring.direction)}{motion}"
+        yield (
+            f"{title}, from {low:.1f} to {high:.1f} deg\n"
+            f"{_findings_table(report, include_notes=include_notes)}"
+        )
     ends = [end for report in shown for end in (report.low, report.high) if end is not None]
     sources = dict.fromkeys(f"  {end.source}: {end.reference}" for end in ends)
     if sources:
         yield "\n".join(["normal ranges of motion:", *sources])
 
 
-def format_coupled_reports(
-    reports: Sequence[CoupledReport], *, include_notes: bool
-) -> Iterator[str]:
-    """Yield a paragraph for each law over several joints, as `format_curve_reports` does."""
+def _coupled_paragraphs(reports: Sequence[CoupledReport], *, include_notes: bool) -> Iterator[str]:
+    """Yield a paragraph for each law over several joints with findings."""
     for report in reports:
-        findings = report.findings if include_notes else report.doubts
-        if findings:
-            rows = [(f"  {finding_severity(f)}", f.kind.value, f.sentence) for f in findings]
+        if report.findings if include_notes else report.doubts:
             sides = "; ".join(", ".join(coupled_axis_names(spring)) for spring in report.springs)
             names = ", ".join(report.springs[0].law.coordinates)
-            yield f"{sides}: {names}\n{format_table(rows, left_columns=3)}"
+            yield f"{sides}: {names}\n{_findings_table(report, include_notes=include_notes)}"
 
 
-def curve_report_counts(
-    reports: Sequence[CurveReport], coupled: Sequence[CoupledReport] = ()
-) -> str:
+def _findings_table(report: CurveReport | CoupledReport, *, include_notes: bool) -> Table:
+    findings = report.findings if include_notes else report.doubts
+    return Table([(f"  {_severity(f)}", f.kind.value, f.sentence) for f in findings], 3)
+
+
+def _report_counts(reports: Sequence[CurveReport], coupled: Sequence[CoupledReport]) -> str:
     """Count curves, laws and doubts: `8 curves, 1 law over several joints, 12 doubts`."""
     doubts = sum(len(report.doubts) for report in (*reports, *coupled))
-    count = len(coupled)
-    laws = [f"{count} law{'' if count == 1 else 's'} over several joints"] if coupled else []
+    laws = [f"{format_count(len(coupled), 'law')} over several joints"] if coupled else []
     return ", ".join([format_count(len(reports), "curve"), *laws, format_count(doubts, "doubt")])
 
 
-def curve_findings_data(reports: Sequence[CurveReport]) -> list[dict[str, object]]:
-    """Return the findings for `--json`, in the order of the text; angles in deg, values in SI."""
-    return [
-        {
-            "severity": finding_severity(finding),
-            "message": finding.sentence,
-            "kind": finding.kind.value,
-            "joints": list(report.joints),
-            "axis": axis_name(report.spring)
-            if report.spring.direction != UNKNOWN_AXIS
-            else "joint",
-            "motion": report.spring.motion,
-            "angles_deg": [degrees(angle) for angle in finding.angles],
-            "values": list(finding.values),
-        }
-        for report in reports
-        for finding in report.findings
-    ]
+def _findings_data(reports: Sequence[CurveReport | CoupledReport]) -> Iterator[dict[str, object]]:
+    """Yield the findings, in the order of the text; angles in deg, values in SI."""
+    for report in reports:
+        if isinstance(report, CurveReport):
+            direction = report.spring.direction
+            about: dict[str, object] = {
+                "joints": report.joints,
+                "axis": "joint" if direction == UNKNOWN_AXIS else axis_name(direction),
+                "motion": report.spring.motion,
+            }
+        else:
+            joints = [[axis.joint for axis in spring.axes] for spring in report.springs]
+            about = {"coordinates": report.springs[0].law.coordinates, "joints": joints}
+        for finding in report.findings:
+            yield {
+                "severity": _severity(finding),
+                "message": finding.sentence,
+                "kind": finding.kind,
+                **about,
+                "angles_deg": [degrees(angle) for angle in finding.angles],
+                "values": finding.values,
+            }
 
 
-def coupled_findings_data(reports: Sequence[CoupledReport]) -> list[dict[str, object]]:
-    """Return the findings about laws over several joints for `--json`."""
-    return [
-        {
-            "severity": finding_severity(finding),
-            "message": finding.sentence,
-            "kind": finding.kind.value,
-            "coordinates": list(report.springs[0].law.coordinates),
-            "joints": [[axis.joint for axis in spring.axes] for spring in report.springs],
-            "angles_deg": [degrees(angle) for angle in finding.angles],
-            "values": list(finding.values),
-        }
-        for report in reports
-        for finding in report.findings
-    ]
-
-
-def finding_severity(finding: Finding) -> str:
-    """Return `doubt` or `note`."""
+def _severity(finding: Finding) -> str:
     return "doubt" if finding.is_doubt else "note"
 
 
@@ -152,7 +170,7 @@ def check(
         faults = (*faults, *found.diagnostics)
         if found.value is not None:
             spring_set, replaced = found.value.springs, found.value.replaced
-        obstacles = simulation_obstacles(reading.value, spring_set)
+        obstacles = simulation_obstacles(Model(reading.value, spring_set))
         if not tuple(chain_obstacles(reading.value)):
             mirrors = mirror_rotations(reading.value)
         messages = {fault.message for fault in faults}
@@ -180,8 +198,7 @@ def _check_scene(name: str) -> CommandResult:
     use = "the scene cannot be used" if reading.value is None else "the scene can be used"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
     rows = [_prop_row(prop) for prop in (reading.value or Scene()).props]
-    table = [format_table(rows, left_columns=3)] if rows else []
-    return _file_result(reading.diagnostics, table, [], verdict)
+    return CheckResult(verdict, reading.diagnostics, sections=[Table(rows, 3)])
 
 
 def _is_study(name: str) -> bool:
@@ -204,27 +221,14 @@ def _check_study(name: str) -> CommandResult:
     if study is not None:
         use = f"the study can be run, with {format_count(run_count(study), 'run')} of {study.name}"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
-    return _file_result(reading.diagnostics, [], [], verdict)
+    return CheckResult(verdict, reading.diagnostics)
 
 
 def _prop_row(prop: Prop) -> tuple[str, str, str]:
     """Return name, shape and surface of a prop."""
-    match prop.shape:
-        case Plane(point, normal):
-            shape = f"plane through ({_join(point, ', ')}) m, normal ({_join(normal, ', ')})"
-        case Box(centre, size, angles):
-            shape = f"box {_join(size, ' x ')} m at ({_join(centre, ', ')}) m"
-            if any(angles):
-                shape += f", turned by xyz({_join([*map(degrees, angles)], ', ')}) deg"
-        case _:
-            assert_never(prop.shape)
     surface = prop.surface
     numbers = f"{surface.stiffness:g} N/m, {surface.damping:g} s/m, friction {surface.friction:g}"
-    return prop.name, shape, numbers
-
-
-def _join(numbers: Sequence[float], separator: str) -> str:
-    return separator.join(f"{number:g}" for number in numbers)
+    return prop.name, prop.shape.describe(), numbers
 
 
 def _check_springs_file(name: str) -> CommandResult:
@@ -269,32 +273,13 @@ def _check_result(
     include_notes: bool = False,
 ) -> CommandResult:
     coupled = report_coupled(springs, replaced)
-    paragraphs = [
-        *format_curve_reports(reports, include_notes=include_notes),
-        *format_coupled_reports(coupled, include_notes=include_notes),
+    sections = [
+        *_curve_paragraphs(reports, include_notes=include_notes),
+        *_coupled_paragraphs(coupled, include_notes=include_notes),
     ]
     if reports or coupled:
-        paragraphs.append(curve_report_counts(reports, coupled))
-    findings = [*curve_findings_data(reports), *coupled_findings_data(coupled)]
-    return _file_result(diagnostics, paragraphs, findings, verdict)
-
-
-def _file_result(
-    diagnostics: tuple[Diagnostic, ...],
-    paragraphs: Sequence[str],
-    findings: Sequence[dict[str, object]],
-    verdict: str,
-) -> CommandResult:
-    return CommandResult(
-        text="\n\n".join([*map(str, diagnostics), *paragraphs, verdict]),
-        data={
-            **({"error": "the input is wrong"} if select_errors(diagnostics) else {}),
-            "verdict": verdict,
-            "faults": [fault.as_dict() for fault in diagnostics],
-            "findings": list(findings),
-        },
-        code=ExitCode.WRONG_INPUT if select_errors(diagnostics) else ExitCode.SUCCESS,
-    )
+        sections.append(_report_counts(reports, coupled))
+    return CheckResult(verdict, diagnostics, list(_findings_data([*reports, *coupled])), sections)
 
 
 def _severity_counts(diagnostics: tuple[Diagnostic, ...]) -> str:

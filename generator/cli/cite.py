@@ -1,20 +1,21 @@
 """`mover cite`: the references of the numbers of a figure, and the published tables."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import degrees, isinf
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
-from generator.cli.answer import CommandResult, finite_or_none, format_count, format_table
+from generator.cli.answer import CommandResult, Paragraphs, Table, format_count
 from generator.cli.inputs import load_figure, springs_from_option
 from generator.cli.options import SpringsChoice, complete_figure_name
-from generator.cli.springs_text import axis_name, coupled_axis_names
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.person.identity import identity_of
 from generator.person.person_files import read_references, sources_path
+from generator.springs_file.axes import axis_name, coupled_axis_names
 from springs import SpringSet
 from springs.elastic import Range
 from springs.published.reference import Reference
@@ -42,10 +43,9 @@ def cite_table(name: str) -> CommandResult:
     """Return the references of all tables, of one table with its rows, or of one row."""
     source, _, row = name.partition("/")
     if name == ALL_TABLES:
-        return _all_tables_result()
-    if row:
-        return _row_result(name, _rows(source)[row])
-    return _table_result(publication(source))
+        return TablesCitation([publication(name) for name in publications()])
+    table = publication(source)
+    return RowCitation(table, _rows(source)[row]) if row else TableCitation(table)
 
 
 def _rows(source: str) -> Mapping[str, PublishedCurve | PublishedCoupledLaw]:
@@ -53,12 +53,97 @@ def _rows(source: str) -> Mapping[str, PublishedCurve | PublishedCoupledLaw]:
     return {**table.curves, **table.coupled_laws}
 
 
-def _all_tables_result() -> CommandResult:
-    tables = [publication(name) for name in publications()]
-    return CommandResult(
-        text="\n\n".join(f"{t.name}: {_contents(t)}\n  {t.reference}" for t in tables),
-        data={"tables": [_table_header_data(table) for table in tables]},
-    )
+@dataclass(frozen=True)
+class TablesCitation(CommandResult):
+    """References of all published tables."""
+
+    tables: Sequence[Publication]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the contents and the reference of each table."""
+        return map(_table_title, self.tables)
+
+    def to_json(self) -> dict[str, object]:
+        """Return the contents and the reference of each table."""
+        return {"tables": [_table_header_data(table) for table in self.tables]}
+
+
+@dataclass(frozen=True)
+class TableCitation(CommandResult):
+    """References of a published table and its rows."""
+
+    table: Publication
+
+    @property
+    def rows(self) -> Sequence[PublishedCurve | PublishedCoupledLaw]:
+        """The rows: curves, then coupled laws."""
+        return (*self.table.curves.values(), *self.table.coupled_laws.values())
+
+    def paragraphs(self) -> Paragraphs:
+        """Return contents, reference and note, and the motion and range of each row."""
+        name = self.table.name
+        rows = [(f"  {name}/{row.name}", _motion(row), _format_ranges(row)) for row in self.rows]
+        return _table_title(self.table), self.table.note.strip(), str(Table(rows, 3))
+
+    def to_json(self) -> dict[str, object]:
+        """Return contents, reference and note, and all of each row."""
+        rows = [_row_data(self.table, row) for row in self.rows]
+        return {**_table_header_data(self.table), "note": self.table.note, "rows": rows}
+
+
+@dataclass(frozen=True)
+class RowCitation(CommandResult):
+    """Reference of a row of a published table."""
+
+    table: Publication
+    row: PublishedCurve | PublishedCoupledLaw
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the reference, a table of what is known, and the note."""
+        row, fixed = self.row, _held_angles_data(self.row)
+        rows = [
+            ("  motion", _motion(row)),
+            ("  formula", row.formula),
+            ("  as printed", row.convention),
+            ("  turned here", _reversed_quantities(row)),
+            ("  range", _format_ranges(row)),
+            ("  held", ", ".join(f"{one} {angle:.4g} deg" for one, angle in fixed.items())),
+            ("  sample", str(row.sample)),
+            ("  scatter", row.scatter_text if isinstance(row, PublishedCurve) else ""),
+        ]
+        if isinstance(row, PublishedCurve) and row.damping is not None:
+            rows.append(("  damping", f"{row.damping:g} N m s/rad"))
+        yield f"{self.table.name}/{row.name}\n  {row.reference}"
+        yield Table([pair for pair in rows if pair[1]], 2)
+        yield row.note.strip()
+
+    def to_json(self) -> dict[str, object]:
+        """Return all of the row."""
+        return _row_data(self.table, self.row)
+
+
+class Use(NamedTuple):
+    """A reference and the parts of a figure that it is used for."""
+
+    reference: str
+    used_for: Sequence[str]
+
+
+@dataclass(frozen=True)
+class FigureCitation(CommandResult):
+    """References of the numbers of a figure."""
+
+    figure: str
+    springs: str
+    references: Sequence[Use]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return each reference with its uses."""
+        return (f"{one.reference}\n  for {', '.join(one.used_for)}" for one in self.references)
+
+
+def _table_title(table: Publication) -> str:
+    return f"{table.name}: {_contents(table)}\n  {table.reference}"
 
 
 def _contents(table: Publication) -> str:
@@ -70,43 +155,6 @@ def _contents(table: Publication) -> str:
         (table.ranges, "range limit"),
     )
     return ", ".join(format_count(len(rows), noun) for rows, noun in kinds if rows)
-
-
-def _table_result(table: Publication) -> CommandResult:
-    rows = [*table.curves.values(), *table.coupled_laws.values()]
-    listed = format_table(
-        [(f"  {table.name}/{row.name}", _motion(row), _format_ranges(row)) for row in rows],
-        left_columns=3,
-    )
-    parts = [f"{table.name}: {_contents(table)}\n  {table.reference}", table.note.strip(), listed]
-    return CommandResult(
-        text="\n\n".join(part for part in parts if part),
-        data={
-            **_table_header_data(table),
-            "note": table.note,
-            "rows": [_row_data(table, row) for row in rows],
-        },
-    )
-
-
-def _row_result(name: str, row: PublishedCurve | PublishedCoupledLaw) -> CommandResult:
-    fixed_angles = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
-    rows = [
-        ("  motion", _motion(row)),
-        ("  formula", row.formula),
-        ("  as printed", row.convention),
-        ("  turned here", _reversed_quantities(row)),
-        ("  range", _format_ranges(row)),
-        ("  held", ", ".join(fixed_angles)),
-        ("  sample", str(row.sample)),
-        ("  scatter", row.scatter_text if isinstance(row, PublishedCurve) else ""),
-    ]
-    if isinstance(row, PublishedCurve) and row.damping is not None:
-        rows.append(("  damping", f"{row.damping:g} N m s/rad"))
-    listed = format_table([pair for pair in rows if pair[1]], left_columns=2)
-    parts = [f"{name}\n  {row.reference}", listed, row.note.strip()]
-    table = publication(name.partition("/")[0])
-    return CommandResult("\n\n".join(part for part in parts if part), _row_data(table, row))
 
 
 def _reversed_quantities(row: PublishedCurve | PublishedCoupledLaw) -> str:
@@ -166,7 +214,7 @@ def _reference_data(reference: Reference) -> dict[str, object]:
         "reference": reference.text,
         "place": reference.place,
         "doi": reference.doi,
-        "sureness": reference.sureness.value,
+        "sureness": reference.sureness,
         "sureness_means": reference.sureness.description,
     }
 
@@ -179,13 +227,13 @@ def _row_data(table: Publication, row: PublishedCurve | PublishedCoupledLaw) -> 
         "formula": row.formula,
         "convention": row.convention,
         "turned": _reversed_quantities(row),
-        "range_deg": list(_ranges_in_degrees(_ranges(row))),
+        "range_deg": [ends and [degrees(end) for end in ends] for ends in _ranges(row)],
         "range_is_measured": row.range_is_measured,
         "held_deg": _held_angles_data(row),
         "damping_Nms_rad": row.damping if isinstance(row, PublishedCurve) else None,
-        "sample": row.sample.kind.value,
+        "sample": row.sample.kind,
         "subjects": row.sample.subjects,
-        "deviation": dict(row.deviation) if isinstance(row, PublishedCurve) else {},
+        "deviation": row.deviation if isinstance(row, PublishedCurve) else {},
         "rms_error_Nm": row.rms_error if isinstance(row, PublishedCurve) else None,
         "note": row.note,
     }
@@ -195,12 +243,6 @@ def _held_angles_data(row: PublishedCurve | PublishedCoupledLaw) -> dict[str, fl
     if not isinstance(row, PublishedCurve):
         return {}
     return {name: degrees(angle) for name, angle in row.held_angles.items()}
-
-
-def _ranges_in_degrees(ranges: Iterable[Range | None]) -> Iterator[list[float | None] | None]:
-    """Yield the ends in degrees, None for an open one."""
-    for known in ranges:
-        yield None if known is None else [finite_or_none(degrees(end)) for end in known]
 
 
 THESIS = (
@@ -243,32 +285,23 @@ def cite(
     for joint in spring_set.joints.values():
         for spring in (*joint.axes, *joint.translations):
             if spring.reference:
-                uses[spring.reference].append(f"{joint.joint} {axis_name(spring)}")
+                uses[spring.reference].append(f"{joint.joint} {axis_name(spring.direction)}")
     for spring in spring_set.coupled:
         if spring.reference:
             uses[spring.reference].append(" with ".join(coupled_axis_names(spring)))
-    entries = [
-        (THESIS, list(_thesis_uses(figure, spring_set))),
-        *_person_uses(figure, uses),
-        *uses.items(),
+    references = [
+        Use(THESIS, list(_thesis_uses(figure, spring_set))),
+        *(Use(*item) for item in (*_person_uses(figure, uses).items(), *uses.items())),
     ]
-    return CommandResult(
-        text="\n\n".join(f"{reference}\n  for {', '.join(used)}" for reference, used in entries),
-        data={
-            "figure": name,
-            "springs": spring_set.origin,
-            "references": [{"reference": text, "used_for": used} for text, used in entries],
-        },
-        diagnostics=(*warnings, *more),
-    )
+    return FigureCitation(name, spring_set.origin, references, diagnostics=(*warnings, *more))
 
 
-def _person_uses(figure: Figure, cited: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
-    """Yield the other references of a person, in the table beside it, and what they are for."""
-    if figure.path is not None and identity_of(figure) is not None:
-        for reference, quantities in read_references(sources_path(figure.path)).items():
-            if not any(reference in text for text in cited):
-                yield reference, quantities
+def _person_uses(figure: Figure, cited: Iterable[str]) -> Mapping[str, list[str]]:
+    """Return the other references of a person, in the table beside it, and what they are for."""
+    if figure.path is None or identity_of(figure) is None:
+        return {}
+    references = read_references(sources_path(figure.path)).items()
+    return {one: used for one, used in references if not any(one in text for text in cited)}
 
 
 def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:

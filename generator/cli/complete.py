@@ -1,17 +1,54 @@
 """`mover complete`: estimate missing masses of a figure from its psurfs."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
-from generator.cli.answer import CommandResult, format_table
+from generator.cli.answer import CommandResult, Paragraphs, Table
 from generator.cli.options import Density, FigureName, density_from_option
 from generator.cli.outputs import check_suffix, check_writable, write_file
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure_file import FIGURE_FILE
-from generator.geometry.completion import Addition, complete_figure
+from generator.geometry.completion import complete_figure
+from generator.rotations import Array
 from generator.text_io import load_text, make_source
+
+
+class FilledIn(NamedTuple):
+    """Estimates for a segment."""
+
+    segment: str
+    fields: Sequence[str]
+    density_kg_m3: float
+    mass_kg: float
+    inertia_kg_m2: Array
+    centre_of_mass_m: Array
+
+
+@dataclass(frozen=True)
+class CompletedFigure(CommandResult):
+    """Estimates in a figure file."""
+
+    figure: str
+    output: Path
+    filled_in: Sequence[FilledIn]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return a table of the segments with estimates."""
+        if not self.filled_in:
+            yield (
+                f"{self.figure}: nothing that a psurf gives was missing; {self.output} is an "
+                "exact copy"
+            )
+            return
+        rows = [["segment", "filled in", "density [kg/m^3]", "mass [kg]"]]
+        for one in self.filled_in:
+            numbers = f"{one.density_kg_m3:.6g}", f"{one.mass_kg:.6g}"
+            rows.append([one.segment, ", ".join(one.fields), *numbers])
+        yield f"{self.output}: {self.figure} with estimates from its psurfs\n{Table(rows, 2)}"
 
 
 def complete(
@@ -38,9 +75,18 @@ def complete(
     remaining = FIGURE_FILE.parse(make_source(done.text, str(output))).diagnostics
     write_file(output, done.text.replace("\n", _line_ending(path)))
     faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
-    return CommandResult(
-        _text(name, output, done.additions), _data(name, output, done.additions), faults
-    )
+    filled_in = [
+        FilledIn(
+            one.segment,
+            one.fields,
+            one.density,
+            one.body.mass,
+            one.body.inertia.diagonal(),
+            one.body.centre,
+        )
+        for one in done.additions
+    ]
+    return CompletedFigure(name, output, filled_in, diagnostics=faults)
 
 
 def _line_ending(path: Path) -> str:
@@ -67,32 +113,3 @@ def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
             )
         )
     return faults
-
-
-def _text(name: str, output: Path, additions: tuple[Addition, ...]) -> str:
-    if not additions:
-        return f"{name}: nothing that a psurf gives was missing; {output} is an exact copy"
-    rows = [["segment", "filled in", "density [kg/m^3]", "mass [kg]"]]
-    rows += [
-        [a.segment, ", ".join(a.fields), f"{a.density:.6g}", f"{a.body.mass:.6g}"]
-        for a in additions
-    ]
-    return f"{output}: {name} with estimates from its psurfs\n{format_table(rows, left_columns=2)}"
-
-
-def _data(name: str, output: Path, additions: tuple[Addition, ...]) -> dict[str, object]:
-    return {
-        "figure": name,
-        "output": str(output),
-        "filled_in": [
-            {
-                "segment": a.segment,
-                "fields": list(a.fields),
-                "density_kg_m3": a.density,
-                "mass_kg": a.body.mass,
-                "inertia_kg_m2": a.body.inertia.diagonal().tolist(),
-                "centre_of_mass_m": a.body.centre.tolist(),
-            }
-            for a in additions
-        ],
-    }

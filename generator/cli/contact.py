@@ -1,84 +1,27 @@
-"""Props and contact on the command line: the options of a scene, and what a fall reports."""
+"""Contact on the command line: the options of repeated starts, and what a fall reports."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from math import degrees, pi
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import typer
 
-from generator.cli.answer import finite_or_none, format_count, format_table
+from generator.cli.answer import Table, format_count
 from generator.cli.options import angle_from_option
-from generator.contact_record import (
+from generator.contact.record import (
     HEAD_INJURY_CAVEAT,
     REST_DURATION,
     ContactRecord,
-    SegmentContact,
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
-from generator.figure import Figure, Vector
-from generator.input_files.scene import MAX_FRICTION, SCENE_FILE
+from generator.figure import Figure
 from generator.recording import Recording
 from generator.rotations import Array
-from generator.scene import FLOOR, Scene, floor_prop
-from generator.simulation.plan import MAX_HEIGHT
-from springs.contact import DEFAULT_SURFACE
 
 if TYPE_CHECKING:
-    from generator.geometry.contact_spheres import SegmentSpheres
+    from generator.contact.spheres import SegmentSpheres
     from generator.simulation.starts import StartStudy
-
-FloorOption = Annotated[
-    bool,
-    typer.Option("--floor", help="Free the figure, and let it fall on a floor (docs/contact.md)."),
-]
-HeightOption = Annotated[
-    float | None,
-    typer.Option(
-        "--height",
-        help="Initial height of the lowest point of a free figure [m]. [default: 0 with a floor "
-        "or a scene]",
-    ),
-]
-FrictionOption = Annotated[
-    float | None,
-    typer.Option("--friction", help="Coefficient of friction of the floor. [default: 0.6]"),
-]
-SceneOption = Annotated[
-    str | None,
-    typer.Option(
-        "--scene",
-        metavar="FILE.scene.toml|NAME",
-        help="Props, such as `step`, `seat` or `bed`; frees the figure.",
-    ),
-]
-SelfContactOption = Annotated[
-    bool,
-    typer.Option(
-        "--self-contact", help="Let segments touch each other as well, with --floor or --scene."
-    ),
-]
-
-StartsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--starts",
-        metavar="N",
-        help="Repeat the fall from N starts whose joint angles differ at random.",
-    ),
-]
-SpreadOption = Annotated[
-    str | None,
-    typer.Option(
-        "--spread",
-        metavar="1deg",
-        help="Standard deviation of the angles of --starts. [default: 1deg]",
-    ),
-]
-SeedOption = Annotated[
-    int | None, typer.Option("--seed", help="Seed of the random angles of --starts. [default: 0]")
-]
 
 MAX_STARTS = 10_000
 """Largest number of starts; more are a typing error."""
@@ -90,58 +33,6 @@ SENSITIVE_ANGLE = 0.1
 """Difference of joint angles at which two falls count as different [rad]."""
 
 
-class SceneChoice(NamedTuple):
-    """Props of a run, with the height at which a figure starts among them [m]."""
-
-    scene: Scene
-    height: float | None
-    diagnostics: tuple[Diagnostic, ...]
-
-
-def scene_from_options(
-    *, floor: bool, friction: float | None, scene: str | None, height: float | None, up: Vector
-) -> SceneChoice:
-    """Return the props of `--floor`, `--friction`, `--scene` and `--height`, with warnings.
-
-    Args:
-        floor: whether there is a floor.
-        friction: of the floor; None for the default.
-        scene: file or name of a scene with props.
-        height: of the figure's lowest point [m]; None for the default.
-        up: normal of the floor.
-
-    Raises:
-        UsageError: a value is invalid, or does not apply.
-        InputError: the scene has errors.
-    """
-    props = Scene()
-    diagnostics: tuple[Diagnostic, ...] = ()
-    if scene is not None:
-        parsed = SCENE_FILE.parse_file(scene)
-        props, diagnostics = parsed.require_value(), parsed.diagnostics
-    if friction is not None:
-        if not floor:
-            raise UsageError("--friction needs --floor: in a scene file each surface has its own")
-        if not 0.0 <= friction <= MAX_FRICTION:
-            raise UsageError(
-                f"--friction {friction:g}: expected a number from 0 to {MAX_FRICTION:g}"
-            )
-    if height is not None and abs(height) > MAX_HEIGHT:
-        raise UsageError(f"--height {height:g}: expected at most {MAX_HEIGHT:,.0f} m")
-    if floor:
-        if any(prop.name == FLOOR for prop in props.props):
-            raise UsageError(f"--floor: the scene has a prop `{FLOOR}` already")
-        if height is not None and height < 0.0:
-            raise UsageError(f"--height {height:g}: the figure would start below the floor")
-        surface = (
-            DEFAULT_SURFACE if friction is None else replace(DEFAULT_SURFACE, friction=friction)
-        )
-        props = Scene((floor_prop(up, surface), *props.props))
-    if props.props and height is None:
-        height = 0.0
-    return SceneChoice(props, height, diagnostics)
-
-
 def add_sphere_warnings(
     figure: Figure, diagnostics: tuple[Diagnostic, ...]
 ) -> tuple[Diagnostic, ...]:
@@ -149,7 +40,7 @@ def add_sphere_warnings(
 
     Raises InputError with all diagnostics for a psurf that cannot be read.
     """
-    from generator.geometry.contact_spheres import SphereSource, fit_contact_spheres  # slow import
+    from generator.contact.spheres import SphereSource, fit_contact_spheres  # slow import
 
     try:
         fits = fit_contact_spheres(figure)
@@ -179,7 +70,7 @@ def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
 
 def contact_data(record: ContactRecord) -> dict[str, object]:
     """Return the contact of a run for `--json`."""
-    angles, heights = record.sensitivity, record.height_sensitivity
+    angles, heights, segments = record.sensitivity, record.height_sensitivity, record.segments
     return {
         "weight_carried": record.weight_carried,
         "max_force_N": record.max_force,
@@ -188,16 +79,16 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
         "max_penetration_segment": record.max_depth_segment,
         "dissipated_J": record.dissipated,
         "creep_m_per_s": record.creep,
-        "first_contact_s": {name: one.first_time for name, one in record.segments.items()},
-        "impact_speed_m_per_s": {name: one.impact_speed for name, one in record.segments.items()},
-        "peak_force_N": {name: one.peak_force for name, one in record.segments.items()},
-        "peak_force_s": {name: one.peak_time for name, one in record.segments.items()},
-        "impulse_Ns": {name: list(one.impulse) for name, one in record.segments.items()},
-        "sensitivity_rad": None if angles is None else finite_or_none(float(angles[-1])),
-        "height_sensitivity_m": None if heights is None else finite_or_none(float(heights[-1])),
+        "first_contact_s": {name: one.first_time for name, one in segments.items()},
+        "impact_speed_m_per_s": {name: one.impact_speed for name, one in segments.items()},
+        "peak_force_N": {name: one.peak_force for name, one in segments.items()},
+        "peak_force_s": {name: one.peak_time for name, one in segments.items()},
+        "impulse_Ns": {name: one.impulse for name, one in segments.items()},
+        "sensitivity_rad": None if angles is None else angles[-1],
+        "height_sensitivity_m": None if heights is None else heights[-1],
         "impact_shift_s": record.impact_shift,
-        "overlap": None if record.overlap is None else record.overlap._asdict(),
-        "head_injury_criterion": dict(record.head_injury),
+        "overlap": record.overlap,
+        "head_injury_criterion": record.head_injury,
     }
 
 
@@ -207,7 +98,7 @@ def contact_rows(
     """Return the rows of a summary about contact: title and text.
 
     Args:
-        recording: of a run with contact.
+        recording: recording of a run with contact.
         spheres: contact spheres by segment.
         self_contact: whether the segments touched each other.
     """
@@ -221,7 +112,7 @@ def contact_rows(
         peak = max(record.segments, key=lambda name: record.segments[name].peak_force)
         force = f"at most {record.max_force:.4g} N, at {record.max_force_time:.3g} s"
         alone = f"on {peak} at most {record.segments[peak].peak_force:.4g} N"
-        depth = f"at most {1000.0 * record.max_depth:.0f} mm, of {record.max_depth_segment}"
+        depth = f"at most {1000.0 * record.max_depth:.0f} mm, of {record.max_depth_part}"
         rows += [("force", f"{force}; {alone}"), ("depth", depth)]
         rows += _end_rows(recording, record)
     if record.overlap is not None and record.overlap.depth >= MIN_OVERLAP:
@@ -297,18 +188,14 @@ class StartsChoice(NamedTuple):
 
 
 def starts_from_options(
-    starts: int | None, spread: str | None, seed: int | None, *, has_props: bool
+    starts: int | None, spread: str | None, seed: int | None
 ) -> StartsChoice | None:
     """Return the choice of `--starts`, `--spread` and `--seed`; None without starts.
 
-    Raises UsageError for invalid values, and without props to fall on.
+    Raises UsageError for invalid values.
     """
     if starts is None:
-        if spread is not None or seed is not None:
-            raise UsageError(f"--{'spread' if seed is None else 'seed'} needs --starts")
         return None
-    if not has_props:
-        raise UsageError("--starts needs --floor or --scene")
     if not 1 <= starts <= MAX_STARTS:
         raise UsageError(f"--starts {starts}: expected a number from 1 to {MAX_STARTS:,}")
     if seed is not None and seed < 0:
@@ -319,92 +206,84 @@ def starts_from_options(
     return StartsChoice(starts, angle, seed or 0)
 
 
-def starts_text(study: "StartStudy") -> str:
-    """Format the distribution of falls from several starts."""
-    title = f"{format_count(len(study), 'start')}, angles varied by {degrees(study.spread):.3g} deg"
-    lines = [f"{title} (SD), seed {study.seed}{_accuracy_text(study)}"]
-    if study.failures:
-        number, sentence = next(iter(study.failures.items()))
-        lines.append(f"{len(study.failures)} failed; start {number}: {sentence}")
-    if len(study.failures) < len(study):
-        lines.append(_distribution_table(_studied(study)))
-    return "\n".join(lines)
+@dataclass(frozen=True)
+class StartsResult:
+    """Falls from several starts, the entries of an array in their order."""
+
+    spread_deg: float
+    seed: int
+    is_accurate: Array | None
+    failures: Mapping[int, str]
+    impact_s: Array
+    max_force_N: Array
+    peak_force_N: Mapping[str, Array]
+    rest_height_m: Array
+    weight_carried: Array
+
+    @classmethod
+    def of(cls, study: "StartStudy") -> "StartsResult":
+        """Return the result of a study."""
+        return cls(
+            degrees(study.spread),
+            study.seed,
+            study.is_accurate,
+            study.failures,
+            study.impact_times,
+            study.max_forces,
+            study.peak_forces,
+            study.rest_heights,
+            study.weights_carried,
+        )
+
+    def __str__(self) -> str:
+        """Format the distribution of the falls."""
+        count = len(self.impact_s)
+        title = f"{format_count(count, 'start')}, angles varied by {self.spread_deg:.3g} deg (SD)"
+        lines = [f"{title}, seed {self.seed}"]
+        if self.is_accurate is not None:
+            lines[0] += f"; {int(np.sum(self.is_accurate))} within the tolerance to the end"
+        if self.failures:
+            number, sentence = next(iter(self.failures.items()))
+            lines.append(f"{len(self.failures)} failed; start {number}: {sentence}")
+        if len(self.failures) < count:
+            quantities = {
+                "first impact [s]": self.impact_s,
+                "largest force [N]": self.max_force_N,
+                "height of the centre of mass at the end [m]": self.rest_height_m,
+                "share of the weight carried at the end": self.weight_carried,
+            }
+            lines.append(_distribution_table(quantities))
+        return "\n".join(lines)
+
+    def details(self) -> str:
+        """Format the distribution of the largest force on each segment."""
+        if len(self.failures) == len(self.impact_s):
+            return ""
+        forces = {f"{name} [N]": values for name, values in self.peak_force_N.items()}
+        return f"largest force on each segment\n{_distribution_table(forces)}"
 
 
-def starts_details(study: "StartStudy") -> str:
-    """Format the distribution of the largest force on each segment."""
-    if len(study.failures) == len(study):
-        return ""
-    forces = ((f"{name} [N]", values) for name, values in study.peak_forces.items())
-    return "largest force on each segment\n" + _distribution_table(forces)
-
-
-def _accuracy_text(study: "StartStudy") -> str:
-    if study.is_accurate is None:
-        return ""
-    return f"; {int(np.sum(study.is_accurate))} within the tolerance to the end"
-
-
-def starts_data(study: "StartStudy") -> dict[str, object]:
-    """Return the falls from several starts for `--json`."""
-    return {
-        "spread_deg": degrees(study.spread),
-        "seed": study.seed,
-        "is_accurate": None if study.is_accurate is None else study.is_accurate.tolist(),
-        "failures": {str(number): sentence for number, sentence in study.failures.items()},
-        "impact_s": _finite_list(study.impact_times),
-        "max_force_N": _finite_list(study.max_forces),
-        "peak_force_N": {name: _finite_list(one) for name, one in study.peak_forces.items()},
-        "rest_height_m": _finite_list(study.rest_heights),
-        "weight_carried": _finite_list(study.weights_carried),
-    }
-
-
-def _studied(study: "StartStudy") -> Iterator[tuple[str, Array]]:
-    yield "first impact [s]", study.impact_times
-    yield "largest force [N]", study.max_forces
-    yield "height of the centre of mass at the end [m]", study.rest_heights
-    yield "share of the weight carried at the end", study.weights_carried
-
-
-def _distribution_table(studied: Iterable[tuple[str, Array]]) -> str:
+def _distribution_table(quantities: Mapping[str, Array]) -> str:
     """Format a row for each quantity that is known of some start."""
-    rows = [("", "mean", "SD", "smallest", "largest")]
-    rows += [
-        (title, *("-" if value is None else f"{value:.4g}" for value in _distribution(values)))
-        for title, values in studied
-        if np.isfinite(values).any()
-    ]
-    return format_table(rows)
+    rows = [["", "mean", "SD", "smallest", "largest"]]
+    for title, values in quantities.items():
+        found = values[np.isfinite(values)]
+        if found.size:
+            deviation = f"{np.std(found, ddof=1):.4g}" if found.size > 1 else "-"
+            numbers = [f"{number:.4g}" for number in (np.mean(found), found.min(), found.max())]
+            rows.append([title, numbers[0], deviation, *numbers[1:]])
+    return str(Table(rows))
 
 
-def _distribution(values: Array) -> tuple[float | None, ...]:
-    """Return mean, standard deviation, smallest and largest of the finite values."""
-    found = values[np.isfinite(values)]
-    deviation = float(np.std(found, ddof=1)) if found.size > 1 else None
-    return float(np.mean(found)), deviation, float(np.min(found)), float(np.max(found))
-
-
-def _finite_list(values: Array) -> list[float | None]:
-    return [finite_or_none(float(value)) for value in values]
-
-
-def contact_table(record: ContactRecord) -> list[tuple[str, ...]]:
-    """Return the contact of each segment as the rows of a table."""
-    rows: list[tuple[str, ...]] = [
-        ("segment", "first touch [s]", "speed [m/s]", "peak force [N]", "at [s]", "impulse [N s]")
-    ]
+def contact_table(record: ContactRecord) -> Table:
+    """Return the contact of each segment."""
+    titles = ("first touch [s]", "speed [m/s]", "peak force [N]", "at [s]", "impulse [N s]")
+    rows: list[tuple[str, ...]] = [("segment", *titles)]
     for name, one in record.segments.items():
         if one.first_time is None:
             rows.append((name, "none", "", "", "", ""))
         else:
-            rows.append((name, *_segment_texts(one)))
-    return rows
-
-
-def _segment_texts(one: SegmentContact) -> Iterator[str]:
-    yield f"{one.first_time:.4g}"
-    yield f"{one.impact_speed:.3g}"
-    yield f"{one.peak_force:.4g}"
-    yield f"{one.peak_time:.4g}"
-    yield f"{float(np.linalg.norm(one.impulse)):.4g}"
+            impulse = f"{float(np.linalg.norm(one.impulse)):.4g}"
+            force = f"{one.peak_force:.4g}", f"{one.peak_time:.4g}", impulse
+            rows.append((name, f"{one.first_time:.4g}", f"{one.impact_speed:.3g}", *force))
+    return Table(rows)

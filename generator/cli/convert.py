@@ -1,14 +1,14 @@
 """`mover convert`: motions, figures and other programs' models in each other's formats."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, format_count
+from generator.cli.answer import HIDDEN, OMITTED_IF_NONE, CommandResult, Paragraphs, format_count
 from generator.cli.inputs import (
     check_chains,
     check_segment_distances,
@@ -18,7 +18,14 @@ from generator.cli.inputs import (
     start_displacements_from_options,
     start_warnings,
 )
-from generator.cli.options import FreeRoot, JoiningLaw, JointValues, PoseFile, SpringsChoice
+from generator.cli.options import (
+    FreeRoot,
+    JoiningLaw,
+    JointValues,
+    PoseFile,
+    SpringsChoice,
+    format_frames,
+)
 from generator.cli.outputs import (
     LossesByPath,
     OutputWriter,
@@ -26,7 +33,6 @@ from generator.cli.outputs import (
     check_motion_formats,
     check_writable,
     format_files,
-    losses_data,
     model_writers,
     unwritable_file_error,
     write_all_or_none,
@@ -73,25 +79,52 @@ ROUNDING_LOSS = "digits:"
 """Beginning of the losses that are left out without `--verbose`: they state how numbers round."""
 
 
-def format_losses(written: LossesByPath, ending: str = "", *, in_full: bool) -> Iterator[str]:
-    """Yield the lines that list the losses of files.
+@dataclass(frozen=True, kw_only=True)
+class Conversion(CommandResult):
+    """Files that were written, and what they do not hold.
 
-    Args:
-        written: losses by file.
-        ending: end of the title of a file.
-        in_full: list all losses with all their places; otherwise a few, a line each.
+    Attributes:
+        source: Motion, figure or model that was read.
+        figure: Figure of a motion, or the source; None of a model.
+        frames: Number of frames of a motion.
+        files: Outputs, and the files that belong to them.
+        coordinates: Joints of the coordinates of a model.
+        losses: Losses of each output.
+        title: First line.
+        is_import: True if the source is a model.
+        lists_all: List all losses with all their places; otherwise a few, a line each.
     """
-    for path, losses in written.items():
-        entries = [str(loss) for loss in losses.entries]
-        shown = entries
-        if not in_full:
-            entries = [entry for entry in entries if not entry.startswith(ROUNDING_LOSS)]
-            shown = [_shorten_loss(e) for e in entries[: max(1, MAX_BRIEF_LOSSES // len(written))]]
-        if shown:
-            yield f"not in {path}{ending}:"
-            yield from (f"  {entry}" for entry in shown)
-        if len(shown) < len(entries):
-            yield f"  {len(entries) - len(shown)} more: see them with --verbose"
+
+    source: str
+    figure: str | None = field(default=None, metadata=OMITTED_IF_NONE)
+    frames: int | None = field(default=None, metadata=OMITTED_IF_NONE)
+    files: Sequence[Path]
+    coordinates: Mapping[str, Mapping[str, object]] | None = field(
+        default=None, metadata=OMITTED_IF_NONE
+    )
+    losses: LossesByPath
+    title: str = field(metadata=HIDDEN)
+    is_import: bool = field(default=False, metadata=HIDDEN)
+    lists_all: bool = field(default=False, metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the title, the files and their losses."""
+        lines = [self.title, *format_files(self.losses, self.files), *self._losses_lines()]
+        return ("\n".join(lines),)
+
+    def _losses_lines(self) -> Iterator[str]:
+        """Yield the lines that list the losses of files."""
+        for path, losses in self.losses.items():
+            entries = shown = [str(loss) for loss in losses.entries]
+            if not self.lists_all:
+                entries = [entry for entry in entries if not entry.startswith(ROUNDING_LOSS)]
+                count = max(1, MAX_BRIEF_LOSSES // len(self.losses))
+                shown = [_shorten_loss(entry) for entry in entries[:count]]
+            if shown:
+                yield f"not in {path}{', or not as in the model' if self.is_import else ''}:"
+                yield from (f"  {entry}" for entry in shown)
+            if len(shown) < len(entries):
+                yield f"  {len(entries) - len(shown)} more: see them with --verbose"
 
 
 def _shorten_loss(text: str) -> str:
@@ -132,7 +165,29 @@ def import_model(
     check_writable([file for file in files if file.parent in {f.parent for f in figures}], [source])
     _check_springs_files(imported, figures, springs)
     losses = write_models(models)
-    return _import_result(source, imported, losses, files, verbose)
+    figure = imported.figure
+    title = (
+        f"{source}: {format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
+        f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom"
+    )
+    coordinates = {
+        name: {
+            "joint": where.joint,
+            "place": where.index + 1,
+            "scale": where.scale,
+            "shift": where.offset,
+        }
+        for name, where in imported.coordinates.items()
+    }
+    return Conversion(
+        source=source,
+        files=files,
+        coordinates=coordinates,
+        losses=losses,
+        title=title,
+        is_import=True,
+        lists_all=verbose,
+    )
 
 
 def _check_springs_files(
@@ -171,34 +226,6 @@ def _other_files(models: Sequence[ModelFiles]) -> list[Path]:
     """Return the files that belong to models, without those of a model that is a folder itself."""
     files = [file for model in models for file in model.contents if file.parent != model.path]
     return list(dict.fromkeys(file for file in files if file not in {m.path for m in models}))
-
-
-def _import_result(
-    source: str, imported: Imported, written: LossesByPath, files: Sequence[Path], verbose: bool
-) -> CommandResult:
-    figure = imported.figure
-    title = (
-        f"{source}: {format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
-        f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom"
-    )
-    lost = format_losses(written, ", or not as in the model", in_full=verbose)
-    return CommandResult(
-        text="\n".join([title, *format_files(written, files), *lost]),
-        data={
-            "source": source,
-            "files": [str(file) for file in files],
-            "coordinates": {
-                name: {
-                    "joint": where.joint,
-                    "place": where.index + 1,
-                    "scale": where.scale,
-                    "shift": where.offset,
-                }
-                for name, where in imported.coordinates.items()
-            },
-            "losses": losses_data(written),
-        },
-    )
 
 
 def convert(
@@ -317,10 +344,16 @@ def _convert_motion(
         motion = resample(motion, fps)
     check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
     written = write_all_or_none([(out, _motion_writer(out, scale, motion)) for out in outputs])
-    frames = format_count(motion.times.size, "frame")
-    title = f"{frames} of {figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
-    head = {"source": source, "figure": str(figure.path), "frames": motion.times.size}
-    return _conversion_result(title, head, written, warnings, verbose)
+    return Conversion(
+        source=source,
+        figure=str(figure.path),
+        frames=motion.times.size,
+        files=outputs,
+        losses=written,
+        title=format_frames(motion.times, figure.path),
+        lists_all=verbose,
+        diagnostics=warnings,
+    )
 
 
 _MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
@@ -403,8 +436,15 @@ def _convert_figure(
     title = f"{source} with springs: {start.springs.origin}"
     if frames:
         title += f"; its pose as a single frame: {', '.join(str(out) for out, _ in frames)}"
-    head = {"source": source, "figure": str(figure.path)}
-    return _conversion_result(title, head, written, warnings + more, verbose, _other_files(models))
+    return Conversion(
+        source=source,
+        figure=str(figure.path),
+        files=(*outputs, *_other_files(models)),
+        losses=written,
+        title=title,
+        lists_all=verbose,
+        diagnostics=warnings + more,
+    )
 
 
 def _check_files_of_figure(figure: Figure, models: Sequence[ModelFiles]) -> None:
@@ -415,33 +455,3 @@ def _check_files_of_figure(figure: Figure, models: Sequence[ModelFiles]) -> None
         used = {realpath(shape) for shape in shapes}
         files = [file for model in models for file in model.contents if realpath(file) in used]
         check_writable(files, shapes)
-
-
-def _conversion_result(
-    title: str,
-    head: Mapping[str, object],
-    written: LossesByPath,
-    diagnostics: tuple[Diagnostic, ...],
-    verbose: bool,
-    others: Sequence[Path] = (),
-) -> CommandResult:
-    """Return the answer on files that were written.
-
-    Args:
-        title: first line.
-        head: first entries for `--json`.
-        written: outputs, with their losses.
-        diagnostics: warnings.
-        verbose: list all losses in full.
-        others: files that belong to the outputs.
-    """
-    lost = format_losses(written, in_full=verbose)
-    return CommandResult(
-        text="\n".join([title, *format_files(written, others), *lost]),
-        data={
-            **head,
-            "files": [str(path) for path in (*written, *others)],
-            "losses": losses_data(written),
-        },
-        diagnostics=diagnostics,
-    )

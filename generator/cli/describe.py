@@ -1,39 +1,175 @@
-"""`mover describe`: what a figure consists of."""
+"""`mover describe`: the segments, joints and springs of a figure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import exp
+from pathlib import Path
+from typing import NamedTuple
 
-from generator.cli.answer import CommandResult, format_count, format_table
-from generator.cli.inputs import load_figure, springs_from_option
-from generator.cli.options import FigureName, SpringsChoice, in_display_units
-from generator.cli.springs_text import coupled_spring_lines, spring_lines, springs_data
+from generator.cli import inputs, options
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
+from generator.contact.spheres import SegmentSpheres, SphereSource, fit_contact_spheres
 from generator.diagnostics import Diagnostic, InputError
-from generator.figure import Figure, Joint, JointAxis, Segment, is_rotation
-from generator.geometry.contact_spheres import SegmentSpheres, SphereSource, fit_contact_spheres
+from generator.figure import JointAxis, Segment, is_rotation
+from generator.model import Model
 from generator.motion_files.action import format_chain
 from generator.person.identity import identity_of
 from generator.simulation.preconditions import simulation_obstacles
-from springs import SpringSet
+from generator.springs_file.axes import axis_name, coupled_axis_names
+from generator.springs_file.laws import describe_law, format_range, law_data, range_in_degrees
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
+from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
+from springs.coupled import CoupledExponential, CoupledTerm
 
 
-def describe(name: FigureName, springs: SpringsChoice = None) -> CommandResult:
+class Spheres(NamedTuple):
+    """Contact spheres of a segment."""
+
+    source: SphereSource
+    largest_error_m: float | None
+    spheres: Sequence[Mapping[str, object]]
+
+    def __str__(self) -> str:
+        """Return number, source, and the largest error in height."""
+        if self.source is SphereSource.NONE:
+            return "none"
+        largest = self.largest_error_m
+        error = "" if largest is None else f" within {1e3 * largest:.1f} mm"
+        return f"{len(self.spheres)} {self.source}{error}"
+
+
+class SegmentData(NamedTuple):
+    """A segment of a figure."""
+
+    name: str
+    ground: bool
+    mass_kg: float | None
+    inertia_kg_m2: Sequence[float] | None
+    centre_of_mass_m: Sequence[float] | None
+    psurf: str | None
+    contact_spheres: Spheres | None
+    sites: Sequence[str]
+
+    def cells(self) -> list[str]:
+        """Return the cells of a table."""
+        if self.ground:
+            return [self.name, "ground"]
+        mass = "none" if self.mass_kg is None else f"{self.mass_kg:.4f}"
+        vectors = [
+            "none" if values is None else " ".join(f"{value:.4f}" for value in values)
+            for values in (self.inertia_kg_m2, self.centre_of_mass_m)
+        ]
+        return [self.name, mass, *vectors, str(self.contact_spheres or "none")]
+
+
+class JointData(NamedTuple):
+    """A joint of a figure."""
+
+    name: str
+    parent: str
+    child: str
+    kind: str
+    type: str
+    degrees_of_freedom: int
+    displacement: Sequence[float]
+    units: Sequence[str]
+
+    def cells(self) -> list[str]:
+        """Return the cells of a table."""
+        shown = zip(self.displacement, self.units, strict=True)
+        displacement = " ".join(f"{value:.4g} {unit}" for value, unit in shown)
+        return [self.name, self.kind, self.type, f"{self.parent} to {self.child}", displacement]
+
+
+@dataclass(frozen=True)
+class Description(CommandResult):
+    """Contents of a figure."""
+
+    figure: str
+    file: Path | None
+    name: str | None
+    sex: str | None
+    stature_m: float | None
+    root: str
+    degrees_of_freedom: int
+    total_mass_kg: float
+    segments: Sequence[SegmentData]
+    joints: Sequence[JointData]
+    springs: Mapping[str, object]
+    can_be_simulated: bool
+    obstacles: Sequence[Diagnostic]
+    spring_set: SpringSet = field(metadata=HIDDEN)
+    spheres_fault: str | None = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return a summary, tables of segments and joints, and the laws of the springs."""
+        bodies = sum(not segment.ground for segment in self.segments)
+        lines = [
+            f"{self.figure}: {format_count(bodies, 'moving segment')}, "
+            f"{format_count(len(self.joints), 'joint')}, {self.degrees_of_freedom} degrees of "
+            f"freedom, {self.total_mass_kg:.4g} kg",
+            f"root {self.root}",
+        ]
+        if self.sex is not None:
+            lines.append(f"{self.sex}, stature {self.stature_m:.4g} m")
+        lines.append("can be simulated")
+        if self.obstacles:
+            more = len(self.obstacles) - 1
+            others = f" (and {more} more: see `mover check`)" if more else ""
+            lines[-1] = f"cannot be simulated: {self.obstacles[0].message}{others}"
+        if self.spheres_fault is not None:
+            lines.append(f"no contact spheres: {self.spheres_fault}")
+        yield "\n".join(lines)
+        titles = ("mass [kg]", "inertia [kg m^2]", "centre of mass [m]", "contact spheres")
+        yield Table([("segment", *titles), *(segment.cells() for segment in self.segments)])
+        titles = ("joint", "kind", "type", "connects", "displacement")
+        yield Table([titles, *(joint.cells() for joint in self.joints)], 5)
+        yield "\n".join(_springs_lines(self.spring_set))
+
+
+def describe(name: options.FigureName, springs: options.SpringsChoice = None) -> CommandResult:
     """List the segments, masses, joints and springs of a figure."""
-    figure, warnings = load_figure(name)
-    spring_set, more = springs_from_option(figure, springs)
-    obstacles = simulation_obstacles(figure, spring_set)
-    title = f"{_title(name, figure)}\n{_simulation_text(obstacles)}"
+    figure, warnings = inputs.load_figure(name)
+    spring_set, more = inputs.springs_from_option(figure, springs)
+    obstacles = simulation_obstacles(Model(figure, spring_set))
+    spheres: Mapping[str, SegmentSpheres] = {}
+    spheres_fault = None
     try:
         spheres = fit_contact_spheres(figure)
     except InputError as failure:  # a missing psurf is a warning of the figure's own
-        spheres = {}
-        title += f"\nno contact spheres: {failure.diagnostics[0].message}"
-    sections = [title, _segments(figure, spheres), _joints(figure), _springs(spring_set)]
-    return CommandResult(
-        text="\n\n".join(sections),
-        data={
-            **_data(name, figure, spring_set, spheres),
-            "can_be_simulated": not obstacles,
-            "obstacles": [obstacle.as_dict() for obstacle in obstacles],
-        },
+        spheres_fault = failure.diagnostics[0].message
+    person = identity_of(figure)
+    return Description(
+        figure=name,
+        file=figure.path,
+        name=figure.name,
+        sex=None if person is None else person.sex.value,
+        stature_m=None if person is None else person.stature,
+        root=str(figure.root),
+        degrees_of_freedom=figure.degrees_of_freedom,
+        total_mass_kg=figure.total_mass,
+        segments=[
+            _segment_data(segment, segment.name in figure.ground, spheres.get(segment.name))
+            for segment in figure.segments.values()
+        ],
+        joints=[
+            JointData(
+                joint.name,
+                str(joint.parent),
+                str(joint.child),
+                joint_kind(joint.chain),
+                format_chain(joint.chain),
+                joint.degrees_of_freedom,
+                options.in_display_units(joint.displacement, joint.chain),
+                [factor.units.displacement for factor in joint.chain],
+            )
+            for joint in figure.joints.values()
+        ],
+        springs=springs_data(spring_set),
+        can_be_simulated=not obstacles,
+        obstacles=obstacles,
+        spring_set=spring_set,
+        spheres_fault=spheres_fault,
         diagnostics=(*warnings, *more),
     )
 
@@ -53,145 +189,152 @@ def joint_kind(chain: Sequence[JointAxis]) -> str:
     return names.get((turns, slides), f"{turns} rotations, {slides} translations")
 
 
-def _title(name: str, figure: Figure) -> str:
-    person = identity_of(figure)
-    who = "" if person is None else f"\n{person.sex.value}, stature {person.stature:.4g} m"
-    return (
-        f"{name}: {format_count(len(figure.bodies), 'moving segment')}, "
-        f"{format_count(len(figure.joints), 'joint')}, "
-        f"{figure.degrees_of_freedom} degrees of freedom, {figure.total_mass:.4g} kg\n"
-        f"root {figure.root}{who}"
+def _segment_data(segment: Segment, is_ground: bool, fit: SegmentSpheres | None) -> SegmentData:
+    centre, spheres = segment.centre_of_mass, None
+    if fit is not None:
+        each = [{"centre_m": one.centre, "radius_m": one.radius} for one in fit.spheres]
+        spheres = Spheres(fit.source, fit.largest_error, each)
+    return SegmentData(
+        segment.name,
+        is_ground,
+        segment.mass,
+        segment.inertia,
+        None if centre is None else [float(part) for part in centre],
+        segment.psurf,
+        spheres,
+        list(segment.sites),
     )
 
 
-def _simulation_text(obstacles: Sequence[Diagnostic]) -> str:
-    """State in a line whether a figure can be simulated, and the first reason against it."""
-    if not obstacles:
-        return "can be simulated"
-    more = f" (and {len(obstacles) - 1} more: see `mover check`)" if len(obstacles) > 1 else ""
-    return f"cannot be simulated: {obstacles[0].message}{more}"
+def _springs_lines(springs: SpringSet) -> Iterator[str]:
+    """Yield the lines on all springs."""
+    if not springs.joints and not springs.coupled:
+        yield f"springs: none ({springs.origin})" if springs.origin != "none" else "springs: none"
+        return
+    yield f"springs: {springs.origin}; spherical joints by the {springs.joining.value} law"
+    for name, joint in springs.joints.items():
+        yield name
+        yield from (f"  {line}" for line in spring_lines(joint))
+    for spring in springs.coupled:
+        yield "over several joints"
+        yield from (f"  {line}" for line in coupled_spring_lines(spring))
 
 
-def _segments(figure: Figure, spheres: Mapping[str, SegmentSpheres]) -> str:
-    titles = ["segment", "mass [kg]", "inertia [kg m^2]", "centre of mass [m]", "contact spheres"]
-    rows = [titles]
-    for segment in figure.segments.values():
-        if segment.name in figure.ground:
-            rows.append([segment.name, "ground"])
-            continue
-        mass = "none" if segment.mass is None else f"{segment.mass:.4f}"
-        rows.append(
-            [
-                segment.name,
-                mass,
-                _format_vector(segment.inertia),
-                _format_vector(_centre(segment)),
-                _format_spheres(spheres.get(segment.name)),
-            ]
-        )
-    return format_table(rows)
+def coupled_law_lines(law: CoupledExponential) -> Iterator[str]:
+    """Yield a line for each torque of a coupled law, and one on its range and its energy."""
+    letters = _coordinate_symbols(law.coordinates)
+    for i, name in enumerate(law.coordinates):
+        terms = [_format_coupled_term(t, i, letters) for t in law.terms if t.amplitudes[i] != 0.0]
+        yield f"{name}: {' '.join([f'{law.constants[i]:g}', *terms])} N m"
+    angles = ", ".join(f"{a} {name}" for a, name in zip(letters, law.coordinates, strict=True))
+    energy = "conservative" if law.is_conservative else "not conservative"
+    known = [
+        f"{name} {format_range(*one)}"
+        for name, one in zip(law.coordinates, law.valid_ranges, strict=True)
+        if one is not None
+    ]
+    valid = f"; known for {', '.join(known)}" if known else ""
+    yield f"{angles} in rad; {energy}{valid}"
 
 
-def _format_spheres(fit: SegmentSpheres | None) -> str:
-    """Number of spheres, their source, and the largest error in height."""
-    if fit is None or fit.source is SphereSource.NONE:
-        return "none"
-    error = "" if fit.largest_error is None else f" within {1e3 * fit.largest_error:.1f} mm"
-    return f"{len(fit.spheres)} {fit.source}{error}"
-
-
-def _spheres_data(fit: SegmentSpheres | None) -> dict[str, object] | None:
-    if fit is None:
-        return None
+def coupled_law_data(law: CoupledExponential) -> dict[str, object]:
+    """A law over several joints for `--json`; lists have an entry for each coordinate."""
     return {
-        "source": fit.source.value,
-        "largest_error_m": fit.largest_error,
-        "spheres": [
-            {"centre_m": list(sphere.centre), "radius_m": sphere.radius} for sphere in fit.spheres
+        "coordinates": law.coordinates,
+        "constants_Nm": law.constants,
+        "terms": [
+            {
+                "amplitudes_Nm": term.amplitudes,
+                "rates_1_rad": term.rates,
+                "exponent": term.exponent,
+            }
+            for term in law.terms
         ],
+        "measured_deg": [range_in_degrees(known) for known in law.valid_ranges],
+        "conservative": law.is_conservative,
     }
 
 
-def _joints(figure: Figure) -> str:
-    rows = [["joint", "kind", "type", "connects", "displacement"]]
-    rows += [
-        [
-            joint.name,
-            joint_kind(joint.chain),
-            format_chain(joint.chain),
-            f"{joint.parent} to {joint.child}",
-            _format_displacement(joint),
-        ]
-        for joint in figure.joints.values()
-    ]
-    return format_table(rows, left_columns=5)
+def _format_coupled_term(term: CoupledTerm, i: int, letters: tuple[str, ...]) -> str:
+    pairs = [(r, a) for r, a in zip(term.rates, letters, strict=True) if r != 0.0]
+    words = " ".join(f"{r:{'+' if k else ''}.4g} {a}" for k, (r, a) in enumerate(pairs))
+    return f"{term.amplitudes[i] * exp(term.exponent):+.4g} exp({words})"
 
 
-def _springs(springs: SpringSet) -> str:
-    if not springs.joints and not springs.coupled:
-        return f"springs: none ({springs.origin})" if springs.origin != "none" else "springs: none"
-    lines = [f"springs: {springs.origin}; spherical joints by the {springs.joining.value} law"]
-    for name, joint in springs.joints.items():
-        lines.append(name)
-        lines += [f"  {line}" for line in spring_lines(joint)]
-    for spring in springs.coupled:
-        lines.append("over several joints")
-        lines += [f"  {line}" for line in coupled_spring_lines(spring)]
-    return "\n".join(lines)
+def _coordinate_symbols(coordinates: tuple[str, ...]) -> tuple[str, ...]:
+    """A short name for each angle: its first letter where these differ, else a1, a2, ..."""
+    first = tuple(name[:1].lower() for name in coordinates)
+    numbered = tuple(f"a{k}" for k in range(1, len(coordinates) + 1))
+    return first if len(set(first)) == len(first) and all(map(str.isalpha, first)) else numbered
 
 
-def _centre(segment: Segment) -> list[float] | None:
-    centre = segment.centre_of_mass
-    return None if centre is None else [float(part) for part in centre]
-
-
-def _format_vector(values: Sequence[float] | None) -> str:
-    return "none" if values is None else " ".join(f"{value:.4f}" for value in values)
-
-
-def _format_displacement(joint: Joint) -> str:
-    shown = zip(in_display_units(joint.displacement, joint.chain), joint.chain, strict=True)
-    return " ".join(f"{value:.4g} {axis.units.displacement}" for value, axis in shown)
-
-
-def _data(
-    name: str, figure: Figure, springs: SpringSet, spheres: Mapping[str, SegmentSpheres]
-) -> dict[str, object]:
-    person = identity_of(figure)
+def springs_data(springs: SpringSet) -> dict[str, object]:
+    """Return all springs for `--json`; angles in deg where the key says so, else rad and SI."""
     return {
-        "figure": name,
-        "file": None if figure.path is None else str(figure.path),
-        "name": figure.name,
-        "sex": None if person is None else person.sex.value,
-        "stature_m": None if person is None else person.stature,
-        "root": str(figure.root),
-        "degrees_of_freedom": figure.degrees_of_freedom,
-        "total_mass_kg": figure.total_mass,
-        "segments": [
-            {
-                "name": segment.name,
-                "ground": segment.name in figure.ground,
-                "mass_kg": segment.mass,
-                "inertia_kg_m2": None if segment.inertia is None else list(segment.inertia),
-                "centre_of_mass_m": _centre(segment),
-                "psurf": segment.psurf,
-                "contact_spheres": _spheres_data(spheres.get(segment.name)),
-                "sites": list(segment.sites),
+        "origin": springs.origin,
+        "law": springs.joining,
+        "joints": {
+            name: {
+                "axes": [_axis_data(spring) for spring in joint.axes],
+                "slides": [_axis_data(spring) for spring in joint.translations],
             }
-            for segment in figure.segments.values()
-        ],
-        "joints": [
+            for name, joint in springs.joints.items()
+        },
+        "coupled": [_coupled_spring_data(spring) for spring in springs.coupled],
+    }
+
+
+def spring_lines(joint: JointSprings) -> Iterator[str]:
+    """Yield a line for each law of each axis of a joint, and one for its reference."""
+    for spring, units in [(s, ROTATION_UNITS) for s in joint.axes] + [
+        (s, TRANSLATION_UNITS) for s in joint.translations
+    ]:
+        motion = f" ({spring.motion})" if spring.motion else ""
+        yield f"{units.preposition} {axis_name(spring.direction)}{motion}"
+        for law in spring.elastic:
+            yield f"  {describe_law(law, units)}"
+        damping = spring.damping
+        if damping.viscous or damping.coulomb:
+            viscous = f"{damping.viscous:g} {units.damping}"
+            yield f"  damping {viscous}, friction {damping.coulomb:g} {units.effort}"
+        if spring.reference:
+            yield f"  reference: {spring.reference}"
+
+
+def coupled_spring_lines(spring: CoupledSpring) -> Iterator[str]:
+    """Yield the joints of a coupled law, the law, and its reference."""
+    pairs = zip(spring.law.coordinates, coupled_axis_names(spring), strict=True)
+    yield ", ".join(f"{name} at {place}" for name, place in pairs)
+    for line in coupled_law_lines(spring.law):
+        yield f"  {line}"
+    if spring.reference:
+        yield f"  reference: {spring.reference}"
+
+
+def _axis_data(spring: AxisSpring) -> dict[str, object]:
+    return {
+        "axis": axis_name(spring.direction),
+        "direction": spring.direction,
+        "motion": spring.motion,
+        "laws": [law_data(law) for law in spring.elastic],
+        "viscous": spring.damping.viscous,
+        "coulomb": spring.damping.coulomb,
+        "reference": spring.reference,
+        "why": spring.why,
+    }
+
+
+def _coupled_spring_data(spring: CoupledSpring) -> dict[str, object]:
+    return {
+        "axes": [
             {
-                "name": joint.name,
-                "parent": str(joint.parent),
-                "child": str(joint.child),
-                "kind": joint_kind(joint.chain),
-                "type": format_chain(joint.chain),
-                "degrees_of_freedom": joint.degrees_of_freedom,
-                "displacement": in_display_units(joint.displacement, joint.chain),
-                "units": [factor.units.displacement for factor in joint.chain],
+                "joint": axis.joint,
+                "axis": axis_name(axis.direction),
+                "direction": axis.direction,
             }
-            for joint in figure.joints.values()
+            for axis in spring.axes
         ],
-        "springs": springs_data(springs),
+        **coupled_law_data(spring.law),
+        "reference": spring.reference,
+        "why": spring.why,
     }

@@ -4,17 +4,19 @@ These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `-
 `--lock` and `--drive`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
-from math import degrees, inf, isclose
+from math import degrees, inf, isclose, isfinite
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from generator.cli.options import (
     displacements_from_options,
     in_display_units,
+    vector_from_option,
     velocities_from_options,
 )
 from generator.diagnostics import (
@@ -32,8 +34,9 @@ from generator.drive import Drive
 from generator.figure import Figure
 from generator.figure_file import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
+from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.free_root import settable_chains
-from generator.kinematics.links import LINKS_FILE, Links
+from generator.kinematics.links import LINKS_FILE, NO_LINKS, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
     Displacements,
@@ -43,9 +46,12 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import FigureMotion, Header
 from generator.rotations import Array
+from generator.run_options import RUN_OPTIONS
+from generator.simulation.plan import Plan, option_faults, plan_fields
 from generator.simulation.preconditions import (
     chain_obstacles,
     model_obstacles,
@@ -53,7 +59,13 @@ from generator.simulation.preconditions import (
 )
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.parse import EXTENDS_KEY
-from generator.springs_file.read import NO_SPRINGS, LoadedSprings, limp_joints, load_springs
+from generator.springs_file.read import (
+    NO_SPRINGS,
+    LoadedSprings,
+    joints_without_elastic_law,
+    load_springs,
+)
+from generator.toml_file.rows import Number, Vector3
 from springs import Joining, SpringSet
 from springs.published.range_of_motion import normal_range
 
@@ -74,7 +86,10 @@ def parse_springs_option(
     if choice in (None, NO_SPRINGS) or parsed.value is None:
         return parsed
     springs = parsed.value.springs
-    limp, moving = limp_joints(figure, springs), sum(bool(j.chain) for j in figure.joints.values())
+    limp, moving = (
+        joints_without_elastic_law(figure, springs),
+        sum(bool(j.chain) for j in figure.joints.values()),
+    )
     if 2 * len(limp) <= moving:
         return parsed
     few = warning(
@@ -93,22 +108,124 @@ def springs_from_option(
 
 
 def require_simulatable(
-    figure: Figure,
-    springs: SpringSet,
+    model: Model,
     start: Mapping[str, Sequence[float]] | None,
     warnings: tuple[Diagnostic, ...],
 ) -> None:
-    """Raise InputError, with the warnings so far, when the figure cannot be simulated.
+    """Raise InputError, with the warnings so far, when the model cannot be simulated.
 
     `start` are its initial displacements [rad or m]; None if prescribed joints change them.
     """
-    if start is None:
-        faults = model_obstacles(figure, springs)
-    else:
-        faults = simulation_obstacles(figure, springs, start)
+    faults = model_obstacles(model) if start is None else simulation_obstacles(model, start)
     if faults:
         messages = {fault.message for fault in faults}
         raise InputError((*(one for one in warnings if one.message not in messages), *faults))
+
+
+def given_options(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a run that are given, by their keys.
+
+    Args:
+        values: Values of all options that a command has, by their names in Python; other names
+            do not matter.
+
+    Raises:
+        UsageError: a value is invalid, or two options contradict each other.
+    """
+    own = {key: option for key, option in RUN_OPTIONS.items() if option.field in values}
+    settings: dict[str, Any] = {}
+    for key, option in own.items():
+        value, row = values[option.field], option.row
+        if value is None or value is False or value == []:
+            continue
+        settings[key] = value
+        if isinstance(row, Vector3):
+            settings[key] = vector_from_option(option.flag, value, row.largest)
+        if isinstance(row, Number):
+            if not isfinite(value):
+                raise UsageError(f"{option.flag} {value}: the number must be finite")
+            fault = row.fault(value)
+            if fault is not None:
+                raise UsageError(f"{option.flag} {fault}")
+    refuse_contradictions(settings, own)
+    return settings
+
+
+def refuse_contradictions(settings: Mapping[str, Any], known: Container[str] = RUN_OPTIONS) -> None:
+    """Raise UsageError for the first contradiction of options, as `option_faults` lists them."""
+    for fault in option_faults(settings, known, lambda key: RUN_OPTIONS[key].flag):
+        raise UsageError(fault.sentence)
+
+
+def plan_from_options(settings: Mapping[str, Any]) -> tuple[Plan, tuple[Diagnostic, ...]]:
+    """Return the plan of the options that are given, without files of joints, and warnings.
+
+    Raises:
+        UsageError: the values fit no run.
+        InputError: the scene has errors.
+    """
+    diagnostics: tuple[Diagnostic, ...] = ()
+    if "scene" in settings:
+        parsed = SCENE_FILE.parse_file(settings["scene"])
+        settings = {**settings, "scene": parsed.require_value()}
+        diagnostics = parsed.diagnostics
+    try:
+        return Plan(**plan_fields(settings)), diagnostics
+    except ModelError as failure:
+        raise UsageError(f"{RUN_OPTIONS['floor'].flag}: {failure}") from None
+    except ValueError as failure:
+        raise UsageError(str(failure)) from None
+
+
+class ScaledRun(NamedTuple):
+    """A model and its plan after `--scale`.
+
+    Attributes:
+        model: Model with the values.
+        plan: Plan with the values.
+        values: Values by path, in the units of the paths.
+        starts: Displacements and rates that are set, by joint, under `pose` and `velocity`.
+    """
+
+    model: Model
+    plan: Plan
+    values: Mapping[str, float] = {}
+    starts: Mapping[str, Mapping[str, Sequence[float]]] = {}
+
+
+def scale_parameters(model: Model, plan: Plan, texts: Sequence[str]) -> ScaledRun:
+    """Set the parameters of `--scale`, `PATH=VALUE`, as a study does.
+
+    Raises UsageError for a path that is unknown or repeated, and for an impossible value.
+    """
+    if not texts:
+        return ScaledRun(model, plan)
+    from generator.study.parameters import apply_parameters  # imports all of a study
+
+    values: list[tuple[str, float]] = []
+    for text in texts:
+        path, equals, number = text.partition("=")
+        if not equals:
+            raise UsageError(f"--scale {text}: expected PATH=VALUE")
+        try:
+            values.append((path.strip(), float(number)))
+        except ValueError:
+            raise UsageError(f"--scale {text}: `{number}` is not a number") from None
+    try:
+        case = apply_parameters(model, plan, values)
+    except ModelError as failure:
+        raise UsageError(f"--scale {failure}") from None
+    starts = {
+        "pose": _changed(plan.displacements, case.plan.displacements),
+        "velocity": _changed(plan.velocities, case.plan.velocities),
+    }
+    return ScaledRun(case.model, case.plan, dict(values), starts)
+
+
+def _changed(
+    before: Mapping[str, Sequence[float]], after: Mapping[str, Sequence[float]]
+) -> dict[str, Sequence[float]]:
+    return {name: values for name, values in after.items() if before.get(name) != values}
 
 
 MAX_DISTANCE = 1e9
@@ -158,6 +275,8 @@ def start_displacements_from_options(
     With a pose file: all joints, with closed loops. Without: the joints of `--set`, and the run
     closes the loops. Raises as `placement_from_options` does.
     """
+    if pose is None and not sets:
+        return {}, ()
     if pose is None:
         return displacements_from_options("--set", sets, settable_chains(figure)), ()
     placement, faults = placement_from_options(figure, pose, sets)
@@ -175,8 +294,8 @@ def start_warnings(
     """Yield warnings of joints that start outside their limits or their normal range of motion.
 
     Args:
-        figure: whose joints they are.
-        springs: of the figure; they name the motions.
+        figure: figure whose joints they are.
+        springs: springs of the figure; they name the motions.
         displacements: initial displacements by joint [rad or m].
     """
     for name, values in displacements.items():
@@ -305,7 +424,7 @@ _AGREEMENT_TOLERANCE = 1e-9
 class KinematicConstraints:
     """Links, locked joints and drives of a run."""
 
-    links: Links = field(default_factory=Links)
+    links: Links = NO_LINKS
     locked: tuple[str, ...] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
 
@@ -317,24 +436,30 @@ class KinematicConstraints:
         velocities: Sequence[str] = (),
         *,
         free_root: bool = False,
+        scaled: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     ) -> None:
         """Raise UsageError where options contradict each other.
 
         Args:
-            figure: whose joints are held.
-            sets: of `--set`: a joint cannot start elsewhere than it is held at the start.
+            figure: figure whose joints are held.
+            sets: sets of `--set`: a joint cannot start elsewhere than it is held at the start.
             start: time of it [s].
-            velocities: of `--velocity`: nor with another velocity.
+            velocities: velocities of `--velocity`: nor with another velocity.
             free_root: whether `--free-root` lets the figure go.
+            scaled: Displacements and rates of `--scale` by joint, under `pose` and `velocity`.
 
         Raises:
             UsageError: they do; or a joint is locked that cannot be.
             ModelError: the links or the drives by themselves cannot be held.
         """
+        if not (self.links.links or self.locked or self.drives):
+            return
         tree = build_tree(figure)
         set_values = displacements_from_options("--set", sets, settable_chains(figure))
+        scaled = {"pose": {}, "velocity": {}, **(scaled or {})}
+        set_values |= {name: tuple(values) for name, values in scaled["pose"].items()}
         PrescribedMotion(tree, self.links, {}, {})
-        PrescribedMotion(tree, Links(), {}, self.drives)
+        PrescribedMotion(tree, NO_LINKS, {}, self.drives)
         asked: Displacements = {
             **initial_displacements(tree),
             **{name: np.array(values) for name, values in set_values.items()},
@@ -350,21 +475,24 @@ class KinematicConstraints:
                 isclose(one, other, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE)
                 for one, other in zip(asked[name], put[name], strict=True)
             ):
+                option = "--scale pose." if name in scaled["pose"] else "--set "
                 raise UsageError(
-                    f"--set {name}: the joint is linked or driven and starts elsewhere"
+                    f"{option}{name}: the joint is linked or driven and starts elsewhere"
                 )
         chains = settable_chains(figure, free_root=free_root)
         try:
             prescribed.check_free_root(chains)
         except ModelError as failure:
             raise UsageError(str(failure)) from None
-        _check_rates(
-            prescribed, velocities_from_options(velocities, figure, free_root=free_root), start
-        )
+        rates = velocities_from_options(velocities, figure, free_root=free_root)
+        _check_rates(prescribed, {**rates, **scaled["velocity"]}, start, scaled["velocity"])
 
 
 def _check_rates(
-    prescribed: PrescribedMotion, velocities: Mapping[str, Sequence[float]], start: float
+    prescribed: PrescribedMotion,
+    velocities: Mapping[str, Sequence[float]],
+    start: float,
+    scaled: Container[str],
 ) -> None:
     """Raise UsageError for velocities other than what is prescribed at the start [s]."""
     asked = {
@@ -376,8 +504,9 @@ def _check_rates(
         if not np.allclose(
             asked[name], put[name], rtol=_AGREEMENT_TOLERANCE, atol=_AGREEMENT_TOLERANCE
         ):
+            option = "--scale velocity." if name in scaled else "--velocity "
             raise UsageError(
-                f"--velocity {name}: the joint is locked, linked or driven, and starts with "
+                f"{option}{name}: the joint is locked, linked or driven, and starts with "
                 "another velocity"
             )
 
@@ -392,7 +521,7 @@ def constraints_from_options(
     """Return the constraints of a run, with warnings.
 
     Args:
-        figure: whose joints they are.
+        figure: figure whose joints they are.
         links: a links file.
         locks: names of joints.
         drive: an action file or a table.
@@ -409,7 +538,7 @@ def constraints_from_options(
                 raise UsageError(f"{option} {name}: the figure has no joint `{name}`; {hint}")
     if driven and drive is None:
         raise UsageError("--driven chooses joints of the --drive file, which is missing")
-    read, faults = Links(), ()
+    read, faults = NO_LINKS, ()
     if links is not None:
         reading = LINKS_FILE.parse_file(links, figure)
         if reading.value is None:

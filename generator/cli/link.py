@@ -1,28 +1,27 @@
-"""`mover link`: what follows when joints are set that control others."""
+"""`mover link`: the pose of a figure when joints are set that control others."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import isclose
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
-from generator.cli.answer import CommandResult, format_count, format_table
-from generator.cli.inputs import load_figure, placement_from_options
-from generator.cli.options import (
-    FigureName,
-    JointValues,
-    PoseFile,
-    PoseOutput,
-    displacements_data,
-    displacements_from_options,
-    in_display_units,
+from generator.cli import inputs, options, outputs
+from generator.cli.answer import (
+    HIDDEN,
+    CommandResult,
+    Paragraphs,
+    Table,
+    format_count,
+    format_written,
 )
-from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
+from generator.cli.options import JointDisplacement, in_display_units, joint_displacements
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
 from generator.kinematics.free_root import settable_chains
-from generator.kinematics.links import LINKS_FILE, Coordinate, Link, Links
+from generator.kinematics.links import LINKS_FILE, Coordinate, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements
 
@@ -30,50 +29,89 @@ _AGREEMENT_TOLERANCE = 1e-9
 """Largest difference of displacements that count as one [rad or m]."""
 
 
+class LinkedCoordinate(NamedTuple):
+    """A degree of freedom that follows another one."""
+
+    joint: str
+    dof: int
+    control: str
+    control_dof: int
+    factor: float
+    offset: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class LinkResult(CommandResult):
+    """Pose of a figure with links."""
+
+    figure: str
+    links: Sequence[LinkedCoordinate]
+    joints: Sequence[JointDisplacement]
+    files: Sequence[Path]
+    laws: Mapping[str, str] = field(metadata=HIDDEN)
+    moved: set[str] = field(metadata=HIDDEN)
+    count: int = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return tables of the links and of the joints that take part."""
+        yield f"{self.figure}: {format_count(self.count, 'link')}"
+        yield Table([("follower", "is"), *self.laws.items()], 2)
+        rows = [
+            [joint.name, ", ".join(map(_format_rounded, joint.displacement, joint.units))]
+            for joint in self.joints
+            if joint.name in self.moved
+        ]
+        yield Table([["joint", "displacement"], *rows], 2)
+        yield format_written(self.files)
+
+
 def link(
-    name: FigureName,
+    name: options.FigureName,
     links_file: Annotated[
         Path, typer.Argument(metavar="LINKS.toml", help="Links file (docs/links.md).")
     ],
-    pose: PoseFile = None,
-    displacements: JointValues = None,
-    output: PoseOutput = None,
+    pose: options.PoseFile = None,
+    displacements: options.JointValues = None,
+    output: options.PoseOutput = None,
 ) -> CommandResult:
     """Set joints and move the joints that are linked to them.
 
     The option --set may be repeated and changes what --pose says.
     """
-    check_pose_output(output)
-    figure, warnings = load_figure(name)
+    outputs.check_pose_output(output)
+    figure, warnings = inputs.load_figure(name)
     reading = LINKS_FILE.parse_file(links_file, figure)
     if reading.value is None:
         raise InputError((*warnings, *reading.diagnostics))
-    files = [] if output is None else [output]
-    check_writable(files, (figure.path, links_file, pose))
-    placement, more = placement_from_options(figure, pose, displacements or ())
-    moved = reading.value.follow(placement.displacements)
-    set_values = displacements_from_options("--set", displacements or (), settable_chains(figure))
-    _check_followers(figure, reading.value, set_values, moved)
-    linked = {end.joint for one in reading.value.resolved for end in (one.follower, one.control)}
+    links = reading.value
+    files = outputs.output_files(output, (figure.path, links_file, pose))
+    placement, more = inputs.placement_from_options(figure, pose, displacements or ())
+    moved = links.follow(placement.displacements)
+    chains = settable_chains(figure)
+    set_values = options.displacements_from_options("--set", displacements or (), chains)
+    _check_followers(figure, links, set_values, moved)
+    linked = {end.joint for one in links.resolved for end in (one.follower, one.control)}
     moved = close_loops(placement.tree, moved, fixed=linked | set(set_values)).displacements
     for path in files:
-        write_pose_file(path, figure, moved)
-    shown = {one: row for one, row in moved.items() if one in linked or one in set_values}
-    return CommandResult(
-        text="\n\n".join(
-            [
-                f"{name}: {format_count(len(reading.value.links), 'link')}",
-                _links_text(figure, reading.value),
-                _pose_text(figure, shown),
-                *(f"wrote {path}" for path in files),
-            ]
-        ),
-        data={
-            "figure": name,
-            "links": [_link_data(figure, one) for one in reading.value.resolved],
-            "joints": displacements_data(figure, moved),
-            "files": [str(path) for path in files],
-        },
+        outputs.write_pose_file(path, figure, moved)
+    coordinates: list[LinkedCoordinate] = []
+    laws: dict[str, str] = {}
+    for one in links.resolved:
+        end, control = one.follower, one.control
+        offset, unit = _in_display_unit(figure, end, one.offset)
+        ends = (end.joint, end.index + 1, control.joint, control.index + 1)
+        coordinates.append(LinkedCoordinate(*ends, one.factor, offset, unit))
+        more_text = f" + {_format_rounded(offset, unit)}" if one.offset else ""
+        laws[str(end)] = f"{one.factor:g} * {control}{more_text}"
+    return LinkResult(
+        name,
+        coordinates,
+        joint_displacements(figure, moved),
+        files,
+        laws,
+        linked | set(set_values),
+        len(links.links),
         diagnostics=(*warnings, *reading.diagnostics, *more),
     )
 
@@ -89,56 +127,21 @@ def _check_followers(
         joint, k = one.follower.joint, one.follower.index
         if joint not in requested:
             continue
-        follows, requested_value = float(displacements[joint][k]), requested[joint][k]
-        if not isclose(
-            follows, requested_value, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE
-        ):
-            follows_text, requested_text = (
-                _format_coordinate(figure, one.follower, value)
-                for value in (follows, requested_value)
+        values = float(displacements[joint][k]), requested[joint][k]
+        if not isclose(*values, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE):
+            follows, asked = (
+                _format_rounded(*_in_display_unit(figure, one.follower, value)) for value in values
             )
             raise UsageError(
-                f"--set {joint}: {one.follower} follows {one.control} and is at {follows_text}, "
-                f"not {requested_text}"
+                f"--set {joint}: {one.follower} follows {one.control} and is at {follows}, "
+                f"not {asked}"
             )
 
 
-def _links_text(figure: Figure, links: Links) -> str:
-    rows = [["follower", "is"]]
-    for one in links.resolved:
-        law = f"{one.factor:g} * {one.control}"
-        offset = f" + {_format_coordinate(figure, one.follower, one.offset)}" if one.offset else ""
-        rows.append([str(one.follower), law + offset])
-    return format_table(rows, left_columns=2)
-
-
-def _pose_text(figure: Figure, displacements: Displacements) -> str:
-    rows = [["joint", "displacement"]]
-    rows += [
-        [
-            name,
-            ", ".join(
-                _format_coordinate(figure, Coordinate(name, k), float(v)) for k, v in enumerate(row)
-            ),
-        ]
-        for name, row in displacements.items()
-    ]
-    return format_table(rows, left_columns=2)
-
-
-def _link_data(figure: Figure, one: Link) -> dict[str, object]:
-    factor = figure.joints[one.follower.joint].chain[one.follower.index]
-    return {
-        "joint": one.follower.joint,
-        "dof": one.follower.index + 1,
-        "control": one.control.joint,
-        "control_dof": one.control.index + 1,
-        "factor": one.factor,
-        "offset": in_display_units([one.offset], [factor])[0],
-        "unit": factor.units.displacement,
-    }
-
-
-def _format_coordinate(figure: Figure, coordinate: Coordinate, value: float) -> str:
+def _in_display_unit(figure: Figure, coordinate: Coordinate, value: float) -> tuple[float, str]:
     factor = figure.joints[coordinate.joint].chain[coordinate.index]
-    return f"{round(in_display_units([value], [factor])[0], 3) + 0.0:g} {factor.units.displacement}"
+    return in_display_units([value], [factor])[0], factor.units.displacement
+
+
+def _format_rounded(value: float, unit: str) -> str:
+    return f"{round(value, 3) + 0.0:g} {unit}"

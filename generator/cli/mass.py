@@ -1,16 +1,23 @@
 """`mover mass`: what the body within a surface weighs, and how it resists being turned."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from math import degrees
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, format_count, format_table
+from generator.cli.answer import (
+    HIDDEN,
+    OMITTED_IF_NONE,
+    CommandResult,
+    Paragraphs,
+    Table,
+    format_count,
+)
 from generator.cli.inputs import load_figure
 from generator.cli.options import (
     Density,
@@ -24,7 +31,6 @@ from generator.geometry.psurf import PSURF_FILE
 from generator.geometry.read import read_segment_surface, read_surface, surface_unit
 from generator.geometry.surface import Surface
 from generator.geometry.validate import Solid, build_solid
-from generator.inertia import MassProperties
 from generator.rotations import Array
 
 FORMULA = (
@@ -39,27 +45,106 @@ MAX_FACES_LISTED = 20
 """Largest number of flipped faces listed."""
 
 
+class ShellData(NamedTuple):
+    """A closed part of a surface."""
+
+    first_face: int
+    faces: int
+    volume_m3: float
+    void: bool
+
+
+class About(NamedTuple):
+    """Inertia about a point."""
+
+    point_m: Array
+    inertia_kg_m2: Array
+
+
 @dataclass(frozen=True)
-class _MassResult:
-    """The body within a surface.
+class MassResult(CommandResult):
+    """Mass properties of the body within a surface."""
 
-    Attributes:
-        segment: its name in a figure; None where the surface is a file of its own.
-        solid: the surface, checked.
-        density: the same everywhere [kg/m^3].
-        density_option: the density in the words of the user.
-        unit: of lengths in the file [m].
-        body: mass properties.
-        about: a point for another inertia tensor [m].
-    """
+    file: str
+    density_kg_m3: float
+    unit_m: float
+    formula: str = field(default=FORMULA, init=False)
+    closed: bool = field(default=True, init=False)
+    winding: str = field(default="outwards", init=False)
+    turned_faces: Sequence[int]
+    joined_vertices: int
+    shells: Sequence[ShellData]
+    volume_m3: float
+    mass_kg: float
+    centre_of_mass_m: Array
+    inertia_kg_m2: Array
+    principal_moments_kg_m2: Array
+    principal_axes: Array
+    products_ratio: float
+    about: About | None = field(metadata=OMITTED_IF_NONE)
+    segment: str | None = field(metadata=OMITTED_IF_NONE)
+    statements: Mapping[str, str] | None = field(metadata=OMITTED_IF_NONE)
+    solid: Solid = field(metadata=HIDDEN)
+    density_option: str = field(metadata=HIDDEN)
+    products: ProductsOfInertia = field(metadata=HIDDEN)
 
-    segment: str | None
-    solid: Solid
-    density: float
-    density_option: str
-    unit: Fraction
-    body: MassProperties
-    about: Array | None
+    def paragraphs(self) -> Paragraphs:
+        """Return the surface, its mass, inertia and principal axes."""
+        size = float(np.sqrt(np.trace(self.inertia_kg_m2) / self.mass_kg))
+        yield self._summary()
+        centre = _format_position(self.centre_of_mass_m, size)
+        rows = [
+            ["volume", f"{self.volume_m3:.9g} m^3"],
+            ["mass", f"{self.mass_kg:.9g} kg"],
+            ["centre of mass", f"{centre} m"],
+        ]
+        yield Table(rows, 2)
+        inertia = _format_tensor(self.inertia_kg_m2)
+        yield f"inertia about the centre of mass [kg m^2]\n{inertia}"
+        moments, axes = self.principal_moments_kg_m2.tolist(), self.principal_axes.tolist()
+        rows = [
+            [f"{moment:.9g}", *(f"{round(part, 6) + 0.0:.6f}" for part in axis)]
+            for moment, axis in zip(moments, axes, strict=True)
+        ]
+        title = "principal moments [kg m^2], and the axis of each in a row, right-handed"
+        yield f"{title}\n{Table(rows, 0)}"
+        if self.about is not None:
+            point = _format_position(self.about.point_m, size)
+            yield (
+                f"inertia about ({point}) m [kg m^2]\n{_format_tensor(self.about.inertia_kg_m2)}"
+            )
+        if self.statements is not None:
+            lines = [f"for segment `{self.segment}`", *self.statements.values()]
+            if not self.products.are_negligible:
+                share, angle = 100.0 * self.products.ratio, degrees(self.products.angle)
+                lines += [
+                    f"# products of inertia of up to {share:.2g} % of the moments are left out:",
+                    f"# the principal axes are turned by {angle:.2g} deg from the segment's",
+                ]
+            yield "\n  ".join(lines)
+
+    def _summary(self) -> str:
+        """Return the bodies, and a table on the surface."""
+        surface, flipped = self.solid.surface, self.solid.flipped.tolist()
+        bodies = sum(not shell.void for shell in self.shells)
+        voids = format_count(len(self.shells) - bodies, "void")
+        count = "1 body" if bodies == 1 else f"{bodies} bodies"
+        faces = format_count(surface.face_count, "face")
+        density = f"{self.density_kg_m3:.9g} kg/m^3 ({self.density_option})"
+        rows = [
+            ["density", f"{density}, the same everywhere"],
+            ["lengths", f"1 in the file is {self.unit_m:g} m"],
+            ["formula", self.formula],
+            ["surface", f"closed; {faces}, all facing outward"],
+        ]
+        if flipped:
+            names = ", ".join(map(surface.face_name, flipped[:MAX_FACES_LISTED]))
+            more = len(flipped) - MAX_FACES_LISTED
+            names += f" and {more} more" if more > 0 else ""
+            rows.append(["flipped", f"{format_count(len(flipped), 'face')}: {names}"])
+        if self.joined_vertices:
+            rows.append(["joined", f"vertices at the place of others: {self.joined_vertices}"])
+        return f"{self.file}: {count}, {voids}\n{Table(rows, 2)}"
 
 
 def mass(
@@ -101,8 +186,32 @@ def mass(
         body = solid.mass_properties(kg_per_m3)
     except ValueError as failure:
         raise UsageError(f"--density {density}: {failure}") from None
-    result = _MassResult(segment, solid, kg_per_m3, density, metres, body, point)
-    return CommandResult(_text(result), _data(result), diagnostics=solid.warnings)
+    principal, products = body.principal_inertia, products_of_inertia(body)
+    return MassResult(
+        file=solid.surface.name,
+        density_kg_m3=kg_per_m3,
+        unit_m=float(metres),
+        turned_faces=[face + 1 for face in solid.flipped.tolist()],
+        joined_vertices=solid.merged_vertex_count,
+        shells=[
+            ShellData(shell.first_face + 1, shell.face_count, shell.volume, shell.is_void)
+            for shell in solid.shells
+        ],
+        volume_m3=solid.volume,
+        mass_kg=body.mass,
+        centre_of_mass_m=body.centre,
+        inertia_kg_m2=body.inertia,
+        principal_moments_kg_m2=principal.moments,
+        principal_axes=principal.axes.T,
+        products_ratio=products.ratio,
+        about=None if point is None else About(point, body.inertia_about(point)),
+        segment=segment,
+        statements=None if segment is None else mass_statements(body),
+        solid=solid,
+        density_option=density,
+        products=products,
+        diagnostics=solid.warnings,
+    )
 
 
 def _load_surface(
@@ -125,83 +234,6 @@ def _load_surface(
     return read_segment_surface(figure, segment, unit), surface_unit(segment.psurf or "", unit)
 
 
-def _text(result: _MassResult) -> str:
-    body, principal = result.body, result.body.principal_inertia
-    size = float(np.sqrt(np.trace(body.inertia) / body.mass))
-    parts = [
-        _summary_text(result),
-        format_table(
-            [
-                ["volume", f"{result.solid.volume:.9g} m^3"],
-                ["mass", f"{body.mass:.9g} kg"],
-                ["centre of mass", f"{_format_position(body.centre, size)} m"],
-            ],
-            left_columns=2,
-        ),
-        f"inertia about the centre of mass [kg m^2]\n{_format_tensor(body.inertia)}",
-        "principal moments [kg m^2], and the axis of each in a row, right-handed\n"
-        + format_table(
-            [
-                [f"{moment:.9g}", *(f"{round(part, 6) + 0.0:.6f}" for part in axis)]
-                for moment, axis in zip(
-                    principal.moments.tolist(), principal.axes.T.tolist(), strict=True
-                )
-            ],
-            left_columns=0,
-        ),
-    ]
-    if result.about is not None:
-        about = _format_position(result.about, size)
-        tensor = _format_tensor(body.inertia_about(result.about))
-        parts.append(f"inertia about ({about}) m [kg m^2]\n{tensor}")
-    if result.segment is not None:
-        parts.append(_segment_statements(result))
-    return "\n\n".join(parts)
-
-
-def _summary_text(result: _MassResult) -> str:
-    solid = result.solid
-    bodies = sum(not shell.is_void for shell in solid.shells)
-    voids = len(solid.shells) - bodies
-    name = solid.surface.name
-    count = "1 body" if bodies == 1 else f"{bodies} bodies"
-    rows = [
-        ["density", f"{result.density:.9g} kg/m^3 ({result.density_option}), the same everywhere"],
-        ["lengths", f"1 in the file is {float(result.unit):g} m"],
-        ["formula", FORMULA],
-        [
-            "surface",
-            f"closed; {format_count(solid.surface.face_count, 'face')}, all facing outward",
-        ],
-    ]
-    if len(solid.flipped):
-        turned = solid.flipped[:MAX_FACES_LISTED].tolist()
-        names = ", ".join(solid.surface.face_name(face) for face in turned)
-        more = len(solid.flipped) - len(turned)
-        names += f" and {more} more" if more else ""
-        rows.append(["flipped", f"{format_count(len(solid.flipped), 'face')}: {names}"])
-    if solid.merged_vertex_count:
-        rows.append(["joined", f"vertices at the place of others: {solid.merged_vertex_count}"])
-    return f"{name}: {count}, {format_count(voids, 'void')}\n" + format_table(rows, left_columns=2)
-
-
-def _segment_statements(result: _MassResult) -> str:
-    lines = list(mass_statements(result.body).values())
-    products = products_of_inertia(result.body)
-    if not products.are_negligible:
-        lines += _omitted_products_comments(products)
-    return f"for segment `{result.segment}`\n" + "\n".join(f"  {line}" for line in lines)
-
-
-def _omitted_products_comments(products: ProductsOfInertia) -> Iterable[str]:
-    """Yield comments on products of inertia that the figure language cannot hold."""
-    yield (
-        f"# products of inertia of up to {100.0 * products.ratio:.2g} % of the moments are left "
-        "out:"
-    )
-    yield f"# the principal axes are turned by {degrees(products.angle):.2g} deg from the segment's"
-
-
 def _format_position(position: Array, size: float) -> str:
     """Format a position [m] of a body of this size, with rounding errors as zero."""
     return " ".join(_format_number(value, size) for value in position.tolist())
@@ -210,47 +242,8 @@ def _format_position(position: Array, size: float) -> str:
 def _format_tensor(tensor: Array) -> str:
     largest = float(np.abs(tensor).max())
     rows: Sequence[Sequence[float]] = tensor.tolist()
-    return format_table([["", *(_format_number(value, largest) for value in row)] for row in rows])
+    return str(Table([["", *(_format_number(value, largest) for value in row)] for row in rows]))
 
 
 def _format_number(value: float, scale: float) -> str:
     return f"{value:.9g}" if abs(value) > ROUNDING_TOLERANCE * scale else "0"
-
-
-def _data(result: _MassResult) -> dict[str, object]:
-    body, solid, products = result.body, result.solid, products_of_inertia(result.body)
-    data: dict[str, object] = {
-        "file": solid.surface.name,
-        "density_kg_m3": result.density,
-        "unit_m": float(result.unit),
-        "formula": FORMULA,
-        "closed": True,
-        "winding": "outwards",
-        "turned_faces": [face + 1 for face in solid.flipped.tolist()],
-        "joined_vertices": solid.merged_vertex_count,
-        "shells": [
-            {
-                "first_face": shell.first_face + 1,
-                "faces": shell.face_count,
-                "volume_m3": shell.volume,
-                "void": shell.is_void,
-            }
-            for shell in solid.shells
-        ],
-        "volume_m3": solid.volume,
-        "mass_kg": body.mass,
-        "centre_of_mass_m": body.centre.tolist(),
-        "inertia_kg_m2": body.inertia.tolist(),
-        "principal_moments_kg_m2": body.principal_inertia.moments.tolist(),
-        "principal_axes": body.principal_inertia.axes.T.tolist(),
-        "products_ratio": products.ratio,
-    }
-    if result.about is not None:
-        data["about"] = {
-            "point_m": result.about.tolist(),
-            "inertia_kg_m2": body.inertia_about(result.about).tolist(),
-        }
-    if result.segment is not None:
-        data["segment"] = result.segment
-        data["statements"] = mass_statements(body)
-    return data

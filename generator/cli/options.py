@@ -5,11 +5,12 @@ displacements are shown in centimetres and degrees.
 """
 
 import re
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
+from inspect import Parameter, signature
 from math import isfinite
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 import typer
 
@@ -20,6 +21,7 @@ from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import Chains, settable_chains
 from generator.motion_files.action import LENGTH_UNIT, parse_displacement
 from generator.rotations import Array
+from generator.run_options import MAX_GRAVITY, RUN_OPTIONS
 from generator.units import (
     DIMENSION_POWERS,
     INPUT_BOUNDS,
@@ -30,6 +32,8 @@ from generator.units import (
     parse_unit,
 )
 from springs import Joining
+
+R = TypeVar("R")
 
 
 def complete_figure_name(incomplete: str) -> list[str]:
@@ -59,42 +63,26 @@ OptionalFigureName = Annotated[
         show_default=False,
     ),
 ]
-SpringsChoice = Annotated[
-    str | None,
-    typer.Option(
-        "--springs",
-        metavar="FILE|NAME|none|printed",
-        help="A .springs.toml file, which changes the figure's springs; an .optional file, which "
-        "replaces them; the NAME of FIGURE.NAME.springs.toml beside the figure; `none`; or "
-        "`printed` for the values as printed.",
-    ),
-]
-PoseFile = Annotated[
-    Path | None,
-    typer.Option("--pose", metavar="FILE.pose", help="Pose file, as written by `mover pose`."),
-]
-JointValues = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="JOINT=a,b,c", help="Displacements [deg or cm]."),
-]
-JoiningLaw = Annotated[
-    Joining | None, typer.Option("--law", help="How the axis laws of a spherical joint combine.")
-]
-FreeRoot = Annotated[bool, typer.Option("--free-root", help="Remove the joints to the ground.")]
-Gravity = Annotated[
-    str | None,
-    typer.Option(
-        "--gravity", metavar="X,Y,Z", help="Gravity [m/s^2], world axes. [default: 0,-9.81,0]"
-    ),
-]
-LinksFile = Annotated[
-    Path | None,
-    typer.Option("--links", metavar="LINKS.toml", help="Links between joints (docs/links.md)."),
-]
-LockedJoints = Annotated[
-    list[str] | None,
-    typer.Option("--lock", metavar="JOINT", help="Joint locked at its displacement."),
-]
+
+
+def run_option(key: str) -> Any:
+    """Return the option of a command for an option of a run."""
+    option = RUN_OPTIONS[key]
+    return typer.Option(option.flag, metavar=option.metavar, help=option.help)
+
+
+SpringsChoice = Annotated[str | None, run_option("springs")]
+PoseFile = Annotated[Path | None, run_option("pose")]
+JointValues = Annotated[list[str] | None, run_option("set")]
+JoiningLaw = Annotated[Joining | None, run_option("law")]
+FreeRoot = Annotated[bool, run_option("free_root")]
+Gravity = Annotated[str | None, run_option("gravity")]
+FloorOption = Annotated[bool, run_option("floor")]
+HeightOption = Annotated[float | None, run_option("height")]
+FrictionOption = Annotated[float | None, run_option("friction")]
+SceneOption = Annotated[str | None, run_option("scene")]
+LinksFile = Annotated[Path | None, run_option("links")]
+LockedJoints = Annotated[list[str] | None, run_option("lock")]
 MotionFile = Annotated[
     Path | None,
     typer.Option("--along", metavar="MOTION", help="Motion, instead of a single pose."),
@@ -111,6 +99,34 @@ Density = Annotated[
     str, typer.Option("--density", metavar="1.05g/cm3", help="Density with its unit.")
 ]
 
+
+def with_run_options(command: Callable[..., R]) -> Callable[..., R]:
+    """Give a command all options of a run, after its argument.
+
+    It names those that it uses itself; the others are its `**options`.
+    """
+    shared = [
+        Parameter(
+            option.field,
+            Parameter.POSITIONAL_OR_KEYWORD,
+            default=False if option.type is bool else None,
+            annotation=Annotated[
+                bool if option.type is bool else option.type | None, run_option(option.key)
+            ],
+        )
+        for option in RUN_OPTIONS.values()
+    ]
+    names = {one.name for one in shared}
+    own = signature(command)
+    argument, *others = (
+        one
+        for one in own.parameters.values()
+        if one.name not in names and one.kind is not Parameter.VAR_KEYWORD
+    )
+    vars(command)["__signature__"] = own.replace(parameters=[argument, *shared, *others])
+    return command
+
+
 CM = 0.01
 """A centimetre [m]."""
 
@@ -121,16 +137,29 @@ def in_display_units(values: Iterable[float], chain: Sequence[JointAxis]) -> lis
     return [float(value) / factor for value, factor in zip(values, factors, strict=True)]
 
 
-def displacements_data(
+class JointDisplacement(NamedTuple):
+    """Displacements of a joint [units]."""
+
+    name: str
+    displacement: Sequence[float]
+    units: Sequence[str]
+
+    def texts(self, digits: int) -> list[str]:
+        """Return each displacement with its unit and so many decimals."""
+        pairs = zip(self.displacement, self.units, strict=True)
+        return [f"{format_rounded(value, digits)} {unit}" for value, unit in pairs]
+
+
+def joint_displacements(
     figure: Figure, displacements: Mapping[str, Iterable[float]]
-) -> list[dict[str, object]]:
-    """Return the displacements [rad or m] of all joints for `--json`, in degrees and cm."""
+) -> list[JointDisplacement]:
+    """Return the displacements [rad or m] of all joints in degrees and cm."""
     return [
-        {
-            "name": name,
-            "displacement": in_display_units(displacements[name], joint.chain),
-            "units": [factor.units.displacement for factor in joint.chain],
-        }
+        JointDisplacement(
+            name,
+            in_display_units(displacements[name], joint.chain),
+            [factor.units.displacement for factor in joint.chain],
+        )
         for name, joint in figure.joints.items()
     ]
 
@@ -145,13 +174,11 @@ def format_rounded(number: float, digits: int = 2) -> str:
     return f"{round(number, digits) + 0.0:.{digits}f}"
 
 
-def xyz_cm(position: Array) -> str:
-    """Format a position [m] in cm: `(1.00, 2.00, 3.00) cm`."""
-    return f"({', '.join(map(format_rounded, in_cm(position)))}) cm"
-
-
-MAX_COMPONENT = 1e9
-"""Largest component of a vector: larger ones are typing errors."""
+def format_frames(times: Sequence[float] | Array, figure: object = None) -> str:
+    """State the number of frames at times [s], of a figure, and their first and last time."""
+    of_figure = "" if figure is None else f" of {figure}"
+    span = f"{times[0]:g} to {times[-1]:g} s"
+    return f"{format_count(len(times), 'frame')}{of_figure}, {span}"
 
 
 def velocities_from_options(
@@ -184,9 +211,9 @@ def displacements_from_options(
     """Parse `JOINT=a,b,c` in deg and cm, by joint [rad or m, or their rates].
 
     Args:
-        option: for messages.
+        option: option for messages.
         texts: values of the option.
-        chains: by joint.
+        chains: chains by joint.
         in_metres: joints with lengths in m.
 
     Raises UsageError for text that is invalid or does not fit a chain.
@@ -218,7 +245,7 @@ def displacements_from_options(
     return values_by_joint
 
 
-def vector_from_option(option: str, text: str, largest: float = MAX_COMPONENT) -> Vector:
+def vector_from_option(option: str, text: str, largest: float = MAX_GRAVITY) -> Vector:
     """Parse `X,Y,Z`. Raises UsageError unless it is three numbers of at most `largest`."""
     try:
         x, y, z = (float(part) for part in text.split(","))

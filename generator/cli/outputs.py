@@ -22,8 +22,10 @@ from generator.figure import Figure
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_FILE
 from generator.losses import Losses
-from generator.motion_files import FigureMotion, motion_writer
+from generator.motion_files import MOTION_FORMATS, FigureMotion, motion_writer
+from generator.rotations import Array
 from generator.text_io import (
+    format_csv_comment,
     move_into_place,
     os_error_reason,
     remove_part,
@@ -48,6 +50,13 @@ def check_writable(
     errors = [unwritable_file_error(path, reason) for path, reason in reasons if reason is not None]
     if errors:
         raise InputError(errors)
+
+
+def output_files(output: Path | None, inputs: Iterable[str | Path | None]) -> list[Path]:
+    """Return the file of `-o`, if any. Raises InputError unless it can be written."""
+    files = [] if output is None else [output]
+    check_writable(files, inputs)
+    return files
 
 
 def check_distinct_paths(paths: Sequence[Path]) -> None:
@@ -123,6 +132,21 @@ def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
 def write_file(path: Path, content: str | bytes) -> None:
     """Write a file whole or not at all. Raises InputError when it cannot be written."""
     write_files({path: content})
+
+
+def write_frame_table(
+    path: Path,
+    comments: Iterable[str],
+    titles: str,
+    times: Array,
+    rows: Iterable[Iterable[str]],
+) -> None:
+    """Write a CSV table with a row per frame at its time [s]. Raises InputError."""
+    lines = (
+        ",".join([repr(time), *cells]) for time, cells in zip(times.tolist(), rows, strict=True)
+    )
+    head = "".join(map(format_csv_comment, comments))
+    write_file(path, head + "".join(f"{line}\n" for line in (titles, *lines)))
 
 
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
@@ -280,6 +304,5 @@ def losses_text(written: LossesByPath) -> str:
     return "\n".join(parts)
 
 
-def losses_data(written: LossesByPath) -> dict[str, object]:
-    """Return the losses by file for `--json`."""
-    return {str(path): losses.to_json() for path, losses in written.items()}
+NO_MOTION_FILES = f"nothing; -o FILE writes {' '.join(MOTION_FORMATS)}"
+"""Text of a run that writes no motion file."""

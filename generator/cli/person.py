@@ -1,15 +1,16 @@
 """`mover person`: the figure of a person, with springs, surfaces and the sources of its numbers."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from shlex import quote
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
-from generator.cli.answer import CommandResult, format_count, format_table
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
 from generator.cli.options import CM, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.diagnostics import InputError, error, warning
@@ -38,6 +39,85 @@ class PersonSprings(StrEnum):
 
     PUBLISHED = "published"
     NONE = "none"
+
+
+_ORIGINS = {
+    Origin.PUBLISHED: "published",
+    Origin.SCALED: "partly estimated",
+    Origin.ESTIMATE: "estimates",
+}
+
+
+class SegmentData(NamedTuple):
+    """A segment of a person."""
+
+    name: str
+    mass_kg: float
+    length_m: float
+    density_kg_m3: float
+    published_densities_kg_m3: Mapping[str, float]
+
+
+class DimensionData(NamedTuple):
+    """A dimension of a person."""
+
+    name: str
+    value_m: float
+    expected_m: float
+    standard_error_m: float
+    measured: bool
+
+
+@dataclass(frozen=True)
+class PersonResult(CommandResult):
+    """Body of a person, and the files of its figure."""
+
+    sex: Sex
+    stature_m: float
+    total_mass_kg: float
+    degrees_of_freedom: int
+    segments: Sequence[SegmentData]
+    density_kg_m3: float
+    density_references: Mapping[str, str]
+    dimensions: Sequence[DimensionData]
+    springs: Mapping[str, int] | None
+    warnings: Sequence[str]
+    files: Sequence[Path]
+    made: Person = field(metadata=HIDDEN)
+    densities: Sequence[SegmentDensity] = field(metadata=HIDDEN)
+    output: Path | None = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the body, its segments, the origins of its springs, and the files."""
+        segments, joints = len(self.made.figure.bodies), len(self.made.figure.joints)
+        yield (
+            f"{describe_measures(self.made.body.measures)}: {format_count(segments, 'segment')}, "
+            f"{format_count(joints, 'joint')}, {self.degrees_of_freedom} degrees of freedom"
+        )
+        lengths = {one.name: f"{one.length_m / CM:.1f}" for one in self.segments}
+        rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]", "published"]]
+        for one in self.densities:
+            low, high = (f"{f(one.published.values(), default=0):.0f}" for f in (min, max))
+            published = "" if not one.published else low if low == high else f"{low} to {high}"
+            numbers = f"{one.mass:.3f}", lengths.get(one.name, ""), f"{one.density:.0f}"
+            rows.append([one.name, *numbers, published])
+        years = ", ".join(
+            f"{author} {reference.text[-4:]}" for author, reference in DENSITY_REFERENCES.items()
+        )
+        yield f"{Table(rows)}\npublished: densities of cadavers, {years}"
+        if self.springs is None:
+            yield "springs: none"
+        else:
+            counts = zip(self.springs.values(), _ORIGINS.values(), strict=True)
+            parts = ", ".join(f"{count} {words}" for count, words in counts)
+            curves = format_count(sum(self.springs.values()), "curve")
+            yield f"springs: {curves}, scaled with mass times stature squared: {parts}"
+        if self.output is None:
+            yield "nothing is written without -o, such as -o me.fig"
+        else:
+            yield "\n".join(format_files([self.output], self.files))
+            command = f"mover simulate {quote(str(self.output))} --floor --stop 2 -o fall.html"
+            yield f"next: {command}"
 
 
 def person(
@@ -88,14 +168,32 @@ def person(
         *made.body.measures.warnings,
         *(str(loss) for losses in written.values() for loss in losses.entries),
     ]
-    densities = segment_densities(made)
-    return CommandResult(
-        text="\n\n".join(_sections(made, densities, files)),
-        data={
-            **_data(made, densities),
-            "warnings": doubts,
-            "files": [str(file) for model in models for file in model.contents],
-        },
+    body, densities = made.body.measures, segment_densities(made)
+    curves = Counter(axis.origin for axis in made.passive_axes)  # left and right are one
+    return PersonResult(
+        sex=body.sex,
+        stature_m=body.stature,
+        total_mass_kg=made.figure.total_mass,
+        degrees_of_freedom=made.figure.degrees_of_freedom,
+        segments=[
+            SegmentData(
+                one.name, one.mass, made.body.segments[one.name].length, one.density, one.published
+            )
+            for one in densities
+            if one.name in made.body.segments
+        ],
+        density_kg_m3=densities[-1].density,
+        density_references={name: str(one) for name, one in DENSITY_REFERENCES.items()},
+        dimensions=[
+            DimensionData(one.name, one.value, one.expected, one.standard_error, one.is_measured)
+            for one in body.dimensions.values()
+        ],
+        springs=made.springs_file and {origin.value: curves[origin] for origin in _ORIGINS},
+        warnings=doubts,
+        files=[file for model in models for file in model.contents],
+        made=made,
+        densities=densities,
+        output=output,
         diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, doubts)),
     )
 
@@ -124,90 +222,3 @@ def _may_be_replaced(springs: Path, figure: Path) -> bool:
     with springs.open(encoding="utf-8", errors="replace") as file:
         first = file.readline(1000).rstrip("\n")
     return first.startswith(f"# {springs_title(figure)}, ") and first.endswith(MADE_BY)
-
-
-def _sections(
-    made: Person, densities: Sequence[SegmentDensity], files: ModelFiles | None
-) -> Iterator[str]:
-    """Yield the paragraphs of the answer."""
-    segments, joints = len(made.figure.bodies), len(made.figure.joints)
-    yield (
-        f"{describe_measures(made.body.measures)}: {format_count(segments, 'segment')}, "
-        f"{format_count(joints, 'joint')}, {made.figure.degrees_of_freedom} degrees of freedom"
-    )
-    rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]", "published"]]
-    for one in densities:
-        segment = made.body.segments.get(one.name)
-        length = "" if segment is None else f"{segment.length / CM:.1f}"
-        low, high = (f"{f(one.published.values(), default=0):.0f}" for f in (min, max))
-        published = "" if not one.published else low if low == high else f"{low} to {high}"
-        rows.append([one.name, f"{one.mass:.3f}", length, f"{one.density:.0f}", published])
-    years = ", ".join(
-        f"{author} {reference.text[-4:]}" for author, reference in DENSITY_REFERENCES.items()
-    )
-    yield f"{format_table(rows)}\npublished: densities of cadavers, {years}"
-    yield f"springs: {_springs_text(made)}"
-    if files is None:
-        yield "nothing is written without -o, such as -o me.fig"
-    else:
-        yield "\n".join(format_files([files.path], files.contents))
-        yield f"next: mover simulate {quote(str(files.path))} --floor --stop 2 -o fall.html"
-
-
-def _springs_text(made: Person) -> str:
-    """State how many curves are published, and how many are not."""
-    if made.springs_file is None:
-        return "none"
-    counts = _count_curves(made)
-    parts = (f"{counts[origin]} {words}" for origin, words in _ORIGINS.items())
-    curves = format_count(counts.total(), "curve")
-    return f"{curves}, scaled with mass times stature squared: {', '.join(parts)}"
-
-
-_ORIGINS = {
-    Origin.PUBLISHED: "published",
-    Origin.SCALED: "partly estimated",
-    Origin.ESTIMATE: "estimates",
-}
-
-
-def _count_curves(made: Person) -> Counter[Origin]:
-    """Count the curves of the springs by their origins; left and right are one."""
-    return Counter(axis.origin for axis in made.passive_axes)
-
-
-def _data(made: Person, densities: Sequence[SegmentDensity]) -> dict[str, object]:
-    measures = made.body.measures
-    counts = _count_curves(made)
-    return {
-        "sex": measures.sex.value,
-        "stature_m": measures.stature,
-        "total_mass_kg": made.figure.total_mass,
-        "degrees_of_freedom": made.figure.degrees_of_freedom,
-        "segments": [
-            {
-                "name": one.name,
-                "mass_kg": one.mass,
-                "length_m": made.body.segments[one.name].length,
-                "density_kg_m3": one.density,
-                "published_densities_kg_m3": dict(one.published),
-            }
-            for one in densities
-            if one.name in made.body.segments
-        ],
-        "density_kg_m3": densities[-1].density,
-        "density_references": {name: str(one) for name, one in DENSITY_REFERENCES.items()},
-        "dimensions": [
-            {
-                "name": one.name,
-                "value_m": one.value,
-                "expected_m": one.expected,
-                "standard_error_m": one.standard_error,
-                "measured": one.is_measured,
-            }
-            for one in measures.dimensions.values()
-        ],
-        "springs": None
-        if made.springs_file is None
-        else {origin.value: counts[origin] for origin in _ORIGINS},
-    }

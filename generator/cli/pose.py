@@ -1,34 +1,60 @@
 """`mover pose`: a figure in a pose, as numbers and as a file."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
-from generator.cli.answer import CommandResult, format_count, format_table
-from generator.cli.inputs import load_figure, placement_from_options
-from generator.cli.options import (
-    FigureName,
-    JointValues,
-    PoseFile,
-    displacements_data,
-    format_rounded,
-    in_cm,
-    in_display_units,
-)
-from generator.cli.outputs import check_writable, suffix_fault, write_file, write_pose_file
+from generator.cli import inputs, options, outputs
+from generator.cli.answer import CommandResult, Paragraphs, Table, format_count, format_written
+from generator.cli.options import JointDisplacement, format_rounded, in_cm, joint_displacements
 from generator.diagnostics import UsageError
-from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.input_files.pose import POSE_FILE
-from generator.kinematics.placement import Placement, pose_figure
+from generator.kinematics.placement import pose_figure
+from generator.rotations import Array
+
+
+class SegmentPlace(NamedTuple):
+    """Place of a segment in the world."""
+
+    name: str
+    position_cm: Sequence[float]
+    rotation: Array
+    sites_cm: Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True)
+class PoseResult(CommandResult):
+    """Pose of a figure."""
+
+    figure: str
+    joints: Sequence[JointDisplacement]
+    segments: Sequence[SegmentPlace]
+    files: Sequence[Path]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return tables of the joints and of the sites."""
+        count = sum(len(joint.displacement) for joint in self.joints)
+        joints = format_count(len(self.joints), "joint")
+        yield f"{self.figure}: {format_count(count, 'displacement')} of {joints}"
+        rows = [[joint.name, *(joint.texts(4) or ["fixed"])] for joint in self.joints]
+        yield Table([["joint", "displacement"], *rows])
+        rows = [["site in the world", "x [cm]", "y [cm]", "z [cm]"]]
+        for segment in self.segments:
+            for site, where in segment.sites_cm.items():
+                rows.append([f"{segment.name}.{site}", *map(format_rounded, where)])
+        yield Table(rows)
+        yield format_written(self.files)
 
 
 def pose(
-    name: FigureName,
-    file: PoseFile = None,
-    displacements: JointValues = None,
+    name: options.FigureName,
+    file: options.PoseFile = None,
+    displacements: options.JointValues = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -45,77 +71,24 @@ def pose(
     """
     if output is not None and output.suffix.lower() not in (POSE_FILE.suffix, FIGURE_FILE.suffix):
         raise UsageError(
-            f"{output}: {suffix_fault(output)}; known are {POSE_FILE.suffix}, {FIGURE_FILE.suffix}"
+            f"{output}: {outputs.suffix_fault(output)}; "
+            f"known are {POSE_FILE.suffix}, {FIGURE_FILE.suffix}"
         )
-    figure, warnings = load_figure(name)
-    placement, more = placement_from_options(figure, file, displacements or ())
-    files = [] if output is None else [output]
-    check_writable(files, (figure.path, file))
+    figure, warnings = inputs.load_figure(name)
+    placement, more = inputs.placement_from_options(figure, file, displacements or ())
+    files = outputs.output_files(output, (figure.path, file))
     for path in files:
-        _write_output(placement, path)
-    texts = [_title(name, figure), _joints(placement), _sites(placement)]
-    return CommandResult(
-        text="\n\n".join([*texts, *(f"wrote {path}" for path in files)]),
-        data={"figure": name, **_data(placement), "files": [str(path) for path in files]},
-        diagnostics=(*warnings, *more),
-    )
-
-
-def _write_output(placement: Placement, path: Path) -> None:
-    """Write a file of this suffix. Raises InputError."""
-    figure, rows = placement.tree.figure, placement.displacements
-    if path.suffix.lower() == POSE_FILE.suffix:
-        write_pose_file(path, figure, rows)
-        return
-    write_file(path, write_figure(pose_figure(figure, rows)))
-
-
-def _title(name: str, figure: Figure) -> str:
-    freedoms, joints = figure.degrees_of_freedom, len(figure.joints)
-    return f"{name}: {format_count(freedoms, 'displacement')} of {format_count(joints, 'joint')}"
-
-
-def _joints(placement: Placement) -> str:
-    rows = [["joint", "displacement"]]
-    for name, joint in placement.tree.figure.joints.items():
-        values = in_display_units(placement.displacements[name], joint.chain)
-        shown = zip(values, joint.chain, strict=True)
-        cells = [f"{format_rounded(value, 4)} {axis.units.displacement}" for value, axis in shown]
-        rows.append([name, *(cells or ["fixed"])])
-    return format_table(rows)
-
-
-def _sites(placement: Placement) -> str:
-    rows = [["site in the world", "x [cm]", "y [cm]", "z [cm]"]]
-    for segment, sites in _positions(placement).items():
-        rows += [
-            [f"{segment}.{site}", *map(format_rounded, where)] for site, where in sites.items()
-        ]
-    return format_table(rows)
-
-
-def _positions(placement: Placement) -> dict[str, dict[str, list[float]]]:
-    """Positions of the sites of every segment in the world [cm]."""
-    return {
-        name: {
-            site.name: in_cm((placement.poses[name] @ site.pose_in_segment)[:3, 3])
+        if path.suffix.lower() == POSE_FILE.suffix:
+            outputs.write_pose_file(path, figure, placement.displacements)
+        else:
+            outputs.write_file(path, write_figure(pose_figure(figure, placement.displacements)))
+    segments: list[SegmentPlace] = []
+    for segment in figure.segments.values():
+        pose = placement.poses[segment.name]
+        sites = {
+            site.name: in_cm((pose @ site.pose_in_segment)[:3, 3])
             for site in segment.sites.values()
         }
-        for name, segment in placement.tree.figure.segments.items()
-    }
-
-
-def _data(placement: Placement) -> dict[str, object]:
-    positions = _positions(placement)
-    return {
-        "joints": displacements_data(placement.tree.figure, placement.displacements),
-        "segments": [
-            {
-                "name": name,
-                "position_cm": in_cm(placement.poses[name][:3, 3]),
-                "rotation": placement.poses[name][:3, :3].tolist(),
-                "sites_cm": sites,
-            }
-            for name, sites in positions.items()
-        ],
-    }
+        segments.append(SegmentPlace(segment.name, in_cm(pose[:3, 3]), pose[:3, :3], sites))
+    joints = joint_displacements(figure, placement.displacements)
+    return PoseResult(name, joints, segments, files, diagnostics=(*warnings, *more))

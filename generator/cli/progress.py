@@ -34,21 +34,9 @@ SweepCallback: TypeAlias = Callable[["SweepProgress"], None]
 """Takes the progress of a sweep."""
 
 
-def no_item_monitor(total: int, noun: str) -> AbstractContextManager[ItemCallback]:
-    """Return a callback that shows no progress of pieces of work."""
-    del total, noun
-    return nullcontext(_ignore)
-
-
-def no_run_monitor(start: float, stop: float) -> AbstractContextManager[RunCallback]:
-    """Return a callback that shows no progress of a run."""
-    del start, stop
-    return nullcontext(_ignore)
-
-
-def no_sweep_monitor(total: int) -> AbstractContextManager[SweepCallback]:
-    """Return a callback that shows no progress of a sweep."""
-    del total
+def no_monitor(*about: object) -> AbstractContextManager[Callable[[object], None]]:
+    """Return a callback that shows no progress."""
+    del about
     return nullcontext(_ignore)
 
 

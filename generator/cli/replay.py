@@ -1,45 +1,68 @@
 """`mover simulate --replay`: a live simulation of the page, computed again."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from generator.cli.answer import CommandResult, format_table
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table
 from generator.cli.inputs import load_figure
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.outputs import (
+    NO_MOTION_FILES,
     LossesByPath,
     check_motion_formats,
     check_writable,
-    losses_data,
     losses_text,
     write_motion,
 )
-from generator.cli.progress import load_compiled_integrator, no_run_monitor, progress_bar
+from generator.cli.progress import load_compiled_integrator, no_monitor, progress_bar
 from generator.conversion import find_named_figure
 from generator.diagnostics import Diagnostic, UsageError, format_count, warning
 from generator.figure import Figure
 from generator.input_files.live import LIVE_FILE, LiveLog
-from generator.motion_files import MOTION_FORMATS, motion_from_recording
+from generator.motion_files import motion_from_recording
 from generator.motion_files.motion import file_sha256
-from generator.recording import Recording, energy_kinds
-from generator.simulation.import_exudyn import import_exudyn
-
-_OPTION_NAMES = {"displacements": "set", "velocities": "velocity", "locks": "lock"}
-"""Options whose parameters have other names."""
-
-_COMPATIBLE = ("name", "replay", "outputs", "show_progress")
+from generator.recording import Ending, EnergyChange
+from generator.simulation.preconditions import import_exudyn
 
 
-def check_only_replay(options: Mapping[str, Any]) -> None:
-    """Raise UsageError for options of `mover simulate` that contradict --replay."""
-    for name, value in options.items():
-        if name not in _COMPATIBLE and value not in (None, False, []):
-            option = _OPTION_NAMES.get(name, name.replace("_", "-"))
-            raise UsageError(f"--replay takes the whole run from its file: leave out --{option}")
+@dataclass(frozen=True)
+class ReplayResult(CommandResult):
+    """Motion of a live simulation, computed again."""
+
+    figure: str
+    outcome: Ending
+    message: str
+    simulated_s: float
+    frames: int
+    changes: int
+    agreement_with_exudyn: float | None
+    springs: str
+    law: str
+    energy: Mapping[str, EnergyChange]
+    files: Sequence[Path]
+    losses: LossesByPath
+    energy_text: str = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return outcome, springs, energy and files in a few lines."""
+        rows = [
+            ("figure", self.figure),
+            ("springs", f"{self.springs}, {self.law} law"),
+            ("energy", self.energy_text),
+            ("frames", f"{self.frames}, {format_count(self.changes, 'change')}"),
+            (
+                "method",
+                "compiled, without an estimate of the error; accelerations differ from Exudyn's by "
+                f"{self.agreement_with_exudyn:.1e} of the largest",
+            ),
+            ("wrote", ", ".join(map(str, self.files)) or NO_MOTION_FILES),
+        ]
+        yield f"{self.message}\n{Table(rows, 2)}"
+
+    def details(self) -> Paragraphs:
+        """Return the losses of files."""
+        return (losses_text(self.losses),)
 
 
 def replay_live(
@@ -59,7 +82,7 @@ def replay_live(
     from generator.simulation.run import Progress
 
     stop = max(log.end_frame, 1) * log.start.frame
-    monitor = progress_bar if show_progress else no_run_monitor
+    monitor = progress_bar if show_progress else no_monitor
     with defer_interrupt() as check, monitor(0.0, stop) as update:
 
         def watch(time: float) -> None:
@@ -68,11 +91,21 @@ def replay_live(
 
         live = replay(figure, log, watch, path.parent)
         recording = live.recording()
-        written = write_motion(motion_from_recording(recording, figure, live.springs), files)
-    return CommandResult(
-        text=_summary(log, recording, files),
-        details=losses_text(written),
-        data=_data(log, recording, written),
+        written = write_motion(motion_from_recording(recording), files)
+    return ReplayResult(
+        figure=log.figure,
+        outcome=recording.outcome.ending,
+        message=recording.outcome.message,
+        simulated_s=float(recording.times[-1] - recording.times[0]),
+        frames=len(recording.times),
+        changes=len(log.changes),
+        agreement_with_exudyn=recording.agreement_with_exudyn,
+        springs=recording.springs,
+        law=recording.law,
+        energy=recording.energy_changes,
+        files=files,
+        losses=written,
+        energy_text=recording.energy_text,
         diagnostics=(*parsed.diagnostics, *warnings),
     )
 
@@ -106,51 +139,3 @@ def _find_springs(springs: str | None, path: Path) -> str | None:
         return springs
     beside = path.parent / springs
     return str(beside) if beside.exists() else springs
-
-
-def _summary(log: LiveLog, recording: Recording, files: Sequence[Path]) -> str:
-    """Format outcome, springs, energy and files in a few lines."""
-    balance = recording.energy_balance
-    exchanged = max(float(np.ptp(values)) for values in recording.energy.values())
-    imbalance = float(np.max(np.abs(balance - balance[0])))
-    rows = [
-        ("figure", log.figure),
-        ("springs", f"{recording.springs}, {recording.law} law"),
-        ("energy", f"balanced to {imbalance:.2g} J, with {exchanged:.4g} J exchanged"),
-        ("frames", f"{len(recording.times)}, {format_count(len(log.changes), 'change')}"),
-        (
-            "method",
-            "compiled, without an estimate of the error; accelerations differ from Exudyn's by "
-            f"{recording.agreement_with_exudyn:.1e} of the largest",
-        ),
-        (
-            "wrote",
-            ", ".join(map(str, files)) or f"nothing; -o FILE writes {' '.join(MOTION_FORMATS)}",
-        ),
-    ]
-    return "\n".join([recording.outcome.message, format_table(rows, left_columns=2)])
-
-
-def _data(log: LiveLog, recording: Recording, written: LossesByPath) -> dict[str, object]:
-    """Return the summary for `--json`."""
-    kinds = energy_kinds(recording.energy)
-    return {
-        "figure": log.figure,
-        "outcome": recording.outcome.ending.value,
-        "message": recording.outcome.message,
-        "simulated_s": float(recording.times[-1] - recording.times[0]),
-        "frames": len(recording.times),
-        "changes": len(log.changes),
-        "agreement_with_exudyn": recording.agreement_with_exudyn,
-        "springs": recording.springs,
-        "law": recording.law,
-        "energy": {
-            kind: {
-                "first": float(recording.energy[kind][0]),
-                "last": float(recording.energy[kind][-1]),
-            }
-            for kind in kinds
-        },
-        "files": [str(path) for path in written],
-        "losses": losses_data(written),
-    }

@@ -1,25 +1,27 @@
 """`mover settle`: the pose in which a figure comes to rest."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
-from generator.cli.contact import (
-    FloorOption,
-    FrictionOption,
-    HeightOption,
-    SceneOption,
-    add_sphere_warnings,
-    scene_from_options,
+from generator.cli.answer import (
+    HIDDEN,
+    CommandResult,
+    Paragraphs,
+    Table,
+    format_count,
+    format_written,
 )
+from generator.cli.contact import add_sphere_warnings
 from generator.cli.inputs import (
     constraints_from_options,
+    given_options,
     load_figure,
+    plan_from_options,
     require_simulatable,
     springs_from_option,
     start_displacements_from_options,
@@ -27,38 +29,159 @@ from generator.cli.inputs import (
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.options import (
     FigureName,
+    FloorOption,
+    FrictionOption,
     Gravity,
+    HeightOption,
     JoiningLaw,
+    JointDisplacement,
     JointValues,
     LinksFile,
     LockedJoints,
     PoseFile,
     PoseOutput,
+    SceneOption,
     SpringsChoice,
-    displacements_data,
-    format_rounded,
-    in_display_units,
-    vector_from_option,
+    joint_displacements,
 )
-from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
+from generator.cli.outputs import check_pose_output, output_files, write_pose_file
 from generator.cli.progress import (
     item_progress_bar,
     load_compiled_integrator,
-    no_item_monitor,
+    no_monitor,
 )
-from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
+from generator.diagnostics import Diagnostic, MoverError, warning
 from generator.figure import Figure
 from generator.kinematics.links import mirrored_differences, mirrored_name
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.rotations import Array
-from generator.scene import Plane
-from generator.simulation.import_exudyn import import_exudyn
-from generator.simulation.plan import STANDARD_GRAVITY, Plan
+from generator.simulation.plan import Plan
+from generator.simulation.preconditions import import_exudyn
 
 if TYPE_CHECKING:
     from generator.simulation.equilibrium import Equilibrium
     from generator.simulation.resting import AttachedPose, RestingPose
+
+
+@dataclass(frozen=True)
+class NoRest(CommandResult):
+    """Failed search for a pose of rest."""
+
+    figure: str
+    error: str
+    text: str = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """State that nothing was written."""
+        return (f"{self.figure} {self.text}; nothing was written",)
+
+
+@dataclass(frozen=True)
+class HangingRest(CommandResult):
+    """Equilibrium of a figure that hangs from the ground."""
+
+    figure: str
+    state: str
+    joints: Sequence[JointDisplacement]
+    residual_Nm_or_N: float
+    stiffness_Nm_per_rad_or_N_per_m: float | None
+    slowest_per_s2: float | None
+    growth_per_s: float | None
+    energy_J: float | None
+    start_energy_J: float | None
+    steps: int
+    asymmetric_joints: Sequence[str]
+    files: Sequence[Path]
+    rest: "Equilibrium" = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return state, joints, and the numbers of the search."""
+        rows = [("residual force", f"{self.residual_Nm_or_N:.2g} N m or N")]
+        stiffness = self.stiffness_Nm_per_rad_or_N_per_m
+        if stiffness is not None and self.slowest_per_s2 is not None:
+            rate = f"{self.slowest_per_s2:.4g} 1/s^2"
+            rows.append(("smallest stiffness", f"{stiffness:.4g} {self.rest.stiffness_unit}"))
+            rows.append(("squared rate of the slowest motion", rate))
+        if self.rest.has_growing_motions:
+            rows.append(("small motions grow at a rate of", f"{self.growth_per_s:.4g} 1/s"))
+        rows += [*_energy_rows(self.energy_J, self.start_energy_J), ("steps", str(self.steps))]
+        yield f"{self.figure} {self.state}"
+        yield _joints_table(self.joints)
+        yield Table(rows, 2)
+        yield format_written(self.files)
+
+
+@dataclass(frozen=True)
+class PropsRest(CommandResult):
+    """Pose of a free figure at rest on props."""
+
+    figure: str
+    stable: bool
+    props: Sequence[str]
+    joints: Sequence[JointDisplacement]
+    centre_of_mass_m: Array
+    height_m: float
+    weight_N: float
+    weight_carried: float | None
+    shares: Mapping[str, float]
+    forces_N: Mapping[str, Array]
+    depths_m: Mapping[str, float]
+    energy_J: float | None
+    start_energy_J: float | None
+    acceleration_m_per_s2: float
+    creep_m_per_s: float
+    growth_per_s: float
+    simulated_s: float
+    asymmetric_joints: Sequence[str]
+    orientations_lost: Sequence[str]
+    places_lost: Sequence[str]
+    files: Sequence[Path]
+    rest: "RestingPose" = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return state, joints, what the segments carry, and the numbers of the search."""
+        state = "a stable pose" if self.stable else "an unstable pose, which it leaves if disturbed"
+        yield f"{self.figure} rests on {' and '.join(self.props)} in {state}"
+        yield _joints_table(self.joints)
+        rows = [["touching", "of the weight", "force [N]", "depth [mm]"]]
+        sizes = {name: float(np.linalg.norm(force)) for name, force in self.forces_N.items()}
+        for name in sorted(sizes, key=lambda name: -sizes[name]):
+            if sizes[name] > 0.0:
+                share = f"{100.0 * self.shares[name]:.1f} %" if self.shares else ""
+                depth = f"{1000.0 * self.depths_m[name]:.1f}"
+                rows.append([name, share, f"{sizes[name]:.4g}", depth])
+        yield Table(rows) if len(rows) > 1 else "nothing is touched"
+        yield self._numbers()
+        yield format_written(self.files)
+
+    def _numbers(self) -> Table:
+        acceleration = f"{self.acceleration_m_per_s2:.2g} m/s^2 ({self.rest.fastest})"
+        creep = f"{1000.0 * self.creep_m_per_s:.2g} mm/s ({self.rest.creeping})"
+        rows = [
+            ("height of the centre of mass", f"{self.height_m:.4g} m"),
+            *_energy_rows(self.energy_J, self.start_energy_J),
+            ("remaining acceleration", acceleration),
+            ("creep by smooth friction", creep),
+        ]
+        if self.weight_carried is not None:
+            carried = f"{self.weight_carried:.4f} of {self.weight_N:.4g} N"
+            rows.insert(0, ("weight carried", carried))
+        if not self.stable:
+            rows.append(("small motions grow at a rate of", f"{self.growth_per_s:.4g} 1/s"))
+        return Table([*rows, ("found after", f"{self.simulated_s:.4g} s of a damped fall")], 2)
+
+
+def _joints_table(joints: Sequence[JointDisplacement]) -> Table:
+    rows = ([joint.name, *joint.texts(3)] for joint in joints)
+    return Table([["joint", "displacement"], *rows])
+
+
+def _energy_rows(energy: float | None, start: float | None) -> Iterator[tuple[str, str]]:
+    """Yield the row on the energy at rest and at the start [J]."""
+    if energy is not None and start is not None:
+        yield "energy", f"{energy:.6g} J, {start - energy:.6g} J less than at the start"
 
 
 def settle(
@@ -87,34 +210,27 @@ def settle(
     The options --set and --lock may be repeated.
     """
     check_pose_output(output)
+    plan, faults = plan_from_options(given_options(locals()))
     figure, warnings = load_figure(name)
     spring_set, more = springs_from_option(figure, springs, law)
     start, doubts = start_displacements_from_options(figure, pose, displacements or ())
-    require_simulatable(figure, spring_set, None if links or locks else start, (*warnings, *more))
+    require_simulatable(
+        Model(figure, spring_set), None if links or locks else start, (*warnings, *more)
+    )
     constraints, others = constraints_from_options(figure, links, locks or ())
     constraints.check_consistency(figure, displacements or (), 0.0)
-    files = [] if output is None else [output]
-    check_writable(files, (figure.path, springs, pose, links))
-    if wall_limit is not None and not wall_limit > 0.0:
-        raise UsageError(f"--wall-limit {wall_limit}: the limit must be positive")
-    plan = Plan(
+    files = output_files(output, (figure.path, springs, pose, links))
+    plan = replace(
+        plan,
         springs=spring_set,
         joining=law,
         displacements=start,
         links=constraints.links,
         locked=constraints.locked,
-        gravity=STANDARD_GRAVITY if gravity is None else vector_from_option("--gravity", gravity),
-        wall_limit=Plan.wall_limit if wall_limit is None else wall_limit,
     )
-    props = scene_from_options(
-        floor=floor, friction=friction, scene=scene, height=height, up=plan.up
-    )
-    if props.scene.props:
-        plan = replace(plan, scene=props.scene, height=props.height, free_root=True)
-        faults = (*warnings, *more, *doubts, *others, *props.diagnostics)
+    faults = (*warnings, *more, *doubts, *others, *faults)
+    if plan.scene.props:
         return _rest_on_props(name, figure, plan, output, faults, show_progress=show_progress)
-    if height is not None:
-        raise UsageError("--height needs --floor or --scene: the figure hangs from the ground")
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     from generator.simulation.equilibrium import (  # Exudyn takes its time
@@ -124,8 +240,7 @@ def settle(
     )
     from generator.simulation.equilibrium import find_equilibrium as come_to_rest
 
-    faults = (*warnings, *more, *doubts, *others)
-    monitor = item_progress_bar if show_progress else no_item_monitor
+    monitor = item_progress_bar if show_progress else no_monitor
     try:
         with monitor(MAX_STEPS, "steps at most") as update:
 
@@ -134,37 +249,28 @@ def settle(
 
             rest = come_to_rest(figure, plan, watch)
     except NoEquilibriumError as failure:
-        return CommandResult(
-            text=f"{name} has no equilibrium pose; nothing was written",
-            data={"figure": name, "error": str(failure)},
-            diagnostics=faults,
-            code=ExitCode.RUN_FAILED,
-            failure=str(failure),
-        )
+        reason = str(failure)
+        return NoRest(name, reason, "has no equilibrium pose", diagnostics=faults, failure=reason)
     asymmetric: list[str] = []
     if not constraints.links.links and _is_symmetric_set(constraints.locked):
         asymmetric = _asymmetric_joints(figure, start, rest.displacements)
         faults = (*faults, *_asymmetry_warnings(figure, asymmetric, rest.displacements))
     for path in files:
         write_pose_file(path, figure, rest.displacements)
-    pose_text = _pose_text(figure, rest.displacements)
-    parts = [f"{name} {rest.state}", pose_text, _numbers_text(rest)]
-    return CommandResult(
-        text="\n\n".join([*parts, *(f"wrote {path}" for path in files)]),
-        data={
-            "figure": name,
-            "state": rest.state,
-            "joints": displacements_data(figure, rest.displacements),
-            "residual_Nm_or_N": rest.residual,
-            "stiffness_Nm_per_rad_or_N_per_m": rest.stiffness,
-            "slowest_per_s2": rest.slowest_rate_squared,
-            "growth_per_s": rest.growth,
-            "energy_J": rest.energy,
-            "start_energy_J": rest.start_energy,
-            "steps": rest.steps,
-            "asymmetric_joints": asymmetric,
-            "files": [str(path) for path in files],
-        },
+    return HangingRest(
+        figure=name,
+        state=rest.state,
+        joints=joint_displacements(figure, rest.displacements),
+        residual_Nm_or_N=rest.residual,
+        stiffness_Nm_per_rad_or_N_per_m=rest.stiffness,
+        slowest_per_s2=rest.slowest_rate_squared,
+        growth_per_s=rest.growth,
+        energy_J=rest.energy,
+        start_energy_J=rest.start_energy,
+        steps=rest.steps,
+        asymmetric_joints=asymmetric,
+        files=files,
+        rest=rest,
         diagnostics=faults,
     )
 
@@ -204,9 +310,9 @@ def _asymmetry_warnings(
     """Yield a warning with the joints that rest asymmetrically."""
     if not joints:
         return
+    texts = {one.name: " ".join(one.texts(1)) for one in joint_displacements(figure, rest)}
     pairs = [
-        f"{name} at {_displacement_text(figure, name, rest)}"
-        f" but {mirrored_name(name)} at {_displacement_text(figure, mirrored_name(name), rest)}"
+        f"{name} at {texts[name]} but {mirrored_name(name)} at {texts[mirrored_name(name)]}"
         for name in joints[:MAX_JOINTS_LISTED]
     ]
     more = len(joints) - MAX_JOINTS_LISTED
@@ -216,46 +322,6 @@ def _asymmetry_warnings(
         hint="it may have several poses of rest: compare their energies from other starts (--set), "
         "or link both sides (--links)",
     )
-
-
-def _displacement_text(figure: Figure, name: str, rest: Mapping[str, Array]) -> str:
-    chain = figure.joints[name].chain
-    shown = zip(in_display_units(rest[name], chain), chain, strict=True)
-    return " ".join(
-        f"{format_rounded(value, 1)} {axis.units.displacement}" for value, axis in shown
-    )
-
-
-def _pose_text(figure: Figure, rest: Mapping[str, Array]) -> str:
-    rows = [["joint", "displacement"]]
-    for name, joint in figure.joints.items():
-        values = zip(in_display_units(rest[name], joint.chain), joint.chain, strict=True)
-        rows.append(
-            [
-                name,
-                *(
-                    f"{format_rounded(value, 3)} {factor.units.displacement}"
-                    for value, factor in values
-                ),
-            ]
-        )
-    return format_table(rows)
-
-
-def _numbers_text(rest: "Equilibrium") -> str:
-    rows = [["residual force", f"{rest.residual:.2g} N m or N"]]
-    if rest.stiffness is not None and rest.slowest_rate_squared is not None:
-        rows.append(["smallest stiffness", f"{rest.stiffness:.4g} {rest.stiffness_unit}"])
-        rows.append(
-            ["squared rate of the slowest motion", f"{rest.slowest_rate_squared:.4g} 1/s^2"]
-        )
-    if rest.has_growing_motions:
-        rows.append(["small motions grow at a rate of", f"{rest.growth:.4g} 1/s"])
-    if rest.energy is not None and rest.start_energy is not None:
-        lost = rest.start_energy - rest.energy
-        rows.append(["energy", f"{rest.energy:.6g} J, {lost:.6g} J less than at the start"])
-    rows.append(["steps", str(rest.steps)])
-    return format_table(rows, left_columns=2)
 
 
 def _rest_on_props(
@@ -277,8 +343,9 @@ def _rest_on_props(
         raise MoverError(f"a pose at rest on props needs numba: {failure}") from None
     from generator.simulation.equilibrium import NoEquilibriumError
 
-    faults = add_sphere_warnings(figure, tuple(faults))
-    monitor = item_progress_bar if show_progress else no_item_monitor
+    faults = add_sphere_warnings(figure, faults)
+    props = [prop.name for prop in plan.scene.props]
+    monitor = item_progress_bar if show_progress else no_monitor
     try:
         with monitor(MAX_TESTS, "tests at most") as update:
 
@@ -287,13 +354,8 @@ def _rest_on_props(
 
             rest = find_resting_pose(figure, plan, watch)
     except NoEquilibriumError as failure:
-        return CommandResult(
-            text=f"{name} does not come to rest on {_prop_names(plan)}; nothing was written",
-            data={"figure": name, "error": str(failure)},
-            diagnostics=faults,
-            code=ExitCode.RUN_FAILED,
-            failure=str(failure),
-        )
+        reason, text = str(failure), f"does not come to rest on {' and '.join(props)}"
+        return NoRest(name, reason, text, diagnostics=faults, failure=reason)
     attached = attach_pose(figure, rest)
     asymmetric: list[str] = []
     if _is_symmetric_start(figure, plan):
@@ -304,38 +366,29 @@ def _rest_on_props(
     for path in files:
         write_pose_file(path, figure, attached.displacements)
         faults = (*faults, *_loss_warnings(path, attached))
-    state = "a stable pose" if rest.is_stable else "an unstable pose, which it leaves if disturbed"
-    parts = [
-        f"{name} rests on {_prop_names(plan)} in {state}",
-        _pose_text(figure, attached.displacements),
-        _load_text(rest),
-        _rest_text(rest),
-    ]
-    return CommandResult(
-        text="\n\n".join([*parts, *(f"wrote {path}" for path in files)]),
-        data={
-            "figure": name,
-            "stable": rest.is_stable,
-            "props": [prop.name for prop in plan.scene.props],
-            "joints": displacements_data(figure, attached.displacements),
-            "centre_of_mass_m": rest.centre_of_mass.tolist(),
-            "height_m": rest.height,
-            "weight_N": rest.weight,
-            "weight_carried": rest.weight_carried,
-            "shares": dict(rest.shares),
-            "forces_N": {segment: force.tolist() for segment, force in rest.forces.items()},
-            "depths_m": dict(rest.depths),
-            "energy_J": rest.energy,
-            "start_energy_J": rest.start_energy,
-            "acceleration_m_per_s2": rest.acceleration,
-            "creep_m_per_s": rest.creep,
-            "growth_per_s": rest.growth,
-            "simulated_s": rest.time,
-            "asymmetric_joints": asymmetric,
-            "orientations_lost": list(attached.turned),
-            "places_lost": list(attached.moved),
-            "files": [str(path) for path in files],
-        },
+    return PropsRest(
+        figure=name,
+        stable=rest.is_stable,
+        props=props,
+        joints=joint_displacements(figure, attached.displacements),
+        centre_of_mass_m=rest.centre_of_mass,
+        height_m=rest.height,
+        weight_N=rest.weight,
+        weight_carried=rest.weight_carried,
+        shares=rest.shares,
+        forces_N=rest.forces,
+        depths_m=rest.depths,
+        energy_J=rest.energy,
+        start_energy_J=rest.start_energy,
+        acceleration_m_per_s2=rest.acceleration,
+        creep_m_per_s=rest.creep,
+        growth_per_s=rest.growth,
+        simulated_s=rest.time,
+        asymmetric_joints=asymmetric,
+        orientations_lost=attached.turned,
+        places_lost=attached.moved,
+        files=files,
+        rest=rest,
         diagnostics=faults,
     )
 
@@ -347,11 +400,11 @@ MAX_START_DISTANCE = 1e-3
 def _is_symmetric_start(figure: Figure, plan: Plan) -> bool:
     """Return whether figure and props are about their own mirror images in a plane of constant x.
 
-    Boxes count as asymmetric.
+    Of the props only planes count as symmetric.
     """
     sideways = [plan.up[0]]
     for prop in plan.scene.props:
-        sideways.append(prop.shape.normal[0] if isinstance(prop.shape, Plane) else 1.0)
+        sideways.append(float(prop.shape.pose[0, 1]) if prop.shape.is_endless else 1.0)
     has_pairs = all(mirrored_name(name) in figure.bodies for name in figure.bodies)
     if any(sideways) or not has_pairs or not _is_symmetric_set(plan.locked):
         return False
@@ -378,10 +431,6 @@ def _side_warning() -> Diagnostic:
     )
 
 
-def _prop_names(plan: Plan) -> str:
-    return " and ".join(prop.name for prop in plan.scene.props)
-
-
 def _loss_warnings(path: Path, attached: "AttachedPose") -> Iterator[Diagnostic]:
     """Warn of what the joints to the ground cannot hold of a pose at rest."""
     if attached.turned:
@@ -394,32 +443,3 @@ def _loss_warnings(path: Path, attached: "AttachedPose") -> Iterator[Diagnostic]
             f"{path} holds the joints and the orientation, but not the place of the figure",
             hint="--height sets its height again; beside boxes its horizontal place matters too",
         )
-
-
-def _load_text(rest: "RestingPose") -> str:
-    """Format what the segments that touch props carry, the largest force first."""
-    rows = [["touching", "of the weight", "force [N]", "depth [mm]"]]
-    sizes = {name: float(np.linalg.norm(force)) for name, force in rest.forces.items()}
-    for name in sorted(sizes, key=lambda name: -sizes[name]):
-        if sizes[name] > 0.0:
-            share = f"{100.0 * rest.shares[name]:.1f} %" if rest.shares else ""
-            rows.append([name, share, f"{sizes[name]:.4g}", f"{1000.0 * rest.depths[name]:.1f}"])
-    return format_table(rows) if len(rows) > 1 else "nothing is touched"
-
-
-def _rest_text(rest: "RestingPose") -> str:
-    rows: list[list[str]] = []
-    if rest.weight_carried is not None:
-        rows.append(["weight carried", f"{rest.weight_carried:.4f} of {rest.weight:.4g} N"])
-    rows.append(["height of the centre of mass", f"{rest.height:.4g} m"])
-    if rest.energy is not None and rest.start_energy is not None:
-        lost = rest.start_energy - rest.energy
-        rows.append(["energy", f"{rest.energy:.6g} J, {lost:.6g} J less than at the start"])
-    rows += [
-        ["remaining acceleration", f"{rest.acceleration:.2g} m/s^2 ({rest.fastest})"],
-        ["creep by smooth friction", f"{1000.0 * rest.creep:.2g} mm/s ({rest.creeping})"],
-    ]
-    if not rest.is_stable:
-        rows.append(["small motions grow at a rate of", f"{rest.growth:.4g} 1/s"])
-    rows.append(["found after", f"{rest.time:.4g} s of a damped fall"])
-    return format_table(rows, left_columns=2)

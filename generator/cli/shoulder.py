@@ -1,29 +1,21 @@
 """`mover shoulder`: position an arm by the latitude and longitude of its elbow."""
 
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import degrees, isfinite, radians
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, format_table
-from generator.cli.inputs import load_figure
-from generator.cli.options import FigureName, PoseOutput, format_rounded, in_display_units
-from generator.cli.outputs import check_pose_output, check_writable, write_pose_file
+from generator.cli import inputs, options, outputs
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
+from generator.cli.options import format_rounded, in_display_units
 from generator.diagnostics import ModelError, UsageError
-from generator.figure import Figure
-from generator.kinematics.shoulder import (
-    RHYTHMS,
-    Jump,
-    ShoulderAngles,
-    ShoulderRhythm,
-    Side,
-    jumps_near,
-)
-from generator.kinematics.shoulder_pose import ArmPose, pose_arm
+from generator.kinematics.shoulder import RHYTHMS, ShoulderAngles, Side, jumps_near
+from generator.kinematics.shoulder_pose import pose_arm
 from generator.rotations import wrap_angle
 from generator.units import INPUT_BOUNDS, Dimension
 
@@ -43,13 +35,76 @@ class Rhythm(StrEnum):
     DE_GROOT_BRAND = "de_groot_brand"
 
 
+class NearJump(NamedTuple):
+    """A discontinuity near the direction of an elbow."""
+
+    angle: str
+    place: str
+    size_deg: float
+    distance_deg: float
+
+
+@dataclass(frozen=True)
+class ShoulderResult(CommandResult):
+    """Angles of an arm and the displacements of its joints."""
+
+    figure: str
+    side: Side
+    latitude_deg: float
+    longitude_deg: float
+    rhythm: Rhythm
+    angles_deg: Mapping[str, float]
+    displacements: Mapping[str, Sequence[float]]
+    elbow_error_deg: float
+    printed_miss_deg: float
+    near: Sequence[NearJump]
+    references: Sequence[str]
+    files: Sequence[Path]
+    has_clavicle: bool = field(metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the angles, the displacements, and what is discontinuous nearby."""
+        yield (
+            f"{self.figure}, {self.side} arm, elbow at latitude {self.latitude_deg:g} deg, "
+            f"longitude {self.longitude_deg:g} deg"
+        )
+        rows = [["angle", "", "[deg]"]]
+        for name, value in self.angles_deg.items():
+            about = _ANGLE_DESCRIPTIONS[name]
+            rows.append([name.replace("_", " "), about, format_rounded(value, 3)])
+        yield Table(rows, 2)
+        rows = [["joint", "displacement [deg]"]]
+        for name, values in self.displacements.items():
+            rows.append([name, ",".join(format_rounded(value, 3) for value in values)])
+        yield (
+            f"{Table(rows)}\nThe elbow of the figure is {self.elbow_error_deg:.1g} deg from where "
+            "it was asked for; with the humerus angles as printed it would miss by "
+            f"{self.printed_miss_deg:.1f} deg."
+        )
+        jumps = [
+            f"\n  {jump.angle.replace('_', ' ')} jumps by {jump.size_deg:.3g} deg, "
+            f"{jump.distance_deg:.2g} deg away, at {jump.place}"
+            for jump in self.near
+        ]
+        if jumps:
+            title = "Near a discontinuity, where a small motion of the arm changes an angle by much"
+            yield f"{title}:{''.join(jumps)}"
+        name = RHYTHMS[self.rhythm].name
+        lines = [f"rhythm {name}: {reference}" for reference in self.references]
+        if not self.has_clavicle:
+            joint = f"{self.side}_clavicle"
+            lines.append(f"The figure has no joint `{joint}`: the arm turns on the torso.")
+        yield "\n".join(lines)
+        yield format_written(self.files)
+
+
 def shoulder(
-    name: FigureName,
+    name: options.FigureName,
     side: Annotated[Side, typer.Option(help="Side of the arm.")],
     latitude: Annotated[float, typer.Option(help="Elbow latitude [deg]: 0 overhead, 180 hanging.")],
     longitude: Annotated[float, typer.Option(help="Elbow longitude [deg]: 0 forward, 90 outward.")],
     rhythm: Annotated[Rhythm, typer.Option(help="Rhythm of the clavicle.")] = Rhythm.OTANI,
-    output: PoseOutput = None,
+    output: options.PoseOutput = None,
 ) -> CommandResult:
     """Pose an arm by the direction of its elbow."""
     for option, value in (("--latitude", latitude), ("--longitude", longitude)):
@@ -59,103 +114,43 @@ def shoulder(
             raise UsageError(f"{option} {value:g}: {bound}")
     if not 0.0 <= latitude <= 180.0:
         raise UsageError(f"--latitude {latitude:g}: must be between 0 (overhead) and 180 (hanging)")
-    check_pose_output(output)
-    figure, warnings = load_figure(name)
-    files = [] if output is None else [output]
-    check_writable(files, (figure.path,))
+    outputs.check_pose_output(output)
+    figure, warnings = inputs.load_figure(name)
+    files = outputs.output_files(output, (figure.path,))
     follows = RHYTHMS[rhythm]
     where = radians(latitude), radians(longitude)
     try:
         pose = pose_arm(figure, side, *where, follows)
     except ModelError as failure:
         raise ModelError(f"{name}: {failure}") from None
-    near = jumps_near(*where, follows)
     for path in files:
-        write_pose_file(path, figure, pose.displacements)
-    head = f"{name}, {side} arm, elbow at latitude {latitude:g} deg, longitude {longitude:g} deg"
-    return CommandResult(
-        text="\n\n".join(
-            [head, _angles_text(pose.angles), _pose_text(figure, pose)]
-            + ([_jumps_text(near)] if near else [])
-            + [_rhythm_text(figure, side, follows), *(f"wrote {path}" for path in files)]
-        ),
-        data={
-            "figure": name,
-            "side": side.value,
-            "latitude_deg": latitude,
-            "longitude_deg": longitude,
-            "rhythm": rhythm.value,
-            "angles_deg": _angles(pose.angles),
-            "displacements": _displacements(figure, pose),
-            "elbow_error_deg": degrees(pose.elbow_error),
-            "printed_miss_deg": degrees(pose.printed_angle_error),
-            "near": [
-                {
-                    "angle": jump.angle,
-                    "place": jump.place,
-                    "size_deg": degrees(jump.size),
-                    "distance_deg": degrees(jump.distance),
-                }
-                for jump in near
-            ],
-            "references": [str(reference) for reference in follows.references],
-            "files": [str(path) for path in files],
+        outputs.write_pose_file(path, figure, pose.displacements)
+    return ShoulderResult(
+        name,
+        side,
+        latitude,
+        longitude,
+        rhythm,
+        _angles_in_degrees(pose.angles),
+        {
+            joint: in_display_units(values, figure.joints[joint].chain)
+            for joint, values in pose.displacements.items()
         },
+        degrees(pose.elbow_error),
+        degrees(pose.printed_angle_error),
+        [
+            NearJump(jump.angle, jump.place, degrees(jump.size), degrees(jump.distance))
+            for jump in jumps_near(*where, follows)
+        ],
+        list(map(str, follows.references)),
+        files,
+        f"{side}_clavicle" in figure.joints,
         diagnostics=warnings,
     )
 
 
-def _angles(angles: ShoulderAngles) -> dict[str, float]:
-    """The angles by name [deg], the twist within half a turn of zero."""
+def _angles_in_degrees(angles: ShoulderAngles) -> dict[str, float]:
+    """Return the angles by name [deg], the twist within half a turn of zero."""
     values = {one.name: np.asarray(getattr(angles, one.name)) for one in fields(angles)}
     values["twist"] = wrap_angle(values["twist"])
     return {name: degrees(float(value)) for name, value in values.items()}
-
-
-def _displacements(figure: Figure, pose: ArmPose) -> dict[str, list[float]]:
-    return {
-        name: in_display_units(values, figure.joints[name].chain)
-        for name, values in pose.displacements.items()
-    }
-
-
-def _angles_text(angles: ShoulderAngles) -> str:
-    rows = [["angle", "", "[deg]"]]
-    rows += [
-        [name.replace("_", " "), _ANGLE_DESCRIPTIONS[name], format_rounded(value, 3)]
-        for name, value in _angles(angles).items()
-    ]
-    return format_table(rows, left_columns=2)
-
-
-def _pose_text(figure: Figure, pose: ArmPose) -> str:
-    rows = [["joint", "displacement [deg]"]]
-    rows += [
-        [name, ",".join(format_rounded(value, 3) for value in values)]
-        for name, values in _displacements(figure, pose).items()
-    ]
-    lines = [
-        format_table(rows),
-        f"The elbow of the figure is {degrees(pose.elbow_error):.1g} deg from where it was asked "
-        f"for; with the humerus angles as printed it would miss by "
-        f"{degrees(pose.printed_angle_error):.1f} deg.",
-    ]
-    return "\n".join(lines)
-
-
-def _jumps_text(jumps: Sequence[Jump]) -> str:
-    lines = [
-        f"  {jump.angle.replace('_', ' ')} jumps by {degrees(jump.size):.3g} deg, "
-        f"{degrees(jump.distance):.2g} deg away, at {jump.place}"
-        for jump in jumps
-    ]
-    return "\n".join(
-        ["Near a discontinuity, where a small motion of the arm changes an angle by much:", *lines]
-    )
-
-
-def _rhythm_text(figure: Figure, side: str, rhythm: ShoulderRhythm) -> str:
-    lines = [f"rhythm {rhythm.name}: {reference}" for reference in rhythm.references]
-    if f"{side}_clavicle" not in figure.joints:
-        lines.append(f"The figure has no joint `{side}_clavicle`: the arm turns on the torso.")
-    return "\n".join(lines)

@@ -7,34 +7,16 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
-from typing import Annotated
+from math import inf, isfinite
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 
-from generator.cli.answer import CommandResult, finite_or_none, format_count, format_table
-from generator.cli.inputs import (
-    check_distances,
-    load_figure,
-    motion_from_options,
-    placement_from_options,
-    placements_of_motion,
-)
-from generator.cli.options import (
-    CM,
-    FigureName,
-    JointValues,
-    MotionFile,
-    PoseFile,
-    TableOutput,
-    format_rounded,
-    in_cm,
-    length_from_option,
-    vector_from_option,
-    xyz_cm,
-)
-from generator.cli.outputs import check_table_output, check_writable, write_file
+from generator.cli import inputs, options, outputs
+from generator.cli.answer import CommandResult, Paragraphs, Table, format_count, format_written
+from generator.cli.options import CM, format_rounded, in_cm
 from generator.diagnostics import UsageError
 from generator.figure import Figure, SiteRef, Vector
 from generator.kinematics.centre_of_mass import Masses, segment_masses
@@ -54,7 +36,6 @@ from generator.kinematics.stability import stability as stability_of
 from generator.motion_files import FigureMotion
 from generator.motion_files.action import format_displacement
 from generator.rotations import Array, unit_vector
-from generator.text_io import format_csv_comment
 
 SUPPORT_SYNTAX = "SEGMENT, SEGMENT:FACE,FACE or SEGMENT.SITE"
 
@@ -69,7 +50,7 @@ def support_from_options(
 
     Args:
         figure: that stands on it.
-        texts: of the form `SEGMENT`, `SEGMENT:FACE,FACE` or `SEGMENT.SITE`.
+        texts: texts of the form `SEGMENT`, `SEGMENT:FACE,FACE` or `SEGMENT.SITE`.
         below: height up to which all faces support [m].
         up: normal of the ground.
 
@@ -101,8 +82,7 @@ MAX_SUPPORTS_LISTED = 3
 """Supports are listed up to this number, else counted."""
 
 
-@dataclass(frozen=True)
-class PoseStability:
+class Standing(NamedTuple):
     """Stability of a figure in one pose, its supports and its centre of mass [m]."""
 
     centre: Array
@@ -110,8 +90,88 @@ class PoseStability:
     stability: Stability
 
 
+class Corner(NamedTuple):
+    """A corner of a support."""
+
+    of: str
+    on_ground_cm: Sequence[float]
+
+
+@dataclass(frozen=True)
+class PoseStability(CommandResult):
+    """Stability of a figure in a pose."""
+
+    figure: str
+    mass_kg: float
+    up: Vector
+    balance: Balance
+    margin_cm: float
+    sentence: str
+    centre_of_mass_cm: Sequence[float]
+    supports: Sequence[str]
+    corners: Sequence[Corner]
+    area_cm2: float
+    pivot: Sequence[int]
+    direction: Array | None
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the sentence on the balance, and a table of its reasons."""
+        centre = _format_xyz(self.centre_of_mass_cm)
+        rows = [("centre of mass", f"{centre} cm, {self.mass_kg:.4g} kg")]
+        if self.corners:
+            text = ", ".join(self.supports)
+            if len(self.supports) > MAX_SUPPORTS_LISTED:
+                text = f"{len(self.supports)} faces and sites"
+            if self.area_cm2:
+                corners = format_count(len(self.corners), "corner")
+                text += f"; {corners}, {format_rounded(self.area_cm2)} cm^2"
+            ends = (self.corners[k] for k in self.pivot)
+            names = (f"{end.of} at {_format_xyz(end.on_ground_cm)} cm" for end in ends)
+            inside = self.balance is Balance.INSIDE
+            rows.append(("support", text))
+            rows.append(("nearest edge" if inside else "tips over", " to ".join(names)))
+            if self.direction is not None:
+                where = _format_xyz(self.direction.tolist(), 4)
+                rows.append(("outwards" if inside else "towards", where))
+        return f"{self.figure}: {self.sentence}", Table(rows, 2)
+
+
+@dataclass(frozen=True)
+class MotionStability(CommandResult):
+    """Stability of a figure along a motion, in each frame."""
+
+    figure: str
+    motion: Path
+    mass_kg: float
+    up: Vector
+    times_s: Sequence[float]
+    balance: Sequence[Balance]
+    margin_cm: Sequence[float]
+    centre_of_mass_cm: Sequence[Sequence[float]]
+    files: Sequence[Path]
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the frames of each balance, and the extreme margins."""
+        tally, times, margins = Counter(self.balance), self.times_s, np.array(self.margin_cm)
+        counts = [f"{tally[balance]} {balance.value}" for balance in Balance if tally[balance]]
+        rows = [("frames", ", ".join(counts))]
+        supported = np.flatnonzero(np.isfinite(margins))
+        if supported.size:
+            for name, pick in (("least margin", np.argmin), ("greatest margin", np.argmax)):
+                k = int(supported[pick(margins[supported])])
+                rows.append((name, f"{format_rounded(margins[k])} cm at {times[k]:.6g} s"))
+        fallen = np.flatnonzero(margins < 0.0)
+        if fallen.size:
+            rows.append(("first not balanced", f"{times[fallen[0]]:.6g} s"))
+        return options.format_frames(times), Table(rows, 2), format_written(self.files)
+
+
+def _format_xyz(vector: Sequence[float], digits: int = 2) -> str:
+    return f"({', '.join(format_rounded(part, digits) for part in vector)})"
+
+
 def stability(
-    name: FigureName,
+    name: options.FigureName,
     support: Annotated[
         list[str] | None,
         typer.Option(
@@ -129,43 +189,56 @@ def stability(
     up: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="Normal of the ground. [default: 0,1,0]")
     ] = None,
-    pose: PoseFile = None,
-    displacements: JointValues = None,
-    along: MotionFile = None,
-    output: TableOutput = None,
+    pose: options.PoseFile = None,
+    displacements: options.JointValues = None,
+    along: options.MotionFile = None,
+    output: options.TableOutput = None,
 ) -> CommandResult:
     """Test whether the centre of mass is over the support."""
-    check_table_output(output, along)
+    outputs.check_table_output(output, along)
     normal = _up_direction(up)
-    height = None if below is None else length_from_option("--below", below)
-    figure, warnings = load_figure(name)
+    height = None if below is None else options.length_from_option("--below", below)
+    figure, warnings = inputs.load_figure(name)
     carrier = support_from_options(figure, support or (), height, normal)
     masses = segment_masses(figure)
     if along is None:
-        placement, more = placement_from_options(figure, pose, displacements or ())
-        state = _pose_stability(masses, carrier, placement.poses, normal)
-        text = f"{name}: {stability_sentence(state.stability)}\n\n{_details_table(state, masses)}"
-        data = {"figure": name, "mass_kg": masses.total, "up": list(normal)}
-        return CommandResult(text, {**data, **_data(state)}, (*warnings, *more))
-    motion, more = motion_from_options(figure, along, pose, displacements or ())
-    files = [] if output is None else [output]
-    check_writable(files, (figure.path, along))
+        placement, more = inputs.placement_from_options(figure, pose, displacements or ())
+        centre, points, found = _standing(masses, carrier, placement.poses, normal)
+        return PoseStability(
+            figure=name,
+            mass_kg=masses.total,
+            up=normal,
+            balance=found.balance,
+            margin_cm=found.margin / CM,
+            sentence=stability_sentence(found),
+            centre_of_mass_cm=in_cm(centre),
+            supports=points.sources,
+            corners=[
+                Corner(points.names[int(source)], in_cm(corner))
+                for source, corner in zip(found.sources, found.corners, strict=True)
+            ],
+            area_cm2=found.area / CM**2,
+            pivot=found.pivot,
+            direction=found.direction,
+            diagnostics=(*warnings, *more),
+        )
+    motion, more = inputs.motion_from_options(figure, along, pose, displacements or ())
+    files = outputs.output_files(output, (figure.path, along))
     states = list(_stability_along_motion(motion, masses, carrier, normal))
     for path in files:
-        write_file(path, _format_csv(motion, states))
-    return CommandResult(
-        text="\n".join([_summary(motion, states), *(f"wrote {path}" for path in files)]),
-        data={
-            "figure": name,
-            "motion": str(along),
-            "mass_kg": masses.total,
-            "up": list(normal),
-            "times_s": motion.times.tolist(),
-            "balance": [state.stability.balance.value for state in states],
-            "margin_cm": [_margin_cm(state.stability) for state in states],
-            "centre_of_mass_cm": [in_cm(state.centre) for state in states],
-            "files": [str(path) for path in files],
-        },
+        titles = "time [s],balance,margin [cm],x [cm],y [cm],z [cm]"
+        rows = map(_table_cells, states)
+        outputs.write_frame_table(path, motion.header.lines(), titles, motion.times, rows)
+    return MotionStability(
+        figure=name,
+        motion=along,
+        mass_kg=masses.total,
+        up=normal,
+        times_s=motion.times.tolist(),
+        balance=[state.stability.balance for state in states],
+        margin_cm=[state.stability.margin / CM for state in states],
+        centre_of_mass_cm=[in_cm(state.centre) for state in states],
+        files=files,
         diagnostics=(*warnings, *more),
     )
 
@@ -188,7 +261,7 @@ def stability_sentence(found: Stability) -> str:
 
 
 def _up_direction(text: str | None) -> Vector:
-    up = np.array(Y_UP if text is None else vector_from_option("--up", text, largest=inf))
+    up = np.array(Y_UP if text is None else options.vector_from_option("--up", text, largest=inf))
     largest = np.abs(up).max()
     if largest == 0.0:
         raise UsageError(f"--up {text}: the direction must not be zero")
@@ -198,97 +271,25 @@ def _up_direction(text: str | None) -> Vector:
     return x, y, z
 
 
-def _pose_stability(
-    masses: Masses, support: Support, poses: Mapping[str, Array], up: Vector
-) -> PoseStability:
+def _standing(masses: Masses, support: Support, poses: Mapping[str, Array], up: Vector) -> Standing:
     centre, points = masses.centre(poses), support.points_in_pose(poses)
-    check_distances("the centre of mass", centre)
-    check_distances("a point of support", points.positions)
-    return PoseStability(centre, points, stability_of(centre, points.positions, up))
+    inputs.check_distances("the centre of mass", centre)
+    inputs.check_distances("a point of support", points.positions)
+    return Standing(centre, points, stability_of(centre, points.positions, up))
 
 
 def _stability_along_motion(
     motion: FigureMotion, masses: Masses, support: Support, up: Vector
-) -> Iterator[PoseStability]:
-    for placement in placements_of_motion(motion):
+) -> Iterator[Standing]:
+    for placement in inputs.placements_of_motion(motion):
         for k in range(len(placement.poses[placement.tree.figure.root.segment])):
             poses = {name: rows[k] for name, rows in placement.poses.items()}
-            yield _pose_stability(masses, support, poses, up)
+            yield _standing(masses, support, poses, up)
 
 
-def _details_table(state: PoseStability, masses: Masses) -> str:
-    found, points = state.stability, state.points
-    rows = [("centre of mass", f"{xyz_cm(state.centre)}, {masses.total:.4g} kg")]
-    if not len(found.corners):
-        return format_table(rows, left_columns=2)
-    sources = points.sources
-    what = (
-        ", ".join(sources)
-        if len(sources) <= MAX_SUPPORTS_LISTED
-        else f"{len(sources)} faces and sites"
-    )
-    if found.area:
-        area = format_rounded(found.area / CM**2)
-        what += f"; {format_count(len(found.corners), 'corner')}, {area} cm^2"
-    rows.append(("support", what))
-    names = [f"{points.names[found.sources[k]]} at {xyz_cm(found.corners[k])}" for k in found.pivot]
-    inside = found.balance is Balance.INSIDE
-    rows.append(("nearest edge" if inside else "tips over", " to ".join(names)))
-    if found.direction is not None:
-        x, y, z = (format_rounded(part, 4) for part in found.direction)
-        rows.append(("outwards" if inside else "towards", f"({x}, {y}, {z})"))
-    return format_table(rows, left_columns=2)
-
-
-def _data(standing: PoseStability) -> dict[str, object]:
-    found, points = standing.stability, standing.points
-    return {
-        "balance": found.balance.value,
-        "margin_cm": _margin_cm(found),
-        "sentence": stability_sentence(found),
-        "centre_of_mass_cm": in_cm(standing.centre),
-        "supports": list(points.sources),
-        "corners": [
-            {"of": points.names[source], "on_ground_cm": in_cm(corner)}
-            for source, corner in zip(found.sources, found.corners, strict=True)
-        ],
-        "area_cm2": found.area / CM**2,
-        "pivot": list(found.pivot),
-        "direction": None if found.direction is None else found.direction.tolist(),
-    }
-
-
-def _margin_cm(found: Stability) -> float | None:
-    margin = finite_or_none(found.margin)
-    return None if margin is None else margin / CM
-
-
-def _summary(motion: FigureMotion, states: Sequence[PoseStability]) -> str:
-    times = motion.times
-    tally = Counter(one.stability.balance for one in states)
-    frames = f"{format_count(len(times), 'frame')}, {times[0]:g} to {times[-1]:g} s"
-    counts = [f"{tally[balance]} {balance.value}" for balance in Balance if tally[balance]]
-    rows = [("frames", ", ".join(counts))]
-    margins = np.array([one.stability.margin for one in states])
-    supported = np.flatnonzero(np.isfinite(margins))
-    if supported.size:
-        for name, pick in (("least margin", np.argmin), ("greatest margin", np.argmax)):
-            k = int(supported[pick(margins[supported])])
-            rows.append((name, f"{format_rounded(margins[k] / CM)} cm at {times[k]:.6g} s"))
-    fallen = np.flatnonzero(margins < 0.0)
-    if fallen.size:
-        rows.append(("first not balanced", f"{times[fallen[0]]:.6g} s"))
-    return f"{frames}\n\n{format_table(rows, left_columns=2)}\n"
-
-
-def _format_csv(motion: FigureMotion, states: Sequence[PoseStability]) -> str:
-    """Format balance, margin and centre of mass of every frame as CSV, with the motion's header."""
-    comments = map(format_csv_comment, motion.header.lines())
-    lines = ["time [s],balance,margin [cm],x [cm],y [cm],z [cm]"]
-    for time, one in zip(motion.times.tolist(), states, strict=True):
-        margin = finite_or_none(one.stability.margin)
-        cells = [repr(time), one.stability.balance.value]
-        cells.append("" if margin is None else format_displacement(margin, "cm"))
-        cells += [format_displacement(part, "cm") for part in one.centre.tolist()]
-        lines.append(",".join(cells))
-    return "".join([*comments, *(f"{line}\n" for line in lines)])
+def _table_cells(state: Standing) -> list[str]:
+    """Return balance, margin and centre of mass as cells of a table."""
+    margin, centre = state.stability.margin, state.centre.tolist()
+    margin_text = format_displacement(margin, "cm") if isfinite(margin) else ""
+    lengths = [format_displacement(length, "cm") for length in centre]
+    return [state.stability.balance.value, margin_text, *lengths]

@@ -1,7 +1,8 @@
 """`mover sweep`: the runs of a study, their table and the sensitivity of its measures."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 from math import inf, nan
@@ -13,17 +14,24 @@ import numpy as np
 import typer
 
 from generator.child_processes import cores
-from generator.cli.answer import CommandResult, ExitCode, format_count, format_table
+from generator.cli.answer import (
+    HIDDEN,
+    CommandResult,
+    Paragraphs,
+    Table,
+    format_count,
+    format_written,
+)
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.outputs import check_writable, writing
-from generator.cli.progress import load_compiled_integrator, no_sweep_monitor, sweep_progress_bar
-from generator.diagnostics import Diagnostic, UsageError
+from generator.cli.progress import load_compiled_integrator, no_monitor, sweep_progress_bar
+from generator.diagnostics import UsageError
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.simulation.import_exudyn import import_exudyn
+from generator.simulation.preconditions import import_exudyn
 from generator.study.designs import design_points, run_count
 from generator.study.run_results import RunResults
-from generator.study.study import Study
+from generator.study.study import DesignKind, Statistic, Study
 from generator.study.study_file import STUDY_FILE
 from generator.study.sweep import (
     MOTIONS_NAME,
@@ -123,7 +131,7 @@ def sweep(
     load_compiled_integrator(show_progress=show_progress, only_to_compile=not simulates_here)
     if dry_run or output is None:
         return _describe(name, study, workers)
-    monitor = sweep_progress_bar if show_progress else no_sweep_monitor
+    monitor = sweep_progress_bar if show_progress else no_monitor
     watch = _Watch()
     try:
         with monitor(run_count(study)) as update:
@@ -146,10 +154,32 @@ def sweep(
     except KeyboardInterrupt:
         if watch.latest is None:
             raise
-        return _interrupted(output, watch.latest)
+        done, total = watch.latest.finished, watch.latest.total
+        reason = f"the finished runs are kept in {output}, and the same command continues"
+        message = f"interrupted; {reason}"
+        return InterruptedSweep(message, done, total, failure=message)
     if keep is Keep.MOTIONS:
         files.append(output / MOTIONS_NAME)
-    return _report(name, result, indices, files, seconds, workers, parsed.diagnostics)
+    runs, fresh = len(result.rows), len(result.rows) - result.kept
+    message = f"{result.failed} of {format_count(runs, 'run')} failed; --again failed repeats them"
+    return SweepResult(
+        study=name,
+        figure=study.name,
+        runs=runs,
+        finished_before=result.kept,
+        failed=result.failed,
+        outcomes=result.rows.count_outcomes(),
+        wall_s=seconds,
+        runs_per_s=fresh / seconds if fresh and seconds > 0.0 else None,
+        processes=workers,
+        measures={one: MeasureSummary.of(result.rows.numbers(one)) for one in study.measures},
+        sensitivity=None if indices is None else indices.to_json()["measures"],
+        files=files,
+        rows=result.rows,
+        indices=indices,
+        diagnostics=(*parsed.diagnostics, *result.warnings),
+        failure=message if result.failed else None,
+    )
 
 
 class _Watch:
@@ -223,28 +253,30 @@ def _write_results(
     return files
 
 
-def _interrupted(folder: Path, progress: SweepProgress) -> CommandResult:
-    """Return the result of a sweep that Ctrl-C ended."""
-    message = f"interrupted; the finished runs are kept in {folder}, and the same command continues"
-    return CommandResult(
-        text=f"{progress.finished} of {format_count(progress.total, 'run')} are finished",
-        data={"error": message, "finished": progress.finished, "runs": progress.total},
-        code=ExitCode.RUN_FAILED,
-        failure=message,
-    )
+@dataclass(frozen=True)
+class InterruptedSweep(CommandResult):
+    """Progress of a sweep that Ctrl-C ended."""
+
+    error: str
+    finished: int
+    runs: int
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the number of finished runs."""
+        return (f"{self.finished} of {format_count(self.runs, 'run')} are finished",)
 
 
-class _Varied(NamedTuple):
+class Varied(NamedTuple):
     """A parameter with the range of its values in a design."""
 
     name: str
     smallest: float
     largest: float
     unit: str
-    paths: tuple[str, ...]
+    paths: Sequence[str]
 
 
-def _varied_parameters(study: Study, points: Array) -> list[_Varied]:
+def _varied_parameters(study: Study, points: Array) -> list[Varied]:
     """Return the parameters of a study and the ranges of their values."""
     from generator.study.parameters import study_paths
 
@@ -252,66 +284,81 @@ def _varied_parameters(study: Study, points: Array) -> list[_Varied]:
     for number, path in study_paths(study):
         units.setdefault(number, path.unit)
     return [
-        _Varied(each.name, float(column.min()), float(column.max()), units[number], each.paths)
+        Varied(each.name, float(column.min()), float(column.max()), units[number], each.paths)
         for number, (each, column) in enumerate(
             zip(study.parameters.values(), points.T, strict=True)
         )
     ]
 
 
-def _describe(name: str, study: Study, workers: int | None) -> CommandResult:
+class MeasureData(NamedTuple):
+    """A measure of a study."""
+
+    name: str
+    take: Statistic
+    column: str
+
+
+@dataclass(frozen=True)
+class StudyDescription(CommandResult):
+    """Parameters and measures of a study, and the time of one run."""
+
+    study: str
+    figure: str
+    runs: int
+    design: DesignKind
+    parameters: Sequence[Varied]
+    measures: Sequence[MeasureData]
+    run_s: float | None
+    estimate_s: float | None
+    processes: int | None
+    outcome: str
+    message: str
+
+    def paragraphs(self) -> Paragraphs:
+        """Return tables of parameters and measures, and the time."""
+        runs = format_count(self.runs, "run")
+        yield f"{self.study}: {runs} of {self.figure}, {self.design.value}"
+        rows = [["parameter", "path", "unit", "from", "to"]]
+        for name, smallest, largest, unit, paths in self.parameters:
+            rows.append([name, " ".join(paths), unit, f"{smallest:.5g}", f"{largest:.5g}"])
+        yield Table(rows, 3)
+        measures = ((one.name, one.take.value, one.column) for one in self.measures)
+        yield Table([("measure", "number", "column"), *measures], 3)
+        if self.run_s is not None and self.estimate_s is not None:
+            yield (
+                f"One run takes {_format_duration(self.run_s)}, all of them about "
+                f"{_format_duration(self.estimate_s)} {_describe_workers(self.processes)}."
+            )
+
+
+def _describe(name: str, study: Study, workers: int | None) -> StudyDescription:
     """Return the description of a study, with the time of one run."""
     from generator.study.run_case import run_case
 
     points = design_points(study)
-    varied = _varied_parameters(study, points)
     first = points[0].tolist()
     result = run_case(study, first, threads=1)  # which may compile its laws
-    start = time.perf_counter()
+    seconds = total = None
     if result.succeeded:
+        start = time.perf_counter()
         run_case(study, first, threads=1)
-    seconds = time.perf_counter() - start
-    total = seconds * len(points) / (workers or 1)
-    parameters = [["parameter", "path", "unit", "from", "to"]]
-    parameters += [
-        [one.name, " ".join(one.paths), one.unit, f"{one.smallest:.5g}", f"{one.largest:.5g}"]
-        for one in varied
-    ]
-    measures = [["measure", "number", "column"]]
-    measures += [[one.name, one.take.value, one.column] for one in study.measures.values()]
-    runs = format_count(len(points), "run")
-    estimate = (
-        f"One run takes {_format_duration(seconds)}, all of them about "
-        f"{_format_duration(total)} {_describe_workers(workers)}."
-    )
-    failed = not result.succeeded
-    return CommandResult(
-        text="\n\n".join(
-            [
-                f"{name}: {runs} of {study.name}, {study.design.kind.value}",
-                format_table(parameters, left_columns=3),
-                format_table(measures, left_columns=3),
-                *([] if failed else [estimate]),
-            ]
-        ),
-        data={
-            "study": name,
-            "figure": study.name,
-            "runs": len(points),
-            "design": study.design.kind.value,
-            "parameters": [{**one._asdict(), "paths": list(one.paths)} for one in varied],
-            "measures": [
-                {"name": one.name, "take": one.take.value, "column": one.column}
-                for one in study.measures.values()
-            ],
-            "run_s": None if failed else seconds,
-            "estimate_s": None if failed else total,
-            "processes": workers,
-            "outcome": result.outcome,
-            "message": result.message,
-        },
-        code=ExitCode.RUN_FAILED if failed else ExitCode.SUCCESS,
-        failure=f"the first run failed, {result.outcome}: {result.message}" if failed else None,
+        seconds = time.perf_counter() - start
+        total = seconds * len(points) / (workers or 1)
+    failure = f"the first run failed, {result.outcome}: {result.message}"
+    return StudyDescription(
+        study=name,
+        figure=study.name,
+        runs=len(points),
+        design=study.design.kind,
+        parameters=_varied_parameters(study, points),
+        measures=[MeasureData(one.name, one.take, one.column) for one in study.measures.values()],
+        run_s=seconds,
+        estimate_s=total,
+        processes=workers,
+        outcome=result.outcome,
+        message=result.message,
+        failure=None if result.succeeded else failure,
     )
 
 
@@ -329,79 +376,77 @@ def _format_duration(seconds: float) -> str:
     return f"{seconds:.3g} s"
 
 
-def _report(
-    name: str,
-    result: Sweep,
-    indices: "StudyIndices | None",
-    files: Sequence[Path],
-    seconds: float,
-    workers: int | None,
-    diagnostics: tuple[Diagnostic, ...],
-) -> CommandResult:
-    """Return the report of a finished sweep."""
-    runs, outcomes = len(result.rows), result.rows.count_outcomes()
-    fresh = runs - result.kept
-    values = {measure: result.rows.numbers(measure) for measure in result.study.measures}
-    measures = {measure: _summary(found) for measure, found in values.items()}
-    counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.items())
-    lines = [f"{name}: {format_count(runs, 'run')} of {result.study.name}: {counts}"]
-    if fresh:
-        rate = fresh / seconds if seconds > 0.0 else inf
-        where = "" if workers is None else f" {_describe_workers(workers)}"
-        lines.append(f"{_format_duration(seconds)}{where}, {rate:.3g} runs/s")
-    if result.kept:
-        lines.append(f"{result.kept} of them finished before")
-    rows = [
-        [measure, *(f"{number:.5g}" for number in numbers.values()), str(len(values[measure]))]
-        for measure, numbers in measures.items()
-    ]
-    titles = ["measure", *_SUMMARY, "runs"]
-    written = [f"wrote {path}" for path in files]
-    failures = list(_failures(result.rows))
-    brief = ["\n".join(lines), *failures, _shorten_table([titles, *rows], files[0])]
-    details: list[str] = []
-    if indices is not None:
-        rankings = list(_rankings(indices))
-        brief += rankings[:MAX_RANKED]
-        details += rankings[MAX_RANKED:]
-    if len(rows) > MAX_ROWS:
-        details.insert(0, format_table([titles, *rows]))
-    message = f"{result.failed} of {format_count(runs, 'run')} failed; --again failed repeats them"
-    return CommandResult(
-        text="\n\n".join([*brief, "\n".join(written)]),
-        details="\n\n".join(details),
-        data={
-            "study": name,
-            "figure": result.study.name,
-            "runs": runs,
-            "finished_before": result.kept,
-            "failed": result.failed,
-            "outcomes": dict(outcomes),
-            "wall_s": seconds,
-            "runs_per_s": fresh / seconds if fresh and seconds > 0.0 else None,
-            "processes": workers,
-            "measures": {
-                measure: {**numbers, "runs": len(values[measure])}
-                for measure, numbers in measures.items()
-            },
-            "sensitivity": None if indices is None else indices.to_json()["measures"],
-            "files": [str(path) for path in files],
-        },
-        diagnostics=(*diagnostics, *result.warnings),
-        code=ExitCode.RUN_FAILED if result.failed else ExitCode.SUCCESS,
-        failure=message if result.failed else None,
-    )
+class MeasureSummary(NamedTuple):
+    """Values of a measure in the runs that have it; NaN of none."""
+
+    smallest: float
+    median: float
+    largest: float
+    runs: int
+
+    @classmethod
+    def of(cls, values: Array) -> "MeasureSummary":
+        """Summarize values."""
+        if not len(values):
+            return cls(nan, nan, nan, 0)
+        low, middle, high = map(float, (values.min(), np.median(values), values.max()))
+        return cls(low, middle, high, len(values))
 
 
-_SUMMARY = ("smallest", "median", "largest")
+@dataclass(frozen=True)
+class SweepResult(CommandResult):
+    """Results of a finished sweep."""
 
+    study: str
+    figure: str
+    runs: int
+    finished_before: int
+    failed: int
+    outcomes: Mapping[str, int]
+    wall_s: float
+    runs_per_s: float | None
+    processes: int | None
+    measures: Mapping[str, MeasureSummary]
+    sensitivity: Mapping[str, object] | None
+    files: Sequence[Path]
+    rows: RunResults = field(metadata=HIDDEN)
+    indices: "StudyIndices | None" = field(metadata=HIDDEN)
 
-def _summary(values: Array) -> dict[str, float]:
-    """Return the smallest, the median and the largest value; NaN of none."""
-    if not len(values):
-        return dict.fromkeys(_SUMMARY, nan)
-    numbers = (values.min(), np.median(values), values.max())
-    return dict(zip(_SUMMARY, map(float, numbers), strict=True))
+    def paragraphs(self) -> Paragraphs:
+        """Return the outcomes of the runs, the measures and their sensitivity, and the files."""
+        counts = ", ".join(f"{count} {outcome}" for outcome, count in self.outcomes.items())
+        lines = [f"{self.study}: {format_count(self.runs, 'run')} of {self.figure}: {counts}"]
+        if self.runs > self.finished_before:
+            rate = inf if self.runs_per_s is None else self.runs_per_s
+            where = "" if self.processes is None else f" {_describe_workers(self.processes)}"
+            lines.append(f"{_format_duration(self.wall_s)}{where}, {rate:.3g} runs/s")
+        if self.finished_before:
+            lines.append(f"{self.finished_before} of them finished before")
+        yield "\n".join(lines)
+        yield from _failures(self.rows)
+        table, more = self._measures_table(), len(self.measures) - MAX_ROWS
+        hidden = f"\nand {format_count(more, 'measure')} more, see {self.files[0]}"
+        yield f"{Table(table[: MAX_ROWS + 1])}{hidden if more > 0 else ''}"
+        yield from self._rankings()[:MAX_RANKED]
+        yield format_written(self.files)
+
+    def details(self) -> Paragraphs:
+        """Return what the text leaves out."""
+        if len(self.measures) > MAX_ROWS:
+            yield Table(self._measures_table())
+        yield from self._rankings()[MAX_RANKED:]
+
+    def _measures_table(self) -> list[list[str]]:
+        return [
+            ["measure", *MeasureSummary._fields],
+            *(
+                [name, *(f"{number:.5g}" for number in one[:-1]), str(one.runs)]
+                for name, one in self.measures.items()
+            ),
+        ]
+
+    def _rankings(self) -> list[str]:
+        return [] if self.indices is None else list(_rankings(self.indices))
 
 
 def _failures(rows: RunResults) -> Iterator[str]:
@@ -413,13 +458,6 @@ def _failures(rows: RunResults) -> Iterator[str]:
             f"{outcome}, first in run {number}: {' '.join(rows[number].message.split())}"
             for outcome, number in first.items()
         )
-
-
-def _shorten_table(rows: Sequence[Sequence[str]], file: Path) -> str:
-    """Return a table, cut to a number of rows."""
-    text = format_table(rows[: MAX_ROWS + 1])
-    more = len(rows) - 1 - MAX_ROWS
-    return f"{text}\nand {format_count(more, 'measure')} more, see {file}" if more > 0 else text
 
 
 def _rankings(indices: "StudyIndices") -> Iterator[str]:
@@ -441,7 +479,7 @@ def _rankings(indices: "StudyIndices") -> Iterator[str]:
             for parameter, found in ranked[:MAX_ROWS]
         ]
         title = f"sensitivity of {name}, {100.0 * indices.confidence:g} % intervals"
-        yield f"{title}\n{format_table(rows)}{note}"
+        yield f"{title}\n{Table(rows)}{note}"
 
 
 def _format_estimate(estimate: "Estimate") -> str:

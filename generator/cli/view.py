@@ -11,8 +11,8 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import CommandResult, format_count
-from generator.cli.convert import format_losses
+from generator.cli.answer import CommandResult, Paragraphs
+from generator.cli.convert import Conversion
 from generator.cli.inputs import (
     check_segment_distances,
     load_figure,
@@ -21,11 +21,10 @@ from generator.cli.inputs import (
     springs_from_option,
 )
 from generator.cli.interrupts import call_on_signals
-from generator.cli.options import JoiningLaw, SpringsChoice, complete_figure_name
+from generator.cli.options import JoiningLaw, SpringsChoice, complete_figure_name, format_frames
 from generator.cli.outputs import (
     check_motion_formats,
     check_writable,
-    losses_data,
     suffix_fault,
     write_motion,
 )
@@ -55,12 +54,12 @@ class ViewInputs:
 
     Attributes:
         figure: the figure.
-        springs: of its joints.
-        springs_choice: of the springs, as for `read_springs`.
+        springs: springs of its joints.
+        springs_choice: choice of the springs, as for `read_springs`.
         placement: the pose in which it appears.
-        motion: to play, or None.
+        motion: motion to play, or None.
         second: the second motion, or None.
-        warnings: of all files.
+        warnings: warnings of all files.
     """
 
     figure: Figure
@@ -260,19 +259,30 @@ def _export(
         motion, warnings = replace(motion, springs=springs), (*warnings, *more)
     check_writable([page], (path, motion.figure.path))
     written = write_motion(motion, [page])
-    frames = format_count(motion.times.size, "frame")
-    title = f"{frames} of {motion.figure.path}, {motion.times[0]:g} to {motion.times[-1]:g} s"
-    return CommandResult(
-        text="\n".join([title, f"wrote {page}", *format_losses(written, in_full=False)]),
-        data={
-            "source": str(path),
-            "figure": str(motion.figure.path),
-            "frames": motion.times.size,
-            "files": [str(page)],
-            "losses": losses_data(written),
-        },
+    return Conversion(
+        source=str(path),
+        figure=str(motion.figure.path),
+        frames=motion.times.size,
+        files=[page],
+        losses=written,
+        title=format_frames(motion.times, motion.figure.path),
         diagnostics=warnings,
     )
+
+
+@dataclass(frozen=True)
+class ViewResult(CommandResult):
+    """Page that was open."""
+
+    address: str
+    figure: Path | None
+    frames: int | None
+    springs: str
+    open_s: float
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the time that the page was open."""
+        return (f"The page was open for {self.open_s:.0f} s.",)
 
 
 def _serve(
@@ -326,17 +336,9 @@ def _serve(
             if viewer is not None:
                 viewer.close()
             page_server.close_server(server)
+    frames = None if inputs.motion is None else inputs.motion.times.size
     seconds = time.monotonic() - began
-    return CommandResult(
-        text=f"The page was open for {seconds:.0f} s.",
-        data={
-            "address": where,
-            "figure": None if inputs.figure.path is None else str(inputs.figure.path),
-            "frames": None if inputs.motion is None else inputs.motion.times.size,
-            "springs": inputs.springs.origin,
-            "open_s": seconds,
-        },
-    )
+    return ViewResult(where, inputs.figure.path, frames, inputs.springs.origin, seconds)
 
 
 def _has_display() -> bool:

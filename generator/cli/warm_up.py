@@ -1,24 +1,48 @@
 """`mover warm-up`: compile ahead what a first simulation would compile."""
 
 import time
+from dataclasses import dataclass
+from pathlib import Path
 
-from generator.cli.answer import CommandResult, format_table
+from generator.cli.answer import CommandResult, Paragraphs, Table
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.progress import load_compiled_integrator
+from generator.contact.scene import Scene
 from generator.diagnostics import NotInstalledError
 from generator.figure_file.read import read_figure
-from generator.scene import Scene
 from generator.simulation.compiled.code_cache import (
     cache_folder,
     expected_folder,
     is_compiled,
     require_numba,
 )
-from generator.simulation.import_exudyn import import_exudyn
 from generator.simulation.plan import Plan
+from generator.simulation.preconditions import import_exudyn
 
 FIGURE = "prototype"
 """The figure whose laws are compiled."""
+
+
+@dataclass(frozen=True)
+class WarmUp(CommandResult):
+    """Compilation of the integrator, and the folder of its code, if any."""
+
+    compiled_before: bool
+    folder: Path | None
+    wall_s: float
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the time and the folder."""
+        headline = f"Compiled the integrator in {self.wall_s:.1f} s."
+        if self.compiled_before:
+            headline = "The integrator was compiled already; the laws and contact took "
+            headline += f"{self.wall_s:.1f} s."
+        place = (
+            f"nowhere, because {expected_folder()} cannot be used: every run compiles anew"
+            if self.folder is None
+            else str(self.folder)
+        )
+        yield f"{headline}\n{Table([('stored', place)], 2)}"
 
 
 def warm_up(*, show_progress: bool = False) -> CommandResult:
@@ -36,28 +60,8 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         from generator.simulation.compiled_run import compile_model
     except ImportError as failure:
         raise NotInstalledError(f"numba cannot be loaded: {failure}") from None
-    from generator.simulation.model import ExudynModel
+    from generator.simulation.model import build_model
 
     floor = Scene.floor()
-    compile_model(
-        ExudynModel.of(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor))
-    )
-    seconds, folder = time.monotonic() - start, cache_folder()
-    place = (
-        f"nowhere, because {expected_folder()} cannot be used: every run compiles anew"
-        if folder is None
-        else str(folder)
-    )
-    if was_compiled:
-        headline = "The integrator was compiled already"
-        headline += f"; the laws and contact took {seconds:.1f} s."
-    else:
-        headline = f"Compiled the integrator in {seconds:.1f} s."
-    return CommandResult(
-        text="\n".join([headline, format_table([("stored", place)], left_columns=2)]),
-        data={
-            "compiled_before": was_compiled,
-            "folder": None if folder is None else str(folder),
-            "wall_s": seconds,
-        },
-    )
+    compile_model(build_model(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor)))
+    return WarmUp(was_compiled, cache_folder(), time.monotonic() - start)

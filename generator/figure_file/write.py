@@ -49,9 +49,9 @@ def write_pose(figure: Figure, displacements: Mapping[str, Sequence[float]]) -> 
     """The text of a pose file; reading it gives the same displacements, to the last bit.
 
     Args:
-        figure: whose joints they are.
-        displacements: by joint, a value for each factor of its chain [rad or m]. Rigid joints and
-            those that are left out are not written.
+        figure: figure whose joints they are.
+        displacements: displacements by joint, a value for each factor of its chain [rad or m].
+            Rigid joints and those that are left out are not written.
 
     Raises ValueError for what the language cannot say, as `write_figure` does.
     """
@@ -100,6 +100,8 @@ def _segment(segment: Segment) -> list[str]:
 
 
 def _sphere(sphere: ContactSphere) -> str:
+    if sphere.part:
+        raise ValueError(f"the figure language has no parts of segments: {sphere.part!r}")
     return f"sphere{_format_vector((*sphere.centre, sphere.radius), Dimension.LENGTH)}"
 
 

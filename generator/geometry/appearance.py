@@ -6,12 +6,12 @@ Without a psurf a segment is drawn as the capsule of its mass, and without a mas
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import pi
 
 import numpy as np
 
 from generator.diagnostics import InputError
 from generator.figure import Figure, Segment
-from generator.geometry.contact_spheres import MassCapsule, mass_capsule
 from generator.geometry.intersections import triangulate
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
@@ -27,6 +27,9 @@ _MIN_SITE_DISTANCE = 1e-6
 _SIDES, _RINGS = 20, 5
 """Numbers of corners around a capsule, and of rings of corners in each of its half spheres."""
 
+DENSITY = 1000.0
+"""Density of a capsule, that of water [kg/m^3]."""
+
 _MAX_BEND = 1e-6
 """Angle between two lines of a capsule below which they are one line [rad]."""
 
@@ -37,6 +40,46 @@ class Appearance:
 
     surface: Surface
     colour: Colour
+
+
+@dataclass(frozen=True, eq=False)
+class MassCapsule:
+    """Shape of a segment without psurf: all points within a radius of some lines.
+
+    Attributes:
+        centre: centre of mass, where the lines begin, in the segment frame, shape (3,) [m].
+        ends: ends of the lines, shape (k, 3) [m].
+        radius: [m].
+    """
+
+    centre: Array
+    ends: Array
+    radius: float
+
+
+def mass_capsule(figure: Figure, segment: Segment) -> MassCapsule | None:
+    """Return the lines from a segment's centre of mass to its joints, and a radius around them.
+
+    A segment with one joint extends as far beyond its centre of mass as the joint is before it.
+    The radius r is that of a capsule of the segment's mass m with the density of water around a
+    line of the total length l from the centre of mass to all others: m / density =
+    pi r^2 l + 4/3 pi r^3. None without a mass or centre of mass.
+    """
+    centre = segment.centre_of_mass
+    if not segment.mass or segment.mass <= 0.0 or centre is None:
+        return None
+    sites = dict.fromkeys(
+        end.site
+        for joint in figure.joints.values()
+        for end in joint.ends
+        if end.segment == segment.name
+    )
+    ends = [segment.sites[site].pose_in_segment[:3, 3] for site in sites]
+    if len(ends) == 1:
+        ends.append(2.0 * centre - ends[0])
+    length = sum(float(np.linalg.norm(end - centre)) for end in ends)
+    roots = np.roots([4.0 / 3.0 * pi, pi * length, 0.0, -segment.mass / DENSITY])
+    return MassCapsule(centre, np.array(ends).reshape(-1, 3), float(roots.real.max()))
 
 
 def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple[Loss, ...]]:

@@ -44,7 +44,8 @@ class ProductsOfInertia:
 
     Attributes:
         ratio: the largest of |I_ij| / sqrt(I_ii I_jj).
-        angle: between the principal axes and those of the segment nearest to them, at most [rad].
+        angle: angle between the principal axes and those of the segment nearest to them, at most
+            [rad].
     """
 
     ratio: float
@@ -106,7 +107,7 @@ class Addition:
         segment: its name.
         fields: those of `MASS_FIELDS` that were missing.
         body: the segment as estimated, in its own frame.
-        density: of that body [kg/m3]; not the requested one where the figure has the mass.
+        density: density of that body [kg/m3]; not the requested one where the figure has the mass.
     """
 
     segment: str
@@ -131,7 +132,7 @@ def complete_figure(figure: Figure, source: Source, density: float) -> Completio
     of mass stays as well; the inertia is still that about the centre of the psurf.
 
     Args:
-        figure: as read from `source`, with the path beside its psurfs.
+        figure: figure as read from `source`, with the path beside its psurfs.
         source: the text of the figure.
         density: [kg/m3], uniform.
 

@@ -39,12 +39,12 @@ class SurfaceValidation:
     """State of the validation of a surface.
 
     Attributes:
-        surface: with vertices merged and faces flipped where necessary.
+        surface: surface with vertices merged and faces flipped where necessary.
         diagnostics: errors and warnings.
         shells: its closed parts; empty after errors.
         flipped: indices of flipped faces.
         merged_vertex_count: number of vertices merged with others at the same position.
-        tetrahedra: of that surface.
+        tetrahedra: tetrahedra of that surface.
     """
 
     surface: Surface
@@ -105,8 +105,8 @@ class FaceFlaws:
         repeated_vertex: faces with a vertex twice.
         slivers: triangles without area; they enclose nothing and are harmless.
         degenerate_polygons: polygons without area: their sides cross, or are collinear.
-        warps: by face that is not planar, distance of the farthest corner from its plane, relative
-            to its size.
+        warps: warps by face that is not planar, distance of the farthest corner from its plane,
+            relative to its size.
     """
 
     repeated_vertex: Indices

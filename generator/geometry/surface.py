@@ -384,7 +384,7 @@ class Tetrahedra:
 
     Attributes:
         apex: their common corner [m], shape (3,).
-        edges: from the apex to the three corners of each base [m], shape (3 corners, 3, t).
+        edges: edges from the apex to the three corners of each base [m], shape (3 corners, 3, t).
         determinants: six times the signed volumes [m3], shape (t,).
         faces: the face that each base is a part of, shape (t,).
     """

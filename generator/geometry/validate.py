@@ -392,11 +392,11 @@ class Solid:
     """A solid bounded by a closed surface whose faces point outwards; made by `build_solid`.
 
     Attributes:
-        surface: with faces flipped and vertices merged where necessary.
+        surface: surface with faces flipped and vertices merged where necessary.
         shells: the closed parts of the surface: bodies, and voids in them.
         flipped: indices of the flipped faces.
         merged_vertex_count: number of vertices merged with others to close the surface.
-        warnings: about harmless irregularities.
+        warnings: warnings about harmless irregularities.
         tetrahedra: the signed tetrahedra whose sum is the solid.
     """
 

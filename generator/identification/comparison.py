@@ -53,8 +53,8 @@ class Unknown:
         nominal: value from which the fit starts, in its unit.
         lower: smallest value.
         size: typical change.
-        factor: by which starts of a fit differ from the nominal value; None where they differ by
-            the size.
+        factor: factor by which starts of a fit differ from the nominal value; None where they
+            differ by the size.
         is_start: whether it is the release, or the start angle of a measured joint, which are
             estimated beside the others.
     """
@@ -118,8 +118,8 @@ def make_unknown(path: ParameterPath, case: Case, start_angle: float | None = No
     """Return the unknown of a path, with its range.
 
     Args:
-        path: of the quantity.
-        case: with its nominal value.
+        path: path of the quantity.
+        case: case with its nominal value.
         start_angle: measured value of a start angle [deg]; None for other quantities.
     """
     if start_angle is not None:
@@ -196,7 +196,7 @@ class Comparison:
             stop=start + last - self.origin - self._release,
             frame=_frame_interval(data.times),
         )
-        self.case, self.data, self.unknowns = Case(case.figure, plan), data, tuple(unknowns)
+        self.case, self.data, self.unknowns = Case(case.model, plan), data, tuple(unknowns)
         self.runs = self.failed_runs = 0
         self.failure = ""
         self.best: tuple[float, Array] | None = None
@@ -302,7 +302,7 @@ class Comparison:
                 step=accuracy.step,
                 wall_limit=min(case.plan.wall_limit, self._wall_limit),
             )
-            recording = simulate(case.figure, plan, record={RecordingPart.VELOCITIES})
+            recording = simulate(case.model, plan, record={RecordingPart.VELOCITIES})
         except MoverError as failure:
             return differences.ravel(), str(failure)
         reached = times <= recording.times[-1] + 1e-9
@@ -341,8 +341,8 @@ class Comparison:
 
         Args:
             values: Values of the unknowns.
-            accuracy: of the runs.
-            steps: of the difference quotients.
+            accuracy: accuracy of the runs.
+            steps: steps of the difference quotients.
             at_values: residuals there, for forward differences.
 
         Raises:
@@ -382,7 +382,7 @@ class Comparison:
         """Steps of difference quotients, shape (p,): those that change the angles by `RESPONSE`.
 
         Args:
-            jacobian: at values near by; None for a small share of the typical changes.
+            jacobian: jacobian at values near by; None for a small share of the typical changes.
         """
         sizes = np.array([one.size for one in self.unknowns])
         if jacobian is None:
@@ -419,4 +419,4 @@ def _scale_masses(case: Case, factor: float) -> Case:
         )
         for name, segment in case.figure.segments.items()
     }
-    return replace(case, figure=replace(case.figure, segments=segments))
+    return case.with_figure(replace(case.figure, segments=segments))

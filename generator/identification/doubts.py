@@ -9,7 +9,7 @@ import numpy as np
 from generator.identification.comparison import RELEASE
 from generator.identification.fit import MAX_BIAS, Estimate, Fit
 from generator.identification.law_tails import TORQUE_CHANGE, LawTail
-from generator.identification.residual_tests import SIGNIFICANCE
+from generator.identification.whiteness import SIGNIFICANCE
 from generator.rotations import Array
 
 MAX_UNEXPLAINED = 0.5

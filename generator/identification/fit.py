@@ -26,7 +26,6 @@ from generator.identification.comparison import (
 from generator.identification.law_tails import LawTail, change_tail, find_tails
 from generator.identification.measured_angles import MeasuredAngles
 from generator.identification.release import Release, find_release
-from generator.identification.residual_tests import ResidualTests, check_residuals
 from generator.identification.uncertainty import (
     MAX_CONDITION,
     LinearUncertainty,
@@ -36,8 +35,9 @@ from generator.identification.uncertainty import (
     linear_uncertainty,
     move_within_bounds,
 )
+from generator.identification.whiteness import Whiteness, check_residuals
 from generator.rotations import Array
-from generator.simulation.plan import resolve_springs
+from generator.simulation.plan import resolve_model
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
 from springs.short_repr import short_repr
 
@@ -85,7 +85,7 @@ class FitOptions:
     Attributes:
         sd: standard deviation of the noise of an angle [rad]; None estimates it from the residuals.
         starts: number of starts: the nominal values, and points about them.
-        seed: of these.
+        seed: seed of these.
         tolerance: joint-angle error tolerance of the runs [rad]; None refines it until the bias of
             all estimates is below `MAX_BIAS`.
         step: fixed step of the runs [s]; None for error control.
@@ -122,12 +122,12 @@ class Estimate:
     """An estimate, in the unit of its path.
 
     Attributes:
-        path: of the quantity.
-        unit: of the values; "" for a factor.
+        path: path of the quantity.
+        unit: unit of the values; "" for a factor.
         value: estimate.
         sd: standard deviation.
         interval: 95 % interval from the standard deviation.
-        profile: of the sum of squares; None where it was not computed.
+        profile: profile of the sum of squares; None where it was not computed.
         profile_interval: 95 % interval from the profile, which ends at the smallest value of the
             quantity at the latest; None for an open end.
         mass_slope: change of the estimate per relative change of all masses; None where masses are
@@ -157,8 +157,8 @@ class StartResult:
     """Result of the fit from one start.
 
     Attributes:
-        values: of the unknowns at the start.
-        rms: of the residuals at the end [rad]; None if the runs failed.
+        values: values of the unknowns at the start.
+        rms: rms of the residuals at the end [rad]; None if the runs failed.
         is_best: whether it found the least sum of squares.
     """
 
@@ -179,13 +179,13 @@ class Fit:
         data: measured angles that were used.
         release: time of the release [s].
         simulated: angles of the fit at their times, shape (n, k) [rad].
-        estimates: of the quantities asked for, then of start angles.
-        correlations: of the estimates, shape (p, p).
-        condition: of the Jacobian with columns of length 1.
+        estimates: estimates of the quantities asked for, then of start angles.
+        correlations: correlations of the estimates, shape (p, p).
+        condition: condition of the Jacobian with columns of length 1.
         noise_sd: standard deviation of the noise of an angle [rad].
-        options: of the fit.
-        tests: of the residuals.
-        accuracy: of the runs.
+        options: options of the fit.
+        tests: tests of the residuals.
+        accuracy: accuracy of the runs.
         starts: results of all starts.
         runs: number of runs.
         failed_runs: those of them that failed.
@@ -203,7 +203,7 @@ class Fit:
     condition: float
     noise_sd: float
     options: FitOptions
-    tests: ResidualTests
+    tests: Whiteness
     accuracy: Accuracy
     starts: tuple[StartResult, ...]
     runs: int
@@ -264,8 +264,8 @@ def fit_springs(
     Args:
         case: figure and plan; start, stop and frames of the plan are those of the data.
         data: measured angles.
-        paths: of the quantities, such as "springs.knee.scale".
-        options: of the fit.
+        paths: paths of the quantities, such as "springs.knee.scale".
+        options: options of the fit.
         watch: called before each run.
         deadline: `time.monotonic` after which no run starts [s]. Profiles may be missing then.
 
@@ -278,7 +278,7 @@ def fit_springs(
     options = options or FitOptions()
     data = data.without((*case.plan.locked, *case.plan.drives))
     known = case.plan.displacements if options.known_starts is None else options.known_starts
-    case = replace(case, plan=replace(case.plan, springs=resolve_springs(case.figure, case.plan)))
+    case = Case(*resolve_model(case.model, case.plan))
     wanted = [parse_path(path, case) if isinstance(path, str) else path for path in paths]
     unknowns = [make_unknown(path, case) for path in wanted]
     if not paths:

@@ -24,9 +24,9 @@ def fitted_springs_text(fit: Fit, file: Path, choice: str | Path | None = None) 
     """Return the springs file of a fit, which extends the springs that were fitted.
 
     Args:
-        fit: whose springs are stated.
+        fit: fit whose springs are stated.
         file: path of the springs file; it need not exist.
-        choice: of the springs before the fit, as for `read_springs`.
+        choice: choice of the springs before the fit, as for `read_springs`.
 
     Raises:
         UsageError: the fit has changed no springs, or the file holds those before the fit.

@@ -95,7 +95,7 @@ def change_tail(case: Case, tail: LawTail) -> Case:
     own = springs.joints[tail.joint]
     axes = tuple(changed if one is spring else one for one in own.axes)
     joints = {**springs.joints, tail.joint: replace(own, axes=axes)}
-    return replace(case, plan=replace(case.plan, springs=replace(springs, joints=joints)))
+    return case.with_springs(replace(springs, joints=joints))
 
 
 def _tails_of_joint(case: Case, joint: str, series: Array) -> Iterator[LawTail]:

@@ -21,7 +21,7 @@ class MeasuredAngles:
     """Angles of joints at n times.
 
     Attributes:
-        name: of the data, for reports.
+        name: name of the data, for reports.
         times: [s], shape (n,), increasing.
         columns: joint and number of the displacement in its chain, from 0, of k columns.
         angles: [rad], shape (n, k).

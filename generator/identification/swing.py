@@ -281,7 +281,7 @@ def _fit_matrix(first: int, count: int, powers: tuple[int, ...]) -> Array:
     Args:
         first: place of the first sample, in intervals.
         count: number of samples.
-        powers: of the place in the terms.
+        powers: powers of the place in the terms.
     """
     places = np.arange(first, first + count, dtype=float)
     return np.asarray(np.linalg.pinv(places[:, None] ** np.array(powers)), dtype=np.float64)

@@ -27,11 +27,11 @@ class LinearUncertainty:
     """Uncertainty of a fit whose residuals are linear in the unknowns.
 
     Attributes:
-        condition: of the Jacobian with columns of length 1, which does not depend on units
-            (Belsley, Kuh and Welsch, Regression Diagnostics, 1980).
+        condition: condition of the Jacobian with columns of length 1, which does not depend on
+            units (Belsley, Kuh and Welsch, Regression Diagnostics, 1980).
         null_direction: change of the unknowns that changes the angles least, shape (p,), relative
             to the length of the columns of the Jacobian.
-        covariance: of the estimates, shape (p, p), for noise of variance 1.
+        covariance: covariance of the estimates, shape (p, p), for noise of variance 1.
     """
 
     condition: float
@@ -71,7 +71,7 @@ class Profile:
     """Profile of the sum of squares along one unknown, the others fitted at each of its values.
 
     Attributes:
-        values: of the unknown, shape (m,), increasing.
+        values: values of the unknown, shape (m,), increasing.
         distances: signed root of the increase of the sum of squares over the variance of the
             noise, shape (m,); for a linear model the distance from the estimate in standard
             deviations (Bates and Watts, Nonlinear Regression Analysis, 1988).
@@ -118,14 +118,14 @@ def compute_profile(
     """Compute the profile of one unknown.
 
     Args:
-        index: of the unknown.
-        estimate: of all unknowns, shape (p,).
+        index: index of the unknown.
+        estimate: estimate of all unknowns, shape (p,).
         sd: of the estimates, shape (p,).
-        variance: of the noise [rad^2].
+        variance: variance of the noise [rad^2].
         quantile: distance that the profile should reach.
         lower: smallest values of the unknowns, shape (p,).
-        jacobian: at the estimate.
-        residuals: as a function of the unknowns.
+        jacobian: jacobian at the estimate.
+        residuals: residuals as a function of the unknowns.
     """
     others = [k for k in range(len(estimate)) if k != index]
     least = float(np.sum(residuals(estimate) ** 2))

@@ -65,7 +65,7 @@ def parse_columns(
     """The columns that a line of titles names, by name; errors are reported.
 
     Args:
-        line: of titles.
+        line: line of titles.
         known: the names of the columns, all of which must be there.
         example: a line of titles as it should be, for hints.
         diagnostics: collects the errors.

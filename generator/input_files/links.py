@@ -4,30 +4,57 @@ The unit of an offset is part of its key. `generator.kinematics.links`
 binds the names and numbers to a figure.
 """
 
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite
-from typing import Any, cast
+from typing import Any
 
 from generator.diagnostics import Diagnostics, Source, Span
 from generator.file_kind import FileKind
-from generator.toml_file.reader import MAX_LINE_LENGTH, TableReader, parse_document
+from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Flag, Names, Number, Row, TableRows, Text
 from generator.toml_file.spans import TomlSpans, locate_keys
-from generator.units import parse_unit, shortest_decimal
+from generator.toml_file.writer import document_to_toml
 
 MAX_LINK_FACTOR = 1e6
 """No joint follows another so much faster, and none so far from it [rad or m]."""
 
 LINK_TABLE = "link"
-LINKS_FILE_KEYS = ("figure", LINK_TABLE)
-OFFSET_KEYS = ("offset_deg", "offset_m")
-COORDINATE_KEYS = ("dof", "control_dof")
-LINK_KEYS = ("joints", "control", *COORDINATE_KEYS, "factor", "mirror", *OFFSET_KEYS, "why")
 
-_FILE_KIND = "links file"
-_ZERO_FACTOR_HINT = "a joint that keeps still needs no link"
-_NUMBERING_HINT = "degrees of freedom are counted from 1, in the order of the joint's `type`"
+
+class _Place(Row[int]):
+    """A place of a degree of freedom, counted from 1 in the file and from 0 in an entry."""
+
+    def read(self, table: TableReader) -> int | None:
+        value = table.content.get(self.key)
+        if value is None or (type(value) is int and value >= 1):
+            return None if value is None else value - 1
+        hint = "degrees of freedom are counted from 1, in the order of the joint's `type`"
+        table.error(self.key, f"`{self.key}` is a whole number above zero", hint)
+        return None
+
+    def value_to_toml(self, value: int) -> str:
+        return str(value + 1)
+
+
+FILE_ROWS = TableRows("links file", (Text("figure"),), (LINK_TABLE,))
+_PLACES = (_Place("dof"), _Place("control_dof"))
+_FACTOR = Number("factor", -MAX_LINK_FACTOR, MAX_LINK_FACTOR, is_always_written=True)
+_OFFSETS = tuple(
+    Number(f"offset_{unit}", -MAX_LINK_FACTOR, MAX_LINK_FACTOR, f" {si}", attribute=name)
+    for unit, si, name in (("deg", "rad", "offset_of_angle"), ("m", "m", "offset_of_length"))
+)
+LINK_ROWS = TableRows(
+    LINK_TABLE,
+    (
+        Names("joints", example='["right_elbow"]'),
+        Text("control", example='"left_elbow"'),
+        *_PLACES,
+        _FACTOR,
+        Flag("mirror"),
+        *_OFFSETS,
+        Text("why"),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -39,7 +66,7 @@ class LinkEntry:
         control: the joint that they follow.
         dof: place of the degree of freedom that follows, from 0; None for all, or the only one.
         control_dof: the same of the one that is followed.
-        factor: of the control's displacement.
+        factor: factor of the control's displacement.
         mirror: whether signs are chosen so that the joints move as the control's mirror image.
         offset: added to the displacement [rad or m].
         offset_is_length: whether the offset was given in m.
@@ -58,6 +85,16 @@ class LinkEntry:
     why: str = ""
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
+    @property
+    def offset_of_angle(self) -> float | None:
+        """Offset [rad]; None for one in m, and without one."""
+        return None if self.offset_is_length else self.offset or None
+
+    @property
+    def offset_of_length(self) -> float | None:
+        """Offset [m]; None for one in rad."""
+        return self.offset if self.offset_is_length else None
+
     def span(self, key: str) -> Span | None:
         """Span of the value of a key, or else of the table."""
         return self.origins.get(key) or self.origins.get(LINK_TABLE)
@@ -73,7 +110,7 @@ class LinksFile:
 
 
 def _parse_links(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
-    document = parse_document(source, _FILE_KIND, diagnostics)
+    document = parse_document(source, FILE_ROWS.noun, diagnostics)
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
 
 
@@ -85,134 +122,53 @@ def _parse_content(
     document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
 ) -> LinksFile:
     top = TableReader(document, "", 0, spans, diagnostics)
-    top.reject_unknown_keys(LINKS_FILE_KEYS, _FILE_KIND)
-    tables: Any = document.get(LINK_TABLE, [])
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        top.error(LINK_TABLE, "links are tables", "write `[[link]]` above each")
-        tables = []
-    elif not tables:
+    FILE_ROWS.check_keys(top)
+    tables = top.tables(LINK_TABLE, "links")
+    if document.get(LINK_TABLE, []) == []:
         diagnostics.error("there is no link in this file", spans.table(""), "write `[[link]]`")
-    read = [
-        _parse_entry(TableReader(table, LINK_TABLE, index, spans, diagnostics))
-        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
-    ]
-    origins = {key: top.span(key) for key in LINKS_FILE_KEYS if key in document}
-    return LinksFile(tuple(entry for entry in read if entry), top.text("figure"), origins)
+    read = [_parse_entry(table) for table in tables]
+    origins = {key: top.span(key) for key in document}
+    return LinksFile(
+        tuple(entry for entry in read if entry), **FILE_ROWS.read(top), origins=origins
+    )
 
 
 def _parse_entry(table: TableReader) -> LinkEntry | None:
     """One `[[link]]`; None, with an error reported, if it says nothing that can be used."""
     content = table.content
-    table.reject_unknown_keys(LINK_KEYS, "link")
-    joints = table.names("joints", '["right_elbow"]', "link")
-    if "control" not in content:
-        table.diagnostics.error(
-            "this link has no `control`", table.header_span, 'as in "left_elbow"'
-        )
-    control = table.text("control")
-    places = {key: _parse_coordinate_index(table, key) for key in COORDINATE_KEYS}
-    mirror = _parse_flag(table, "mirror")
-    factor = table.number("factor")
-    if factor == 0.0:
-        table.error("factor", "a factor of zero links nothing", _ZERO_FACTOR_HINT)
-    elif factor is not None and abs(factor) > MAX_LINK_FACTOR:
-        hint = f"from -{MAX_LINK_FACTOR:.0e} to {MAX_LINK_FACTOR:.0e}"
-        table.error("factor", "no joint follows another by such a factor", hint)
-    offsets = [key for key in OFFSET_KEYS if key in content]
+    LINK_ROWS.check_keys(table)
+    values: dict[str, Any] = LINK_ROWS.read(table)
+    if values.get("factor") == 0.0:
+        hint = "a joint that keeps still needs no link"
+        table.error("factor", "a factor of zero links nothing", hint)
+    offsets = [row.key for row in _OFFSETS if row.key in content]
     if len(offsets) > 1:
-        table.error(offsets[1], "a link has one offset", " or ".join(OFFSET_KEYS))
-    offset = table.number(offsets[0]) if offsets else None
-    if offset is not None and abs(offset) > MAX_LINK_FACTOR:
-        table.error(offsets[0], f"the offset is beyond {MAX_LINK_FACTOR:.0e} rad or m")
-    if mirror:
-        for key in (*COORDINATE_KEYS, *offsets):
+        table.error(offsets[1], "a link has one offset", " or ".join(offsets))
+    if values.get("mirror"):
+        for key in (*(row.key for row in _PLACES), *offsets):
             if key in content:
                 hint = "it chooses the signs of a whole joint"
                 table.error(key, f"`{key}` has no meaning beside `mirror`", hint)
-    why = table.text("why") or ""
-    unclear = any(key in content and place is None for key, place in places.items())
-    if not joints or control is None or unclear:
+    unclear = any(row.key in content and row.key not in values for row in _PLACES)
+    if "joints" not in values or "control" not in values or unclear:
         return None
+    angle, length = (values.pop(row.attributes[0], None) for row in _OFFSETS)
     origins = {key: table.span(key) for key in content} | {LINK_TABLE: table.header_span}
-    origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(joints))}
-    return LinkEntry(
-        joints=joints,
-        control=control,
-        dof=places["dof"],
-        control_dof=places["control_dof"],
-        factor=1.0 if factor is None else factor,
-        mirror=mirror,
-        offset=offset or 0.0,
-        offset_is_length=offsets == ["offset_m"],
-        why=why,
-        origins=origins,
-    )
-
-
-def _parse_coordinate_index(table: TableReader, key: str) -> int | None:
-    """The place, from 0, of the degree of freedom that a key numbers from 1."""
-    value = table.content.get(key)
-    if value is None:
-        return None
-    if type(value) is int and value >= 1:
-        return value - 1
-    table.error(key, f"`{key}` is a whole number above zero", _NUMBERING_HINT)
-    return None
-
-
-def _parse_flag(table: TableReader, key: str) -> bool:
-    value = table.content.get(key, False)
-    if not isinstance(value, bool):
-        table.error(key, f"`{key}` is true or false", "without quotes")
-        return False
-    return value
+    origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(values["joints"]))}
+    is_length = offsets == ["offset_m"]
+    offset = (length if is_length else angle) or 0.0
+    return LinkEntry(**values, offset=offset, offset_is_length=is_length, origins=origins)
 
 
 def write_links(content: LinksFile, comment: str = "") -> str:
-    """The text of a links file; reading it gives the same links, to the last bit.
+    """Return the text of a links file; reading it returns the same links, to the last bit.
 
     Args:
-        content: what the file says.
-        comment: said above it, one line or several.
+        content: Links to write.
+        comment: One or more lines above them.
 
     Raises:
-        ValueError: for what the file cannot say: a number that is not finite, a text longer than
-            is read.
+        ValueError: for a number that is not finite, or a text longer than is read.
     """
-    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += [""] if lines else []
-    if content.figure is not None:
-        lines.append(f"figure = {_text(content.figure)}")
-    for entry in content.entries:
-        lines += [*([""] if lines and lines[-1] else []), f"[[{LINK_TABLE}]]", *_entry_text(entry)]
-    if any(len(line) > MAX_LINE_LENGTH for line in lines):
-        raise ValueError(f"a line of a links file has at most {MAX_LINE_LENGTH} characters")
-    return "\n".join([*lines, ""])
-
-
-def _entry_text(entry: LinkEntry) -> Iterator[str]:
-    yield f"joints = [{', '.join(map(_text, entry.joints))}]"
-    yield f"control = {_text(entry.control)}"
-    if entry.dof is not None:
-        yield f"dof = {entry.dof + 1}"
-    if entry.control_dof is not None:
-        yield f"control_dof = {entry.control_dof + 1}"
-    yield f"factor = {_number(entry.factor, 'rad')}"
-    if entry.mirror:
-        yield "mirror = true"
-    if entry.offset or entry.offset_is_length:
-        unit = "m" if entry.offset_is_length else "deg"
-        yield f"offset_{unit} = {_number(entry.offset, unit)}"
-    if entry.why:
-        yield f"why = {_text(entry.why)}"
-
-
-def _number(value: float, unit: str) -> str:
-    if not isfinite(value):
-        raise ValueError(f"a links file holds finite numbers, not {value}")
-    return shortest_decimal(value, parse_unit(unit).factor)
-
-
-def _text(text: str) -> str:
-    """A string in quotes, with the escapes that TOML shares with JSON."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    tables = [(LINK_TABLE, LINK_ROWS.lines(entry)) for entry in content.entries]
+    return document_to_toml(FILE_ROWS.noun, FILE_ROWS.lines(content), tables, comment)

@@ -6,7 +6,7 @@ their own kinds. The unit of a number is part of its key.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, assert_never, cast
 
 from generator.diagnostics import (
@@ -16,10 +16,11 @@ from generator.diagnostics import (
     select_errors,
 )
 from generator.file_kind import FileKind
+from generator.run_options import LIVE_ROWS, MAX_LIVE_SIZE
 from generator.toml_file.reader import TableReader, parse_document
-from generator.toml_file.rows import Integer, Number, TableRows, Text, Vector3, require_keys
+from generator.toml_file.rows import Block, Integer, TableRows, Text, Vector3, require_keys
 from generator.toml_file.spans import TomlSpans, locate_keys
-from generator.toml_file.writer import number_to_toml, numbers_to_toml, quote_toml, text_to_toml
+from generator.toml_file.writer import numbers_to_toml, quote_toml
 from springs import Joining
 
 Vector = tuple[float, float, float]
@@ -42,32 +43,22 @@ MAX_LENGTH = 16_000_000
 MAX_LOG_LENGTH = 12_000_000
 """Most characters of the changes of a live simulation: a file has room for its start too."""
 
-MAX_SIZE = 1e3
-"""Largest coordinate [m], component of gravity [m/s2] and scale in a file."""
-
 MAX_FORCE = 1e6
 """Largest component of a force [N]."""
 
 _FILE_KIND = "live file"
 _HEADER, _START, _CHANGE = "", "start", "change"
-_FREE, _ATTACHED = "free", "held"
 _NO_FLOOR = "none"
 
-_IN_BOUNDS = f"at most {MAX_SIZE:g}"
+_IN_BOUNDS = f"at most {MAX_LIVE_SIZE:g}"
 _FIGURE, _DIGEST = Text("figure", example='"prototype.fig"'), Text("sha256")
 _END_FRAME = Integer("end_frame", 0, MAX_FRAMES, example="60")
 _HEADER_ROWS = TableRows(_FILE_KIND, (_FIGURE, _DIGEST, _END_FRAME), (_START, _CHANGE))
-_GRAVITY = Vector3("gravity_m_s2", MAX_SIZE, _IN_BOUNDS)
-_FLOOR_HEIGHT = Number("floor_height_m", -MAX_SIZE, MAX_SIZE)
-_TOLERANCE, _FRAME_INTERVAL = Number("tolerance", 1e-12, 0.1), Number("frame_s", 1e-4, 1.0)
-_SPRINGS, _POSE = Text("springs"), Text("pose")
-_START_ROWS = TableRows(
-    _START,
-    (_SPRINGS, _GRAVITY, _FLOOR_HEIGHT, _TOLERANCE, _FRAME_INTERVAL, _POSE),
-    ("law", "root"),
-)
+_START_ROWS = TableRows(_START, tuple(LIVE_ROWS.values()))
+_GRAVITY, _FLOOR_HEIGHT, _ROOT = (LIVE_ROWS[name] for name in ("gravity", "floor", "free_root"))
+_SPRINGS_TEXT = Block("springs")
 _FRAME = Integer("frame", 0, MAX_FRAMES, example="60")
-_SEGMENT, _POINT = Text("segment", example='"head"'), Vector3("point_m", MAX_SIZE, _IN_BOUNDS)
+_SEGMENT, _POINT = Text("segment", example='"head"'), Vector3("point_m", MAX_LIVE_SIZE, _IN_BOUNDS)
 _FORCE = Vector3("force_N", MAX_FORCE, f"at most {MAX_FORCE:g}")
 
 
@@ -76,9 +67,9 @@ class LiveStart:
     """The start of a live simulation.
 
     Attributes:
-        springs: as `--springs` takes them; None for those beside the figure.
+        springs: springs as `--springs` takes them; None for those beside the figure.
         law: that joins the axes of spherical joints; None for that of the springs.
-        gravity: in world axes [m/s2].
+        gravity: gravity in world axes [m/s2].
         floor: height of the floor [m]; None without a floor.
         free_root: whether the joints to the ground are removed.
         tolerance: error of a step, as for a `Stepper`.
@@ -131,8 +122,8 @@ class SetForce:
 
     Attributes:
         segment: a moving one.
-        point: in its frame [m].
-        force: in world axes [N].
+        point: point in its frame [m].
+        force: force in world axes [N].
     """
 
     segment: str
@@ -169,9 +160,9 @@ class LiveLog:
 
     Attributes:
         figure: name of the figure's file.
-        sha256: of the bytes of this file, in hexadecimal; None when it is in no file.
-        start: before the first frame.
-        changes: in the order in which they were made.
+        sha256: sha256 of the bytes of this file, in hexadecimal; None when it is in no file.
+        start: start before the first frame.
+        changes: changes in the order in which they were made.
         end_frame: number of the last frame.
     """
 
@@ -221,19 +212,8 @@ def _parse_start(top: TableReader) -> LiveStart:
         return LiveStart()
     table = TableReader(cast("Mapping[str, Any]", content), _START, 0, top.spans, top.diagnostics)
     _START_ROWS.check_keys(table)
-    law, default = table.choice("law", tuple(each.value for each in Joining)), LiveStart()
-    gravity = _GRAVITY.read(table)
-    tolerance, frame = _TOLERANCE.read(table), _FRAME_INTERVAL.read(table)
-    return LiveStart(
-        table.text("springs"),
-        None if law is None else Joining(law),
-        default.gravity if gravity is None else gravity,
-        _FLOOR_HEIGHT.read(table),
-        table.choice("root", (_FREE, _ATTACHED)) == _FREE,
-        default.tolerance if tolerance is None else tolerance,
-        default.frame if frame is None else frame,
-        table.text("pose") or "",
-    )
+    read = {name: row.read(table) for name, row in LIVE_ROWS.items()}
+    return LiveStart(**{name: value for name, value in read.items() if value is not None})
 
 
 def _change_tables(top: TableReader) -> list[TableReader]:
@@ -256,8 +236,8 @@ def _parse_gravity(table: TableReader) -> SetGravity | None:
 def _parse_scales(table: TableReader) -> SetScales | None:
     scales = table.numbers("scales", 2)
     for k, scale in enumerate(scales or ()):
-        if not 0.0 <= scale <= MAX_SIZE:
-            table.error("scales", "this scale is out of range", f"from 0 to {MAX_SIZE:g}", k)
+        if not 0.0 <= scale <= MAX_LIVE_SIZE:
+            table.error("scales", "this scale is out of range", f"from 0 to {MAX_LIVE_SIZE:g}", k)
             return None
     return None if scales is None else SetScales(*scales)
 
@@ -270,8 +250,8 @@ def _parse_floor(table: TableReader) -> SetFloor | None:
 
 
 def _parse_root(table: TableReader) -> SetRoot | None:
-    root = table.choice("root", (_FREE, _ATTACHED))
-    return None if root is None else SetRoot(root == _FREE)
+    is_free = _ROOT.read(table)
+    return None if is_free is None else SetRoot(is_free)
 
 
 def _parse_force(table: TableReader) -> SetForce | None:
@@ -284,7 +264,7 @@ def _parse_force(table: TableReader) -> SetForce | None:
 
 
 def _parse_springs(table: TableReader) -> SetSprings | None:
-    text = table.text("springs")
+    text = _SPRINGS_TEXT.read(table)
     return None if text is None else SetSprings(text)
 
 
@@ -338,7 +318,7 @@ def write_live(log: LiveLog, comment: str = "") -> str:
     """Return the text of a live file; reading it returns an equal log, bit for bit.
 
     Args:
-        log: to write.
+        log: log to write.
         comment: one or more lines above it.
 
     Raises:
@@ -364,18 +344,10 @@ def format_change(logged: LoggedChange) -> str:
 
 
 def _start_lines(start: LiveStart) -> Iterator[str]:
-    if start.springs is not None:
-        yield f"springs = {quote_toml(start.springs)}"
-    if start.law is not None:
-        yield f"law = {quote_toml(start.law.value)}"
-    yield _GRAVITY.write(start.gravity)
-    if start.floor is not None:
-        yield _FLOOR_HEIGHT.write(start.floor)
-    yield f"root = {quote_toml(_FREE if start.free_root else _ATTACHED)}"
-    yield _TOLERANCE.write(start.tolerance)
-    yield _FRAME_INTERVAL.write(start.frame)
-    if start.pose:
-        yield f"pose = {text_to_toml(start.pose)}"
+    for each in fields(start):
+        value = getattr(start, each.name)
+        if value is not None and not value == each.default == "":
+            yield LIVE_ROWS[each.name].write(value)
 
 
 def _change_lines(change: LiveChange) -> Iterator[str]:
@@ -385,18 +357,18 @@ def _change_lines(change: LiveChange) -> Iterator[str]:
         case SetScales():
             yield f"scales = {numbers_to_toml((change.stiffness, change.damping))}"
         case SetFloor():
-            height = quote_toml(_NO_FLOOR)
-            if change.height is not None:
-                height = number_to_toml(change.height)
-            yield f"floor_height_m = {height}"
+            if change.height is None:
+                yield f"{_FLOOR_HEIGHT.key} = {quote_toml(_NO_FLOOR)}"
+            else:
+                yield _FLOOR_HEIGHT.write(change.height)
         case SetRoot():
-            yield f"root = {quote_toml(_FREE if change.is_free else _ATTACHED)}"
+            yield _ROOT.write(change.is_free)
         case SetForce():
             yield _SEGMENT.write(change.segment)
             yield _POINT.write(change.point)
             yield _FORCE.write(change.force)
         case SetSprings():
-            yield f"springs = {text_to_toml(change.text)}"
+            yield _SPRINGS_TEXT.write(change.text)
         case StopMotion():
             yield "stop = true"
         case _:

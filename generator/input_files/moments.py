@@ -59,8 +59,8 @@ class MeasuredMoments:
     Attributes:
         angles: [rad], at least four different ones.
         moments: [N m], one an angle.
-        name: of the file.
-        titles: of the columns of angles and moments, as in the file.
+        name: name of the file.
+        titles: titles of the columns of angles and moments, as in the file.
     """
 
     angles: tuple[float, ...]

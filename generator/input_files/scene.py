@@ -1,13 +1,14 @@
-"""Scenes in files, `NAME.scene.toml`: planes and boxes that a figure may touch (`docs/contact.md`).
+"""Scenes in files, `NAME.scene.toml`: props that a figure may touch (`docs/contact.md`).
 
-A `[[plane]]` or a `[[box]]` is a prop; it names its `[[surface]]`. The unit of a number is part of
-its key.
+A prop is a table with the name of its shape, as `[[box]]`; it names its `[[surface]]`. The unit of
+a number is part of its key.
 """
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from generator.contact.scene import SHAPES, Prop, Scene
 from generator.diagnostics import (
     Diagnostics,
     Source,
@@ -17,25 +18,16 @@ from generator.diagnostics import (
     spelling_hint,
 )
 from generator.file_kind import FileKind
-from generator.scene import Box, Plane, Prop, Scene, Shape, Vector
+from generator.run_options import MAX_FRICTION
 from generator.toml_file.reader import TableReader, parse_document
-from generator.toml_file.rows import Number, TableRows, Text, Vector3
+from generator.toml_file.rows import Number, TableRows, Text
 from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.toml_file.writer import quote_long_toml
-from generator.units import INPUT_BOUNDS, Dimension
 from springs.contact import DEFAULT_SURFACE, Surface
-
-MAX_LENGTH = 1e3
-"""Largest coordinate and length in a scene [m]."""
-
-MAX_FRICTION = 10.0
-"""Largest coefficient of friction of a surface."""
 
 MAX_NAME_LENGTH = 40
 
-SURFACE_TABLE, PLANE_TABLE, BOX_TABLE = "surface", "plane", "box"
-SCENE_KEYS = (SURFACE_TABLE, PLANE_TABLE, BOX_TABLE)
-
+SURFACE_TABLE = "surface"
 
 _NUMBERS: Mapping[str, Number] = {
     "stiffness": Number(
@@ -56,30 +48,20 @@ _NUMBERS: Mapping[str, Number] = {
 }
 """Numbers of a surface, by attribute."""
 
-_AT_MOST = f"at most {MAX_LENGTH:g} m"
 _NAME, _SURFACE = Text("name", example='"seat"'), Text("surface", example='"wood"')
-_POINT = Vector3("point_m", MAX_LENGTH, _AT_MOST, "coordinate")
-_NORMAL = Vector3("normal", example="[0, 1, 0]")
-_CENTRE = Vector3("centre_m", MAX_LENGTH, _AT_MOST, "coordinate", example="[0, 0.2, -0.3]")
-_SIZE = Vector3(
-    "size_m",
-    MAX_LENGTH,
-    _AT_MOST,
-    "length",
-    ("a length of a box must be above zero", "in m, along its x, y, z"),
-    example="[0.5, 0.4, 0.4]",
-)
-_ANGLE_BOUND = INPUT_BOUNDS[Dimension.ANGLE]
-_ANGLES = Vector3("angles_deg", _ANGLE_BOUND.max_abs, str(_ANGLE_BOUND), "angle")
+
+_SHAPES = {shape.name: shape for shape in SHAPES}
+"""Classes of shapes, by the name of their table."""
 
 SCENE_TABLES: Mapping[str, TableRows] = {
     SURFACE_TABLE: TableRows(SURFACE_TABLE, (_NAME, *_NUMBERS.values(), Text("source"))),
-    PLANE_TABLE: TableRows(PLANE_TABLE, (_NAME, _POINT, _NORMAL, _SURFACE)),
-    BOX_TABLE: TableRows(BOX_TABLE, (_NAME, _CENTRE, _SIZE, _ANGLES, _SURFACE)),
+    **{
+        name: TableRows(name, (_NAME, *shape.rows.values(), _SURFACE))
+        for name, shape in _SHAPES.items()
+    },
 }
 
 _FILE_KIND = "scene file"
-_ORIGIN: Vector = (0.0, 0.0, 0.0)
 _DEFAULTS = Surface()
 _SELDOM_WRITTEN = ("transition_depth", "friction_speed")
 """Numbers of a surface that are written where they differ from their defaults."""
@@ -105,13 +87,13 @@ def _parse_content(
     document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
 ) -> Scene | None:
     top = TableReader(document, "", 0, spans, diagnostics)
-    top.reject_unknown_keys(SCENE_KEYS, _FILE_KIND)
+    top.reject_unknown_keys(tuple(SCENE_TABLES), _FILE_KIND)
     surface_tables = _table_readers(top, SURFACE_TABLE)
-    tables = [*_table_readers(top, PLANE_TABLE), *_table_readers(top, BOX_TABLE)]
+    tables = [table for name in _SHAPES for table in _table_readers(top, name)]
     # Planes and boxes may alternate in the text; `tomllib` returns those of each kind together.
     tables.sort(key=lambda table: table.header_span.start)
-    if not document.keys() & {PLANE_TABLE, BOX_TABLE} or not (tables or diagnostics.has_errors):
-        hint = f"write `[[{PLANE_TABLE}]]` or `[[{BOX_TABLE}]]`"
+    if not document.keys() & _SHAPES.keys() or not (tables or diagnostics.has_errors):
+        hint = f"write {' or '.join(f'`[[{name}]]`' for name in _SHAPES)}"
         diagnostics.error("there is no prop in this file", spans.table(""), hint)
     surface_names = _parse_names(surface_tables, "surface")
     parsed = [_parse_surface(table) for table in surface_tables]
@@ -133,7 +115,7 @@ def _table_readers(top: TableReader, name: str) -> list[TableReader]:
     """Return the readers of all tables of one kind."""
     tables: Any = top.content.get(name, [])
     if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        plural = {SURFACE_TABLE: "surfaces", PLANE_TABLE: "planes", BOX_TABLE: "boxes"}[name]
+        plural = name + ("es" if name.endswith("x") else "s")
         hint = f"write `[[{name}]]` above each"
         top.diagnostics.error(f"{plural} are tables", top.spans.table(name), hint)
         return []
@@ -185,8 +167,8 @@ def _parse_surface(table: TableReader) -> Surface:
 def _parse_prop(
     table: TableReader, name: str | None, surfaces: Mapping[str, Surface]
 ) -> Prop | None:
-    """One `[[plane]]` or `[[box]]`; None, with an error noted, if it is wrong."""
-    shape = _parse_plane(table) if table.name == PLANE_TABLE else _parse_box(table)
+    """One prop; None, with an error noted, if it is wrong."""
+    shape = _SHAPES[table.name].read(table)
     surface = _SURFACE.read(table)
     if surface is not None and surface not in surfaces:
         write = f'write `[[{SURFACE_TABLE}]]` and `name = "{shorten(surface)}"` below it'
@@ -196,28 +178,13 @@ def _parse_prop(
     return Prop(name, shape, surfaces[surface]) if name and shape and surface else None
 
 
-def _parse_plane(table: TableReader) -> Plane | None:
-    point = _POINT.read(table) if _POINT.key in table.content else _ORIGIN
-    normal = _NORMAL.read(table)
-    if normal is not None and not any(normal):
-        table.error("normal", "the normal of a plane must not be zero", "up is [0, 1, 0]")
-        normal = None
-    return None if point is None or normal is None else Plane(point, normal)
-
-
-def _parse_box(table: TableReader) -> Box | None:
-    centre, size = _CENTRE.read(table), _SIZE.read(table)
-    angles = _ANGLES.read(table) if _ANGLES.key in table.content else _ORIGIN
-    return None if centre is None or size is None or angles is None else Box(centre, size, angles)
-
-
 def write_scene(scene: Scene, comment: str = "") -> str:
     """Return the text of a scene file; reading it returns an equal scene, bit for bit.
 
     A surface has the name of the first prop that has it.
 
     Args:
-        scene: to write.
+        scene: scene to write.
         comment: one or more lines above it.
 
     Raises:
@@ -230,8 +197,7 @@ def write_scene(scene: Scene, comment: str = "") -> str:
     for (surface, _), name in names.items():
         lines += ["", f"[[{SURFACE_TABLE}]]", *_surface_lines(name, surface)]
     for prop in scene.props:
-        table = PLANE_TABLE if isinstance(prop.shape, Plane) else BOX_TABLE
-        lines += ["", f"[[{table}]]", _NAME.write(prop.name), *_shape_lines(prop.shape)]
+        lines += ["", f"[[{prop.shape.name}]]", _NAME.write(prop.name), *prop.shape.write()]
         surface_name = names[prop.surface, prop.surface.source]
         lines.append(_SURFACE.write(surface_name))
     text = "\n".join([*lines, ""]).lstrip("\n")
@@ -249,12 +215,3 @@ def _surface_lines(name: str, surface: Surface) -> Iterator[str]:
             yield row.write(value)
     if surface.source:
         yield f"source = {quote_long_toml(surface.source)}"
-
-
-def _shape_lines(shape: Shape) -> Iterator[str]:
-    if isinstance(shape, Plane):
-        yield from (_POINT.write(shape.point), _NORMAL.write(shape.normal))
-        return
-    yield from (_CENTRE.write(shape.centre), _SIZE.write(shape.size))
-    if any(shape.angles):
-        yield _ANGLES.write(shape.angles)

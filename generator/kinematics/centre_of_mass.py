@@ -55,7 +55,7 @@ class Masses:
         """Return the centres of mass of the segments in the world, shape (..., k, 3) [m].
 
         Args:
-            poses: of the segments in the world, shape (..., 4, 4).
+            poses: poses of the segments in the world, shape (..., 4, 4).
         """
         stack = np.stack([poses[name] for name in self.segments], axis=-3)
         turned = (stack[..., :3, :3] @ self.centres_in_segment[..., None])[..., 0]

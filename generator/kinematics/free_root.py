@@ -61,7 +61,7 @@ def detach_root(figure: Figure, displacements: Displacements) -> tuple[Figure, d
 
     Args:
         figure: attached to the ground.
-        displacements: of its joints [rad or m].
+        displacements: displacements of its joints [rad or m].
     """
     tree = build_tree(figure)
     poses = forward_kinematics(tree, displacements).poses
@@ -143,10 +143,10 @@ def free_joint_rates(
     """Return the displacement rates of a free segment with an angular and a linear velocity.
 
     Args:
-        joint: of the segment, made by `detach_root`.
-        pose: of the segment in the world, shape (4, 4).
-        displacements: of the joint, shape (6,) [rad or m].
-        centre_of_mass: of the segment in its frame, shape (3,) [m].
+        joint: joint of the segment, made by `detach_root`.
+        pose: pose of the segment in the world, shape (4, 4).
+        displacements: displacements of the joint, shape (6,) [rad or m].
+        centre_of_mass: centre of mass of the segment in its frame, shape (3,) [m].
         velocity: angular velocity [rad/s] and velocity of the centre of mass [m/s], world axes,
             shape (6,).
 
@@ -234,7 +234,7 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
     """Return the tree that a motion moves: the figure's, or that of the figure with a free root.
 
     Args:
-        figure: as its file describes it.
+        figure: figure as its file describes it.
         chains: the factors of each joint of the motion.
 
     Raises:

@@ -114,7 +114,7 @@ def mirrored_differences(figure: Figure, displacements: Displacements) -> dict[s
 
     Args:
         figure: the figure.
-        displacements: of its joints [rad or m].
+        displacements: displacements of its joints [rad or m].
 
     Returns:
         The largest difference of a displacement by the name of the left joint [rad or m]; joints
@@ -226,7 +226,7 @@ class Links:
     """Links that are consistent: each follower has one control, and no chain of them is closed.
 
     Attributes:
-        links: in the order of the file.
+        links: links in the order of the file.
 
     Raises:
         ModelError: a degree of freedom follows twice, or links form a cycle.
@@ -259,17 +259,12 @@ class Links:
                 found[one.follower] = one if earlier is None else one.compose(earlier)
         return tuple(found[link.follower] for link in self.links)
 
-    @property
-    def followers(self) -> frozenset[Coordinate]:
-        """Degrees of freedom that follow others."""
-        return frozenset(link.follower for link in self.links)
-
     def follow(self, displacements: Displacements) -> dict[str, Array]:
         """Return the displacements with every follower set by its control.
 
         Args:
-            displacements: by joint, shape (..., n) [rad or m]; the values of followers are
-                ignored.
+            displacements: displacements by joint, shape (..., n) [rad or m]; the values of
+                followers are ignored.
 
         Raises:
             ModelError: a joint is missing or has too few degrees of freedom, or a displacement is
@@ -327,6 +322,10 @@ def cycles(links: Iterable[Link]) -> tuple[tuple[Coordinate, ...], ...]:
             found.append(tuple(walked[walked.index(at) :]))
         done |= path.keys()
     return tuple(found)
+
+
+NO_LINKS = Links()
+"""Links of nothing."""
 
 
 def cycle_message(cycle: Sequence[Coordinate]) -> str:

@@ -33,7 +33,7 @@ def close_loops(
 
     Args:
         tree: the figure.
-        displacements: of all joints [rad or m].
+        displacements: displacements of all joints [rad or m].
         fixed: names of the joints whose displacements must not change.
 
     Raises:

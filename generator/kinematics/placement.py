@@ -26,9 +26,11 @@ class Placement:
     """A tree in a pose.
 
     Attributes:
-        tree: of the figure.
-        displacements: of the joints of the tree; those of closures follow from the poses.
-        poses: of each segment in the world, shape (4, 4); ground first, then branch by branch.
+        tree: tree of the figure.
+        displacements: displacements of the joints of the tree; those of closures follow from the
+            poses.
+        poses: poses of each segment in the world, shape (4, 4); ground first, then branch by
+            branch.
     """
 
     tree: Tree
@@ -112,9 +114,9 @@ def batched_placements(
     """Yield the placements of a motion in batches of frames.
 
     Args:
-        tree: of the figure.
-        displacements: of its joints, shape (frames, n) each [rad or m]. Those of joints that close
-            loops are passed through.
+        tree: tree of the figure.
+        displacements: displacements of its joints, shape (frames, n) each [rad or m]. Those of
+            joints that close loops are passed through.
         batch_size: maximum number of frames in a placement.
     """
     frames = len(next(iter(displacements.values()), ()))

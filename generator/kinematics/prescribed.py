@@ -14,7 +14,7 @@ import numpy as np
 from generator.diagnostics import ModelError, spelling_hint
 from generator.drive import Drive
 from generator.figure import AxisKind, Joint
-from generator.kinematics.links import Coordinate, Links
+from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.placement import (
     Displacements,
     Placement,
@@ -33,10 +33,10 @@ class PrescribedMotion:
     """The prescribed displacements of a tree.
 
     Attributes:
-        tree: whose joints they are.
-        links: between rotations of joints.
+        tree: tree whose joints they are.
+        links: links between rotations of joints.
         locked: constant displacements, by joint [rad or m].
-        drives: by joint; of rotations only.
+        drives: drives by joint; of rotations only.
 
     Raises:
         ModelError: a joint is unknown, does not move, closes a loop, or is
@@ -57,7 +57,7 @@ class PrescribedMotion:
             if name in self.locked:
                 raise ModelError(f"joint {name} is both locked and driven")
         driven = self._driven_coordinates
-        for link in self.links.resolved:
+        for link in self.resolved_links:
             for freedom in (link.follower, link.control):
                 joint = self._require_movable_joint(freedom.joint, "linked")
                 if freedom.index >= len(joint.chain):
@@ -74,6 +74,11 @@ class PrescribedMotion:
     def __bool__(self) -> bool:
         """Return whether anything is prescribed."""
         return bool(self.links.links or self.locked or self.drives)
+
+    @cached_property
+    def resolved_links(self) -> tuple[Link, ...]:
+        """Links of single degrees of freedom; none without links."""
+        return self.links.resolved if self.links.links else ()
 
     @property
     def _driven_coordinates(self) -> frozenset[Coordinate]:
@@ -137,7 +142,7 @@ class PrescribedMotion:
     @cached_property
     def free_coordinates(self) -> tuple[Coordinate, ...]:
         """Displacements that are not prescribed."""
-        determined = self._driven_coordinates | self.links.followers
+        determined = self._driven_coordinates | {link.follower for link in self.resolved_links}
         return tuple(
             f for f in self.coordinates if f not in determined and f.joint not in self.locked
         )
@@ -145,7 +150,7 @@ class PrescribedMotion:
     @cached_property
     def fixed_joints(self) -> frozenset[str]:
         """Names of the joints that are prescribed, at least in part, or control others."""
-        linked = {f.joint for one in self.links.resolved for f in (one.follower, one.control)}
+        linked = {f.joint for one in self.resolved_links for f in (one.follower, one.control)}
         return frozenset({*self.locked, *self.drives, *linked})
 
     @cached_property
@@ -155,7 +160,7 @@ class PrescribedMotion:
         matrix = np.zeros((len(places), len(self.free_coordinates)))
         for column, freedom in enumerate(self.free_coordinates):
             matrix[places[freedom], column] = 1.0
-        for link in self.links.resolved:
+        for link in self.resolved_links:
             matrix[places[link.follower]] = link.factor * matrix[places[link.control]]
         return matrix
 
@@ -165,7 +170,8 @@ class PrescribedMotion:
         """Return the displacements with the prescribed values inserted.
 
         Args:
-            displacements: by joint, shape (..., n) [rad or m]; only the free ones are used.
+            displacements: displacements by joint, shape (..., n) [rad or m]; only the free ones are
+                used.
             times: shape (...) [s].
         """
         result = {name: np.array(values, dtype=float) for name, values in displacements.items()}
@@ -173,7 +179,7 @@ class PrescribedMotion:
             result[name][...] = values
         for name, drive in self.drives.items():
             result[name][..., list(self._driven_indices(name))] = drive.displacements(times)
-        return self.links.follow(result)
+        return self.links.follow(result) if self.links.links else result
 
     def impose_rates(self, rates: Displacements, times: float | Array) -> dict[str, Array]:
         """Return the rates with the prescribed values inserted, as `impose_displacements` does."""
@@ -182,7 +188,7 @@ class PrescribedMotion:
             result[name][...] = 0.0
         for name, drive in self.drives.items():
             result[name][..., list(self._driven_indices(name))] = drive.rates(times)
-        for link in self.links.resolved:
+        for link in self.resolved_links:
             control = result[link.control.joint][..., link.control.index]
             result[link.follower.joint][..., link.follower.index] = link.factor * control
         return result

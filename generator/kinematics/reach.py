@@ -72,9 +72,9 @@ class Target:
 
     Attributes:
         segment: its name.
-        point: in the segment's frame [m], shape (3,).
-        position: in the world [m], shape (3,).
-        orientation: of the segment in the world, shape (3, 3); None if any will do.
+        point: point in the segment's frame [m], shape (3,).
+        position: position in the world [m], shape (3,).
+        orientation: orientation of the segment in the world, shape (3, 3); None if any will do.
     """
 
     segment: str
@@ -106,9 +106,9 @@ def reach(
     Joints stay within the limits of the figure; one that starts outside does not move further out.
 
     Args:
-        tree: of the figure.
-        displacements: at which the search starts, of all joints [rad or m].
-        target: of a point of a segment.
+        tree: tree of the figure.
+        displacements: displacements at which the search starts, of all joints [rad or m].
+        target: target of a point of a segment.
         links: that the displacements follow, at the start too.
         locked: names of the joints that do not move.
 
@@ -133,9 +133,9 @@ def follow_and_close(
     """Return the placement at displacements with links followed and loops closed.
 
     Args:
-        tree: of the figure.
-        displacements: of all joints [rad or m]; those of followers are ignored.
-        links: between displacements.
+        tree: tree of the figure.
+        displacements: displacements of all joints [rad or m]; those of followers are ignored.
+        links: links between displacements.
         fixed: names of the joints whose displacements must not change to close loops.
 
     Raises:
@@ -257,7 +257,7 @@ class _Constraints:
 
     Attributes:
         residual: zero where they hold [m or rad], shape (c,).
-        jacobian: by the displacements of the tree, shape (c, m).
+        jacobian: jacobian by the displacements of the tree, shape (c, m).
         closing: displacements of all closing joints [rad or m], shape (j,).
         closing_rates: their Jacobian by the displacements of the tree, shape (j, m).
         largest: residual of the placement itself [m or rad].
@@ -490,11 +490,11 @@ def _newton_step(
     """Return the damped step (k,), and a direction of negative curvature where the slope is zero.
 
     Args:
-        slope: of the descent, shape (k,).
-        curvature: of half the squared distance, shape (k, k).
+        slope: slope of the descent, shape (k,).
+        curvature: curvature of half the squared distance, shape (k, k).
         rows: constraints that the step keeps, shape (c, k).
         free: displacements that may change, shape (k,).
-        damping: at least [m2].
+        damping: least damping [m2].
         longest: change of a displacement, to which more damping restricts the step [rad or m].
     """
     step = np.zeros_like(slope)

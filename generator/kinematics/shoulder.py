@@ -326,7 +326,7 @@ class Jump:
     Attributes:
         angle: its name in `ShoulderAngles`.
         place: the direction, as part of a sentence.
-        size: of the jump; of the twist modulo 2 pi, at most pi [rad].
+        size: size of the jump; of the twist modulo 2 pi, at most pi [rad].
         distance: angle between that direction and the arm [rad].
     """
 

@@ -40,9 +40,11 @@ class ArmPose:
     """The pose of an arm.
 
     Attributes:
-        angles: of the formulas, each a single number.
-        displacements: of the clavicle's and the shoulder's joint, for their chains [rad].
-        elbow_error: between the elbow's direction in the figure and the requested one [rad].
+        angles: angles of the formulas, each a single number.
+        displacements: displacements of the clavicle's and the shoulder's joint, for their chains
+            [rad].
+        elbow_error: angle between the elbow's direction in the figure and the requested one
+            [rad].
         printed_angle_error: the same with the humerus angles as printed [rad].
     """
 
@@ -76,10 +78,10 @@ def pose_arm(
 
     Args:
         figure: its other joints keep their displacements.
-        side: of the arm.
+        side: side of the arm.
         latitude: 0 overhead to pi hanging, in the torso's frame [rad].
         longitude: 0 ahead, pi/2 to the arm's own side [rad].
-        rhythm: of the clavicle.
+        rhythm: rhythm of the clavicle.
 
     Raises:
         ModelError: the direction is out of range, or the figure has no such arm.

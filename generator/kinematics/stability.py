@@ -50,13 +50,14 @@ class Stability:
             outside, minus infinity without support.
         centre: the centre of mass, projected on the ground plane through the world's origin, in
             the world, shape (3,) [m].
-        corners: of the support, projected likewise, anticlockwise seen from above, shape (k, 3)
-            [m]. One of them is a point, two are a line.
+        corners: corners of the support, projected likewise, anticlockwise seen from above, shape
+            (k, 3) [m]. One of them is a point, two are a line.
         sources: indices of the support points that are corners, shape (k,).
         pivot: indices of the corners that the figure would tip over: two for an edge, one for a
             corner.
-        direction: of tipping, a horizontal unit vector in the world, shape (3,). None without
-            support, and where a point or line of support is exactly below the centre of mass.
+        direction: direction of tipping, a horizontal unit vector in the world, shape (3,). None
+            without support, and where a point or line of support is exactly below the centre of
+            mass.
     """
 
     balance: Balance
@@ -81,7 +82,7 @@ def stability(centre: ArrayLike, points: ArrayLike, up: ArrayLike = Y_UP) -> Sta
 
     Args:
         centre: centre of mass, shape (3,) [m].
-        points: of support, shape (n, 3) [m]; n may be zero.
+        points: points of support, shape (n, 3) [m]; n may be zero.
         up: normal of the ground plane, of any length but zero.
 
     Raises:
@@ -203,7 +204,7 @@ class Points:
     """Support points in one pose.
 
     Attributes:
-        positions: in the world, shape (n, 3) [m].
+        positions: positions in the world, shape (n, 3) [m].
         names: face or site of each, `SEGMENT:FACE` or `SEGMENT.SITE`; the first of the faces that
             meet in a point.
         sources: all faces and sites that support, each once.
@@ -313,8 +314,8 @@ class LowFaces:
         """Read the psurfs of the figure's own segments.
 
         Args:
-            figure: whose faces they are.
-            height: over the plane through the world's origin, where the root's site is [m].
+            figure: figure whose faces they are.
+            height: height over the plane through the world's origin, where the root's site is [m].
             up: normal of that plane, of any length but zero.
 
         Raises:

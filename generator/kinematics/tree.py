@@ -55,7 +55,7 @@ class Kinematics:
     Attributes:
         size: the number m.
         columns: indices of each joint's displacements among the m, by joint name.
-        motion_masks: for each segment, which of the displacements move it, shape (m,).
+        motion_masks: motion masks for each segment, which of the displacements move it, shape (m,).
     """
 
     def __init__(self, figure: Figure, branches: Sequence[TreeJoint]) -> None:

@@ -15,11 +15,11 @@ import numpy as np
 
 from generator.diagnostics import InputError, error
 from generator.figure import Figure, Joint
+from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain, build_chain
 from generator.losses import Loss, Losses
 from generator.model_files.fit_error import format_size
 from generator.model_files.model_files import ModelFiles
-from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, passive_curve
 from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
@@ -85,12 +85,12 @@ class _Curve:
     Attributes:
         joint: its plain name.
         coordinate: the displacement that the angle is, or `ROTATION_VECTOR`.
-        spring: about the axis; positive angles are about its direction.
+        spring: spring about the axis; positive angles are about its direction.
         slides: True along the axis, False about it.
-        laws: whose torques add.
-        angles: of the rows, as the file has them, shape (n,) [rad or m].
+        laws: laws whose torques add.
+        angles: angles of the rows, as the file has them, shape (n,) [rad or m].
         held_angles: angles of other joints on which the curve depends, by name [rad].
-        references: of the laws.
+        references: references of the laws.
     """
 
     joint: str

@@ -38,8 +38,8 @@ class SampledTorque:
     Attributes:
         displacements: throughout a range, shape (n,) [rad or m].
         torques: shape (n,) [N m or N].
-        range: of the displacement.
-        unit: of the torques.
+        range: range of the displacement.
+        unit: unit of the torques.
     """
 
     displacements: Array
@@ -85,7 +85,7 @@ def sampled_torques(
         chain: its chain.
         laws: its springs.
         joining: the law that joins the axes of several rotations.
-        ranges: of the displacements [rad or m].
+        ranges: ranges of the displacements [rad or m].
     """
     found: dict[int, SampledTorque] = {}
     for k, spring in laws.uncoupled.items():
@@ -115,11 +115,11 @@ def coupling_error(
     None for a joint without springs of several rotations.
 
     Args:
-        chain: of the joint.
+        chain: chain of the joint.
         laws: its springs.
         joining: the law that joins the axes of several rotations.
-        ranges: of the displacements [rad or m].
-        torques: by index in the chain, functions of the displacement; zero for others.
+        ranges: ranges of the displacements [rad or m].
+        torques: torques by index in the chain, functions of the displacement; zero for others.
     """
     if not any(axis.elastic for axis in laws.combined):
         return None
@@ -141,10 +141,10 @@ def generalized_torques(
     """Generalized torques of the springs of several rotations, shape (n, factors) [N m].
 
     Args:
-        chain: of the joint.
+        chain: chain of the joint.
         joining: the law that joins the axes.
         axes: the springs.
-        displacements: of the chain, shape (n, factors) [rad or m].
+        displacements: displacements of the chain, shape (n, factors) [rad or m].
     """
     vectors = rotation_vector(chain, displacements)
     half_way = np.asarray(elastic_torque(joining, axes, vectors))

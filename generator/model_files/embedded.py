@@ -18,6 +18,7 @@ from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Sit
 from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.geometry.read import segment_colour
+from generator.identifiers import coordinate_names, plain_names
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.losses import Losses
@@ -31,7 +32,6 @@ from generator.model_files.xml import (
     format_document,
     parse_xml,
 )
-from generator.names import coordinate_names, plain_names
 from generator.rotations import inverse_pose
 from generator.springs_file.edit import format_besides_fields
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
@@ -116,7 +116,7 @@ def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
 
     Args:
         root: the complete model.
-        figure: as the writer got it.
+        figure: figure as the writer got it.
         springs: likewise.
     """
     try:
@@ -228,7 +228,7 @@ def imported_from_embedded(
     Args:
         root: the element of the model.
         tree: the bodies of the model as they were read.
-        read_losses: of the reading.
+        read_losses: read losses of the reading.
     """
     parts = _read_parts(root)
     if parts is None:

@@ -12,12 +12,12 @@ import numpy as np
 from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import Figure, Joint, Segment, Site, SiteRef
 from generator.figure_file.resolve import origin_span
+from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import Tree, build_tree
 from generator.losses import Losses
-from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
 from springs.elastic import Frictional
@@ -107,8 +107,8 @@ class JointLaws:
     """The springs of a joint by their arguments.
 
     Attributes:
-        uncoupled: by index in the chain, springs that are functions of this displacement alone, in
-            the sense of its axis.
+        uncoupled: uncoupled by index in the chain, springs that are functions of this displacement
+            alone, in the sense of its axis.
         combined: springs of several rotations, which are functions of the rotation vector.
     """
 

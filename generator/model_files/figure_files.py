@@ -10,9 +10,9 @@ from generator.figure import Figure
 from generator.figure_file.write import write_figure
 from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.geometry.surface import Surface
+from generator.identifiers import reserve_name
 from generator.losses import Loss
 from generator.model_files.model_files import geometry_folder
-from generator.names import reserve_name
 from generator.springs_file.parse import SPRINGS_FILE
 
 
@@ -51,8 +51,8 @@ def figure_files(
 
     Args:
         figure: names no psurfs.
-        path: of the figure file.
-        surfaces: by their names, in the frames of their segments.
+        path: path of the figure file.
+        surfaces: surfaces by their names, in the frames of their segments.
         beside: texts of other files beside the figure, such as its springs.
         surface_names: the surface of each segment that has one; None where each surface has the
             name of its segment.

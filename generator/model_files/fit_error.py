@@ -11,8 +11,8 @@ from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.losses import Losses
 from generator.passive_curve import rotation_vector
-from generator.rotations import Array, unit_vector
-from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.rotations import Array, unit_axis, unit_vector
+from generator.springs_file.axes import parallel_sign
 from generator.units import ROTATION_UNITS, AxisUnits
 from springs import AxisSpring, JointSprings
 from springs.elastic import Range, common_valid_range
@@ -112,9 +112,9 @@ def orientation_error(
 
     Args:
         sizes: function of displacements, shape (n, factors), to differences, shape (n,) or (n, m).
-        chain: of the joint.
-        ranges: of its displacements [rad or m].
-        unit: of the sizes.
+        chain: chain of the joint.
+        ranges: ranges of its displacements [rad or m].
+        unit: unit of the sizes.
     """
     rng = np.random.default_rng(_SEED)
     samples = orientations(chain, ranges)

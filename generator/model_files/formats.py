@@ -125,8 +125,8 @@ class ModelFormat:
     """A format of models.
 
     Attributes:
-        suffixes: of its files, in lower case with the dot; empty for a format that only its name
-            selects, such as a folder of files.
+        suffixes: suffixes of its files, in lower case with the dot; empty for a format that only
+            its name selects, such as a folder of files.
         format_files: returns its files.
         what: its description in a few words.
         motion_suffixes: suffixes that a format of motions has too; of a figure they select this

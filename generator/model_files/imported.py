@@ -19,7 +19,7 @@ class CoordinateMapping:
 
     Attributes:
         joint: name of the joint.
-        index: of the displacement among the joint's, from 0.
+        index: index of the displacement among the joint's, from 0.
         offset: the model's value is `scale` times the displacement plus this [rad or m].
         scale: positive.
     """
@@ -37,9 +37,10 @@ class Imported:
     Attributes:
         figure: y up, with all displacements zero in the pose in which the model is drawn.
         springs: passive laws that the figure's own fields cannot hold; None without any.
-        losses: of the conversion.
-        coordinates: by their names in the model.
-        surfaces: of segments, in their frames; the figure names no psurfs before it has a path.
+        losses: losses of the conversion.
+        coordinates: coordinates by their names in the model.
+        surfaces: surfaces of segments, in their frames; the figure names no psurfs before it has a
+            path.
     """
 
     figure: Figure

@@ -14,8 +14,8 @@ from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
 from generator.geometry.psurf import PSURF_FILE
 from generator.geometry.surface import Surface
+from generator.identifiers import plain_names
 from generator.losses import Loss, Losses
-from generator.names import plain_names
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.text_io import write_atomic
@@ -26,7 +26,7 @@ class ModelFiles:
     """The files of a model: the model itself, and meshes or tables that belong to it.
 
     Attributes:
-        path: of the model, a file or a folder.
+        path: path of the model, a file or a folder.
         contents: text or bytes by path, the model last: it is not whole without the others. A path
             is in the folder of the model, or in a folder there.
         losses: the parts of the figure and its springs that the files do not hold.
@@ -76,9 +76,9 @@ def _parse_again(path: Path, text: str, figure: Figure | None) -> Parsed[Any] | 
     """Parse the text of a file of this program; None for a file of another one.
 
     Args:
-        path: of the file.
-        text: of the file.
-        figure: to which springs are bound; None for springs that only extend others.
+        path: path of the file.
+        text: text of the file.
+        figure: figure to which springs are bound; None for springs that only extend others.
     """
     if path.suffix.lower() == FIGURE_FILE.suffix:
         return FIGURE_FILE.parse_text(text)
@@ -115,9 +115,9 @@ class MeshFile:
     """The mesh of a segment.
 
     Attributes:
-        path: of its file.
+        path: path of its file.
         reference: the path from the folder of the model, with `/`.
-        content: of the file.
+        content: content of the file.
         colour: red, green and blue from 0 to 1.
     """
 
@@ -137,9 +137,9 @@ def format_with_meshes(
 
     Args:
         figure: the figure.
-        path: of the model.
+        path: path of the model.
         format_text: returns the text of the model with these meshes, by segment, and its losses.
-        folder: of the meshes; None for `geometry_folder`.
+        folder: folder of the meshes; None for `geometry_folder`.
     """
     meshes, mesh_losses = segment_meshes(figure, folder or geometry_folder(path))
     text, losses = format_text(meshes)
@@ -154,7 +154,7 @@ def segment_meshes(figure: Figure, folder: Path) -> tuple[dict[str, MeshFile], t
 
     Args:
         figure: the figure.
-        folder: of their files, which are named after the segments.
+        folder: folder of their files, which are named after the segments.
     """
     appearances, losses = segment_appearances(figure)
     names = plain_names(figure.segments)

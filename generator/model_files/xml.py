@@ -43,8 +43,8 @@ class XmlElement:
 
     Attributes:
         tag: its name, prefixes included.
-        span: of its start tag up to the name's end.
-        attributes: in the order of the file.
+        span: span of its start tag up to the name's end.
+        attributes: attributes in the order of the file.
         children: the elements in it.
         text: the characters in it before the first child, without blanks around them; the place of
             an empty text is the element's.

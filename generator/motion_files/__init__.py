@@ -5,13 +5,11 @@ from functools import partial
 from pathlib import Path
 
 from generator.diagnostics import UsageError
-from generator.figure import Figure
 from generator.losses import Losses
 from generator.motion_files import action, bvh, npz, opensim_table, tables
 from generator.motion_files.action import (
     ACTION_FILE,
     ActionFile,
-    action_from_recording,
     format_action,
     motion_from_action,
     read_action,
@@ -20,7 +18,6 @@ from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.npz import read_npz
 from generator.motion_files.opensim_table import COORDINATES_FILE, motion_from_coordinates
 from generator.recording import Recording
-from springs import SpringSet
 
 __all__ = [
     "ACTION_FILE",
@@ -29,7 +26,6 @@ __all__ = [
     "ActionFile",
     "FigureMotion",
     "UsageError",
-    "action_from_recording",
     "format_action",
     "motion_from_action",
     "motion_from_coordinates",
@@ -80,7 +76,7 @@ def motion_writer(path: Path, scale: float | None = None) -> MotionWriter:
     """Return the writer for the suffix of a path.
 
     Args:
-        path: of the file.
+        path: path of the file.
         scale: units of length of a `.bvh` in a metre; None for its default. Others have no scale.
 
     Raises:
@@ -103,23 +99,6 @@ def motion_writer(path: Path, scale: float | None = None) -> MotionWriter:
     return write
 
 
-def write_recording(
-    recording: Recording, figure: Figure, path: str | Path, springs: SpringSet | None = None
-) -> Losses:
-    """Write a recording of a figure, whole or not at all, in the format of the path's suffix.
-
-    Args:
-        recording: the run.
-        figure: its figure.
-        path: of the file.
-        springs: of the run, for the curves of a page (`.html`); None looks for them beside the
-            figure under the name that the recording has.
-
-    Raises:
-        UsageError: the suffix is unknown.
-        OSError: the file cannot be written.
-        ModelError: the recording is not one of the figure.
-        MoverError: the format cannot hold the motion.
-    """
-    motion = motion_from_recording(recording, figure, springs)
-    return motion_writer(Path(path))(motion, Path(path))
+def write_recording(recording: Recording, path: Path) -> Losses:
+    """Write a recording; see `Recording.write`."""
+    return motion_writer(path)(motion_from_recording(recording), path)

@@ -34,11 +34,10 @@ from generator.motion_files.motion import (
     NONE,
     FigureMotion,
     Header,
-    header_from_recording,
     unrepresented,
 )
 from generator.named_mapping import NamedMapping
-from generator.recording import Ending, Recording
+from generator.recording import Ending
 from generator.rotations import Array
 from generator.text_io import write_atomic
 from generator.units import (
@@ -106,7 +105,7 @@ class ActionFile:
         header: where the motion is from.
         chains: the factors of each joint, in figure order, the innermost first.
         times: shape (n,) [s].
-        displacements: of each joint, shape (n, degrees of freedom) [rad or m].
+        displacements: displacements of each joint, shape (n, degrees of freedom) [rad or m].
     """
 
     header: Header
@@ -137,16 +136,6 @@ def normalise_times(times: Array) -> Array:
     """Times as fractions of the whole, shape (n,); 0 for a single one."""
     whole = times[-1] - times[0]
     return (times - times[0]) / (whole if whole > 0.0 else 1.0)
-
-
-def action_from_recording(recording: Recording, figure: Figure) -> ActionFile:
-    """The action file of a recording of a figure."""
-    return ActionFile(
-        header_from_recording(recording, figure),
-        recording.chains,
-        recording.times,
-        recording.displacements,
-    )
 
 
 def motion_from_action(action: ActionFile, figure: Figure) -> FigureMotion:

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from generator.diagnostics import UsageError
+from generator.identifiers import plain_names, renaming_loss
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, unrepresented
 from generator.motion_files.resample import resample
 from generator.motion_files.skeleton import Bone, Skeleton, bones_with_block_ends, build_skeleton
-from generator.names import plain_names, renaming_loss
 from generator.rotations import Array, RotationSequence
 from generator.text_io import write_atomic
 
@@ -51,7 +51,7 @@ def write(motion: FigureMotion, path: Path, scale: float = CENTIMETRES_PER_METRE
 
     Args:
         motion: the motion.
-        path: of the file.
+        path: path of the file.
         scale: units of length of the file in a metre: 100 for centimetres, 1 for metres.
 
     Raises:

@@ -7,7 +7,7 @@ from math import isfinite
 
 import numpy as np
 
-from generator.contact_record import ContactRecord, centre_of_pressure, peak_of
+from generator.contact.record import ContactRecord, centre_of_pressure, peak_of
 from generator.figure import JointAxis
 from generator.kinematics.free_root import FREE_CHAINS
 from generator.motion_files.action import (
@@ -26,8 +26,8 @@ class Column:
     """A column of the table of a motion.
 
     Attributes:
-        name: of the quantity, such as `left_knee.1`.
-        unit: of its numbers in text.
+        name: name of the quantity, such as `left_knee.1`.
+        unit: unit of its numbers in text.
         read: function that returns the numbers of a motion, NaN where they are undefined, shape
             (n,) [rad, m or the unit].
         part: part of the recording that has the quantity; None for what every motion has.

@@ -29,8 +29,8 @@ def read_drives(
     """Read the drives of a figure from a file.
 
     Args:
-        path: of a motion (`.action`, `.npz`, `.mot`, `.sto`), or else of a table.
-        figure: whose joints are driven.
+        path: path of a motion (`.action`, `.npz`, `.mot`, `.sto`), or else of a table.
+        figure: figure whose joints are driven.
         joints: names of the joints to drive; empty for all in the file.
 
     Raises:

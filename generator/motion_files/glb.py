@@ -30,10 +30,10 @@ from generator.geometry.appearance import (
     segment_appearances,
     triangles_with_normals,
 )
+from generator.identifiers import free_name
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import NO_MASSES, FigureMotion, unrepresented
 from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
-from generator.names import free_name
 from generator.rotations import Array, inverse_pose
 from generator.text_io import write_atomic
 

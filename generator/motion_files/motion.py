@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.contact_record import ContactRecord
+from generator.contact.record import ContactRecord
 from generator.figure import Figure, JointAxis
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import batched_placements
@@ -31,7 +31,8 @@ class Header:
 
     Attributes:
         figure: name of the figure's file, else of the figure.
-        sha256: of the bytes of the figure's file, in hexadecimal; None when it is in no file.
+        sha256: sha256 of the bytes of the figure's file, in hexadecimal; None when it is in no
+            file.
         start: time of the first frame [s].
         stop: time of the last frame [s].
         frame_interval: interval between frames [s]; None where there is only one.
@@ -104,14 +105,14 @@ class FigureMotion:
     """Displacements and poses of a figure over time, the source of every format.
 
     Attributes:
-        figure: as its file describes it.
+        figure: figure as its file describes it.
         header: where the motion is from.
         chains: the factors of each joint of the motion, innermost first; with a free root they are
             those of the figure let go.
-        times: of the n frames [s], shape (n,).
-        displacements: of each joint, shape (n, degrees of freedom) [rad or m].
+        times: times of the n frames [s], shape (n,).
+        displacements: displacements of each joint, shape (n, degrees of freedom) [rad or m].
         recording: the run that the motion is from; None for one from an action file.
-        springs: of the run; None where only the header names them.
+        springs: springs of the run; None where only the header names them.
     """
 
     figure: Figure
@@ -139,10 +140,16 @@ class FigureMotion:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def motion_from_recording(
-    recording: Recording, figure: Figure, springs: SpringSet | None = None
-) -> FigureMotion:
-    """The motion of a run of a figure, with its springs where they are known."""
+def motion_from_recording(recording: Recording, figure: Figure | None = None) -> FigureMotion:
+    """The motion of a run, with its springs where they are known.
+
+    Args:
+        recording: Run.
+        figure: Figure of a recording from a file; None for that of its model.
+
+    Raises ModelError for a recording without a model and a figure.
+    """
+    figure = figure or recording.require_model().figure
     return FigureMotion(
         figure,
         header_from_recording(recording, figure),
@@ -150,7 +157,7 @@ def motion_from_recording(
         recording.times,
         recording.displacements,
         recording,
-        springs,
+        None if recording.model is None else recording.model.springs,
     )
 
 
@@ -161,8 +168,8 @@ def motion_from_figure(
 
     Args:
         figure: the figure.
-        displacements: of each joint, shape (degrees of freedom,) [rad or m]; None for those of its
-            file.
+        displacements: displacements of each joint, shape (degrees of freedom,) [rad or m]; None for
+            those of its file.
     """
     if displacements is None:
         displacements = {

@@ -18,7 +18,7 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.lib import format as npy
 
-from generator.contact_record import ContactRecord, Overlap, SegmentContact
+from generator.contact.record import ContactRecord, Overlap, SegmentContact
 from generator.diagnostics import Diagnostic, InputError, ModelError, error
 from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
@@ -29,11 +29,11 @@ from generator.recording import (
     WHOLE_RECORDING,
     Accuracy,
     Ending,
-    Integrator,
     Outcome,
     Recording,
 )
 from generator.rotations import Array
+from generator.run_options import Integrator
 from generator.text_io import open_regular_file, os_error_reason, write_atomic
 
 VERSION = 1
@@ -140,12 +140,12 @@ def _run_metadata(run: Recording) -> dict[str, Any]:
         "last_time": outcome.last_time,
         "joint": outcome.joint,
         "estimate": _json_number(accuracy.estimate),
-        "asked": _json_number(accuracy.asked),
-        "held_until": _json_number(accuracy.held_until),
+        "asked": _json_number(accuracy.tolerance),
+        "held_until": _json_number(accuracy.tolerance_met_until),
         "step": accuracy.step,
         "steps": accuracy.steps,
         "constraint_drift": _json_number(run.constraint_drift),
-        "strayed": _json_number(run.strayed),
+        "strayed": _json_number(run.prescribed_motion_drift),
         "wall_time": run.wall_time,
         "integrator": run.integrator.value,
         "integrator_reason": run.integrator_reason,
@@ -157,7 +157,7 @@ def _run_metadata(run: Recording) -> dict[str, Any]:
 
 def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
     """Return the data of a contact record that are not arrays."""
-    overlap = contact.overlap
+    overlap, part = contact.overlap, contact.max_depth_part
     return {
         "segments": {
             name: {
@@ -169,6 +169,7 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
         },
         **{field: _json_number(getattr(contact, field)) for field in _CONTACT_NUMBERS},
         "max_depth_segment": contact.max_depth_segment,
+        **({"max_depth_part": part} if part != contact.max_depth_segment else {}),
         "weight_carried": _json_number(contact.weight_carried),
         "impact_shift": _json_number(contact.impact_shift),
         "sensitivities": _sensitivities(contact),
@@ -431,7 +432,7 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         outcome=outcome,
         accuracy=accuracy,
         constraint_drift=float(run["constraint_drift"]),
-        strayed=float(run["strayed"]),
+        prescribed_motion_drift=float(run["strayed"]),
         drive_torques=_arrays_in_field(
             arrays, DRIVE_TORQUE_FIELD, _names(arrays, DRIVE_TORQUE_FIELD)
         ),
@@ -472,6 +473,7 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
         max_force_time=float(about["max_force_time"]),
         max_depth=float(about["max_depth"]),
         max_depth_segment=about["max_depth_segment"],
+        max_depth_part=about.get("max_depth_part", ""),
         weight_carried=_number(about["weight_carried"]),
         impact_shift=_number(about["impact_shift"]),
         creep=float(about["creep"]),

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.contact_record import centre_of_pressure
+from generator.contact.record import centre_of_pressure
 from generator.diagnostics import (
     Diagnostics,
     InputError,
@@ -33,6 +33,7 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure, JointAxis
 from generator.file_kind import FileKind
+from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.kinematics.free_root import (
     detach_root,
     free_joints,
@@ -51,7 +52,6 @@ from generator.motion_files.motion import (
     first_frame_interval,
     unrepresented,
 )
-from generator.names import coordinate_names, plain_names, renaming_loss
 from generator.recording import Ending
 from generator.rotations import Array
 from generator.text_io import parse_source, write_atomic
@@ -176,7 +176,7 @@ class CoordinateTable:
         source: the text.
         entries: values of the header by key.
         title_line: the line of the titles.
-        titles: of the columns after the time, in their order.
+        titles: titles of the columns after the time, in their order.
         in_degrees: rotations are in degrees, not in radians.
         times: shape (n,), increasing [s].
         numbers: shape (n, number of titles); they need not be finite.

@@ -139,9 +139,9 @@ def page_data(
 
     Args:
         motion: the motion.
-        frames: to keep.
-        springs: whose curves are shown; None where they are not known.
-        losses: to list.
+        frames: frames to keep.
+        springs: springs whose curves are shown; None where they are not known.
+        losses: losses to list.
     """
     header, recording = motion.header, motion.recording
     return {
@@ -304,7 +304,7 @@ def format_page(data: dict[str, Any], glb: bytes) -> str:
     """Return the text of a page.
 
     Args:
-        data: as `page_data` returns it.
+        data: data as `page_data` returns it.
         glb: the motion as binary glTF.
     """
     scripts, styles = (

@@ -99,11 +99,11 @@ def _cubic_step(
     """Return the interval of each time (m,), and the values there since its begin, shape (m, k).
 
     Args:
-        times: of the n frames [s], shape (n,).
+        times: times of the n frames [s], shape (n,).
         at: times within them [s], shape (m,).
-        steps: from each frame to the next, shape (n - 1, k).
-        first_rates: at the begin of each interval, shape (n - 1, k).
-        last_rates: at its end.
+        steps: steps from each frame to the next, shape (n - 1, k).
+        first_rates: first rates at the begin of each interval, shape (n - 1, k).
+        last_rates: last rates at its end.
     """
     interval = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
     length = np.diff(times)[interval][:, None]

@@ -61,7 +61,8 @@ class Bone:
         centre: position of its origin in the world at rest, shape (3,) [m].
         offset: its origin relative to that of the base's bone at rest, shape (3,) [m].
         rotations: its orientation in the base's bone, shape (n, 3, 3); the identity at rest.
-        translations: of its origin from rest, in the axes of the base's bone, shape (n, 3) [m].
+        translations: translations of its origin from rest, in the axes of the base's bone, shape
+            (n, 3) [m].
     """
 
     joint: str

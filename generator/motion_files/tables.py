@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from generator.losses import Loss, Losses
 from generator.motion_files.action import format_chain
@@ -12,9 +13,14 @@ from generator.motion_files.motion import (
     GROUND_REACTION,
     NO_FIGURE,
     FigureMotion,
+    motion_from_recording,
     unrepresented,
 )
+from generator.recording import Recording
 from generator.text_io import format_csv_comment, format_csv_rows, write_atomic
+
+if TYPE_CHECKING:
+    from pandas import DataFrame  # pyright: ignore[reportMissingTypeStubs]
 
 NO_ENERGIES = Loss("energies: the motion is not that of a run, which alone has them")
 
@@ -42,6 +48,23 @@ def format_csv(motion: FigureMotion) -> str:
     Raises ValueError for a displacement that is not finite.
     """
     return "".join(_csv_lines(motion))
+
+
+def dataframe_of_recording(recording: Recording) -> "DataFrame":
+    """Return the table of a recording; see `Recording.to_dataframe`."""
+    try:
+        from pandas import DataFrame  # pyright: ignore[reportMissingTypeStubs]
+    except ImportError:
+        raise ImportError(
+            "a data frame needs pandas: pip install 'exudyn-mover[notebook]'"
+        ) from None
+    motion = motion_from_recording(recording)
+    return DataFrame(
+        {
+            column.title: [float(column.format(one) or "nan") for one in column.read(motion)]
+            for column in columns_of_motion(motion)
+        }
+    )
 
 
 def _csv_lines(motion: FigureMotion) -> Iterator[str]:

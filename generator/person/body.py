@@ -40,11 +40,11 @@ class BodySegment:
     """A rigid segment of a person.
 
     Attributes:
-        name: without side.
-        length: from its own joint to the next one [m]; of the head to the vertex, of the hand to
-            the third fingertip, of the foot from heel to toe.
+        name: name without side.
+        length: length from its own joint to the next one [m]; of the head to the vertex, of the
+            hand to the third fingertip, of the foot from heel to toe.
         mass: [kg].
-        centre: of mass in the segment's frame [m].
+        centre: centre of mass in the segment's frame [m].
         inertia: principal moments about the centre of mass, along the segment's axes [kg m2].
     """
 
@@ -61,14 +61,15 @@ class Body:
     """A person's body, standing upright with arms down, thumbs forward.
 
     Attributes:
-        measures: from which it was made.
-        segments: by their names without side.
+        measures: measures from which it was made.
+        segments: segments by their names without side.
         hip_spacing: distance of the hip centres [m].
         shoulder_spacing: distance of the shoulder centres [m].
-        shoulder_height: of the shoulder centres above the thorax joint, in the upper torso [m].
-        ankle_height: of the ankle centres above the sole [m].
-        heel_distance: of the rear of the heel behind the ankle centre [m].
-        sources: of the numbers above.
+        shoulder_height: shoulder height of the shoulder centres above the thorax joint, in the
+            upper torso [m].
+        ankle_height: ankle height of the ankle centres above the sole [m].
+        heel_distance: heel distance of the rear of the heel behind the ankle centre [m].
+        sources: sources of the numbers above.
     """
 
     measures: Measures
@@ -92,10 +93,10 @@ class _Part:
     """Segment of a body in the terms of the published table.
 
     Attributes:
-        name: of ours.
-        segment: of the table.
+        name: name of ours.
+        segment: segment of the table.
         ends: end points of the row.
-        axes: of the table (0 sagittal, 1 transverse, 2 longitudinal) along x, y, z of ours.
+        axes: axes of the table (0 sagittal, 1 transverse, 2 longitudinal) along x, y, z of ours.
         is_limb: whether the origin is the first end point and z points down.
     """
 
@@ -215,12 +216,13 @@ class _Skeleton:
     """Lengths that close the stature.
 
     Attributes:
-        lengths: of the segments [m].
-        table_lengths: of the table, to which its radii of gyration refer, changed as the segments
-            [m]; those of hand and foot differ from the lengths.
-        expected: of `table_lengths` by sex, stature and mass alone [m].
-        ankle_height: of the ankle centres above the sole [m].
-        leg_factor: of the expected thigh and shank, over the table's scaled to the stature.
+        lengths: lengths of the segments [m].
+        table_lengths: table lengths of the table, to which its radii of gyration refer, changed as
+            the segments [m]; those of hand and foot differ from the lengths.
+        expected: expected of `table_lengths` by sex, stature and mass alone [m].
+        ankle_height: ankle height of the ankle centres above the sole [m].
+        leg_factor: leg factor of the expected thigh and shank, over the table's scaled to the
+            stature.
     """
 
     lengths: Mapping[str, float]

@@ -69,9 +69,9 @@ class SegmentDensity:
     """Density of a segment, or of the whole body.
 
     Attributes:
-        name: of the segment without side, or "body".
+        name: name of the segment without side, or "body".
         mass: [kg].
-        volume: with its part of what neighbours share [m3].
+        volume: volume with its part of what neighbours share [m3].
         published: densities [kg/m3] by their first authors; empty for the body.
     """
 
@@ -110,7 +110,7 @@ def place_surfaces(
 
     Args:
         figure: that stands upright.
-        surfaces: by names without side.
+        surfaces: surfaces by names without side.
         arms: abduction of the shoulders [rad].
         legs: abduction of the hips [rad].
     """
@@ -138,8 +138,8 @@ def shared_volumes(
 
     Args:
         surfaces: closed, in one frame whose y is up.
-        ranks: of the surfaces: what they share belongs to those of the highest rank.
-        spacing: of the columns [m].
+        ranks: ranks of the surfaces: what they share belongs to those of the highest rank.
+        spacing: spacing of the columns [m].
     """
     crossings = [_crossings(surface, spacing) for surface in surfaces]
     columns = np.concatenate([column for column, _, _ in crossings])

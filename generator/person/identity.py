@@ -20,7 +20,7 @@ class Identity:
     """Sex and stature of a person.
 
     Attributes:
-        sex: of the samples from which the figure was made.
+        sex: sex of the samples from which the figure was made.
         stature: [m].
     """
 

@@ -58,7 +58,7 @@ class JointRotation:
 
     Attributes:
         motion: name of a positive angle, with the part of the body where that is not the joint's.
-        axis: in the joint's frame; of the left one for a joint of both sides.
+        axis: axis in the joint's frame; of the left one for a joint of both sides.
     """
 
     motion: str
@@ -75,7 +75,7 @@ class PersonJoint:
     """A joint of a person.
 
     Attributes:
-        name: in the figure, without side.
+        name: name in the figure, without side.
         parent: segment and site, without side; a site of the trunk is `llateral` for the left.
         child: likewise.
         rotations: innermost first.

@@ -31,7 +31,7 @@ class LimbPendulum:
     """Inertia and weight about an axis of a joint.
 
     Attributes:
-        inertia: about the axis [kg m2].
+        inertia: inertia about the axis [kg m2].
         weight_moment: weight times the distance of the centre of mass from the axis [N m].
     """
 
@@ -69,7 +69,7 @@ def limb_pendulum(body: Body, joint: str, axis: str) -> LimbPendulum:
     """Return inertia and weight about an axis of a joint.
 
     Args:
-        body: of the person.
+        body: body of the person.
         joint: name without side.
         axis: "x", "y" or "z" of the joint's frame.
     """

@@ -52,11 +52,12 @@ class Section:
     Attributes:
         at: position along the axis [m].
         breadth: full size across the plane of symmetry [m].
-        front: from the widest line forward [m].
-        back: from the widest line backward [m].
+        front: front from the widest line forward [m].
+        back: back from the widest line backward [m].
         centre: position of the widest line, forward [m].
-        front_exponent: of the superellipse in front: 2 is an ellipse, larger ones are squarer.
-        back_exponent: of the superellipse behind.
+        front_exponent: front exponent of the superellipse in front: 2 is an ellipse, larger ones
+            are squarer.
+        back_exponent: back exponent of the superellipse behind.
     """
 
     at: float
@@ -105,10 +106,10 @@ class Cap:
     """Round end of a part of a loft.
 
     Attributes:
-        height: from the last section to the pole [m].
-        exponent: of the superellipse of its outline: 2 is a half ellipsoid.
-        rings: of vertices between the last section and the pole, at an end of the loft. Within the
-            loft they are at its places.
+        height: height from the last section to the pole [m].
+        exponent: exponent of the superellipse of its outline: 2 is a half ellipsoid.
+        rings: rings of vertices between the last section and the pole, at an end of the loft.
+            Within the loft they are at its places.
         pole: position forward of the pole [m]; None for the middle of the last section.
     """
 
@@ -121,9 +122,9 @@ class Cap:
         """Positions [m] and relative sizes of the rings from the section at `end` on.
 
         Args:
-            end: of the part [m].
+            end: end of the part [m].
             sign: 1 for the upper end, -1 for the lower.
-            places: of all rings of the loft [m].
+            places: places of all rings of the loft [m].
         """
         heights = np.sort(sign * (places - end)) / self.height
         heights = heights[(heights > 1e-9) & (heights < MAX_RING_HEIGHT)]
@@ -176,10 +177,10 @@ class Loft:
     """Sections along an axis, with reliefs on them.
 
     Attributes:
-        sections: in ascending order along the axis.
+        sections: sections in ascending order along the axis.
         sides: corners of each ring of vertices, an even number.
-        places: of the rings along the axis, ascending [m].
-        reliefs: on the sections.
+        places: places of the rings along the axis, ascending [m].
+        reliefs: reliefs on the sections.
         focus: 1 less the spacing of the corners in front, relative to an even one.
     """
 
@@ -250,9 +251,9 @@ def loft_surface(rings: Array, poles: Array, axes: Array, name: str) -> Surface:
 
     Args:
         rings: (forward, across, along), shape (r, n, 3) [m].
-        poles: below the first and above the last ring, shape (2, 3) [m].
+        poles: poles below the first and above the last ring, shape (2, 3) [m].
         axes: directions forward, across, along in the segment's frame, in columns; right-handed.
-        name: of the surface.
+        name: name of the surface.
     """
     count, sides = rings.shape[:2]
     points = np.concatenate([poles[:1], rings.reshape(-1, 3), poles[1:]])

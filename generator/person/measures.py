@@ -32,6 +32,7 @@ from generator.named_mapping import NamedMapping
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, SurveySample, survey
 from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import Number
 from generator.toml_file.spans import locate_keys
 from generator.units import parse_unit
 from springs.published.reference import Reference
@@ -135,10 +136,11 @@ class BodyDimension:
     """A dimension of the body.
 
     Attributes:
-        name: of ANSUR II, in words joined by "_" ("chest_breadth", "lateral_malleolus_height").
+        name: name of ANSUR II, in words joined by "_" ("chest_breadth",
+            "lateral_malleolus_height").
         value: [m].
-        expected: of the person's sex, stature and mass [m].
-        standard_error: of the expected value [m].
+        expected: expected of the person's sex, stature and mass [m].
+        standard_error: standard error of the expected value [m].
         is_measured: whether the user stated the value.
     """
 
@@ -159,9 +161,9 @@ class MeasuredDimensions(Mapping[str, float]):
     """Dimensions of a measures file [m], by name, with their places.
 
     Attributes:
-        lengths: by name [m].
-        units: of the file's keys, by name.
-        spans: of the file's values, by name.
+        lengths: lengths by name [m].
+        units: units of the file's keys, by name.
+        spans: spans of the file's values, by name.
     """
 
     lengths: Mapping[str, float]
@@ -187,10 +189,10 @@ class Measures:
     """Measures of a person.
 
     Attributes:
-        sex: of the samples that are used.
+        sex: sex of the samples that are used.
         stature: [m].
         mass: [kg].
-        dimensions: by their names; every dimension of ANSUR II that is used.
+        dimensions: dimensions by their names; every dimension of ANSUR II that is used.
         warnings: sentences on measures outside the samples.
     """
 
@@ -220,7 +222,7 @@ def estimate_measures(
     """Estimate all dimensions of a person.
 
     Args:
-        sex: of the sample.
+        sex: sex of the sample.
         stature: [m].
         mass: [kg].
         measured: dimensions by name [m], as `MEASURES_FILE.read` returns them.
@@ -494,7 +496,8 @@ def _parse_measures(source: Source, diagnostics: Diagnostics) -> MeasuredDimensi
     units: dict[str, str] = {}
     for key in document:
         parsed = _parse_key(table, key)
-        value = None if parsed is None else _parse_length(table, key)
+        length = Number(key, 0.0, MAX_DIMENSION, " m", "it is a length", is_positive=True)
+        value = None if parsed is None else length.read(table)
         if parsed is None or value is None:
             continue
         name, unit = parsed
@@ -555,12 +558,3 @@ def _longest_known_prefix(key: str) -> str | None:
     """Name of a dimension that a key is, or begins with before "_"."""
     found = (name for name in survey().dimensions if f"{key}_".startswith(f"{name}_"))
     return max(found, key=len, default=None)
-
-
-def _parse_length(table: TableReader, key: str) -> float | None:
-    """A positive length [m]; None, with an error noted, if it is wrong."""
-    value = table.number(key, negative=False, zero=False, hint="it is a length")
-    if value is not None and value > MAX_DIMENSION:
-        table.error(key, f"`{key}` is too large", f"at most {MAX_DIMENSION:g} m")
-        return None
-    return value

@@ -54,20 +54,20 @@ class PassiveAxis:
     """The passive law about an axis of a joint of a person, and on both sides.
 
     Attributes:
-        joint: without side.
+        joint: joint without side.
         axis: "x", "y" or "z", or None for a hinge.
         motion: name of a positive angle.
-        names: of the joints in the figure.
-        origin: of the law.
-        law: of the sample's mean body.
+        names: names of the joints in the figure.
+        origin: origin of the law.
+        law: law of the sample's mean body.
         scale: factor of its torques for the person.
         scale_rule: how the factor follows.
         ratio: damping ratio of the limb.
-        ratio_origin: of the ratio.
-        ratio_reference: of the ratio, or None.
+        ratio_origin: ratio origin of the ratio.
+        ratio_reference: ratio reference of the ratio, or None.
         ratio_rule: how the ratio was found.
         pendulum: what swings about the axis.
-        stiffness: of the scaled law at rest [N m/rad].
+        stiffness: stiffness of the scaled law at rest [N m/rad].
         choice: why this law was chosen.
     """
 
@@ -266,8 +266,8 @@ def spring_sources(axes: Iterable[PassiveAxis], coupled: SpringsFile) -> tuple[S
     """Return every number of a person's springs with its source, the two-joint law's last.
 
     Args:
-        axes: of `passive_axes`.
-        coupled: of `coupled_leg_springs`.
+        axes: axes of `passive_axes`.
+        coupled: coupled of `coupled_leg_springs`.
     """
     rows = [row for axis in axes for row in _axis_sources(axis)]
     for entry in coupled.coupled:

@@ -47,7 +47,7 @@ class PassiveLaw:
     """An elastic law of the sample's mean body.
 
     Attributes:
-        law: as a springs file holds it.
+        law: law as a springs file holds it.
         references: publications of its numbers.
         rule: how the law follows from them, in sentences, or "".
     """

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from generator.figure import Figure
 from generator.geometry.surface import Surface
+from generator.model import Model
 from generator.person.body import Body, build_body
 from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
@@ -20,9 +21,8 @@ from generator.person.passive_joints import (
 from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
-from generator.springs_file.read import load_springs, read_springs
+from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
-from springs import SpringSet
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Person:
         springs_file: the same as a springs file; None where none were asked for.
         coupled_springs_file: Springs of the legs with a law over hip and knee; None
             likewise.
-        sources: of the numbers, in the order of the parts above.
+        sources: sources of the numbers, in the order of the parts above.
     """
 
     body: Body
@@ -67,18 +67,19 @@ class Person:
         return self.body.measures.warnings
 
     @cached_property
-    def springs(self) -> SpringSet:
-        """The springs of the figure, with which a run needs no others; stops alone without laws."""
-        return read_springs(None, self.figure)
+    def model(self) -> Model:
+        """The figure with its springs, for `simulate`; stops alone without laws."""
+        return Model.of(self.figure)
 
     @cached_property
-    def coupled_springs(self) -> SpringSet:
-        """The springs with a law over hip and knee, for `Plan(springs=...)`; else as `springs`."""
+    def coupled_model(self) -> Model:
+        """The figure with the law over hip and knee; without laws as `model`."""
         if self.coupled_springs_file is None:
-            return self.springs
+            return self.model
         file = Path(f"<coupled>{SPRINGS_FILE.suffix}")
         text = write_springs(self.coupled_springs_file)
-        return load_springs(self.figure, choice=file, text=text).require_value().springs
+        loaded = load_springs(self.figure, choice=file, text=text).require_value()
+        return Model(self.figure, loaded.springs)
 
 
 def build_person(measures: Measures, springs: bool = True) -> Person:

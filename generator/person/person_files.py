@@ -100,7 +100,7 @@ def format_sources(numbers: Iterable[SourcedNumber], figure: str) -> str:
     """Return a table (CSV) with one row a number.
 
     Args:
-        numbers: of a person.
+        numbers: numbers of a person.
         figure: name of the figure file, for the header.
     """
     return format_csv_comment(f"figure {figure}") + format_csv_rows([_COLUMNS, *map(_row, numbers)])

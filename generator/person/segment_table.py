@@ -19,13 +19,13 @@ class SegmentRow:
     """One segment between two end points.
 
     Attributes:
-        segment: in the words of the table.
+        segment: segment in the words of the table.
         ends: abbreviations of the end points.
         length: distance of the end points in the reference body [m].
-        centre: of mass, as a fraction of the length from the first end point.
-        radii: of gyration about the centre of mass, as fractions of the length, about the sagittal
-            (antero-posterior), transverse (medio-lateral) and longitudinal axes.
-        mass: as a fraction of the body's, in the first row of each segment.
+        centre: centre of mass, as a fraction of the length from the first end point.
+        radii: radii of gyration about the centre of mass, as fractions of the length, about the
+            sagittal (antero-posterior), transverse (medio-lateral) and longitudinal axes.
+        mass: mass as a fraction of the body's, in the first row of each segment.
     """
 
     segment: str
@@ -41,11 +41,11 @@ class SegmentTable:
     """Segments of a reference body.
 
     Attributes:
-        sex: of the sample.
-        stature: of the reference body [m].
-        mass: of the reference body [kg].
-        rows: in the order of the publication.
-        reference: of the publication.
+        sex: sex of the sample.
+        stature: stature of the reference body [m].
+        mass: mass of the reference body [kg].
+        rows: rows in the order of the publication.
+        reference: reference of the publication.
     """
 
     sex: Sex

@@ -105,7 +105,7 @@ def _ring(at: float, girth: float, flatness: float = 1.0, forward: float = 0.0) 
         at: position along the axis [m].
         girth: [m].
         flatness: depth over breadth.
-        forward: of its middle, over half of its depth.
+        forward: forward of its middle, over half of its depth.
     """
     half_breadth = girth / (2.0 * pi) * (2.0 / (1.0 + flatness**2)) ** 0.5
     half_depth = half_breadth * flatness
@@ -267,8 +267,8 @@ def _part(
     """Surface of a part of a loft along z.
 
     Args:
-        name: of the segment.
-        loft: of the trunk or a limb.
+        name: name of the segment.
+        loft: loft of the trunk or a limb.
         span: first and last position of the part.
         origin: position of the segment's frame.
         caps: round ends.

@@ -24,7 +24,7 @@ class DataFile:
 
     Attributes:
         reference: the publication.
-        note: on the sample, and on how the numbers were checked.
+        note: note on the sample, and on how the numbers were checked.
         content: its tables and keys.
     """
 
@@ -64,10 +64,10 @@ class SourcedNumber:
 
     Attributes:
         part: segment, joint or "person".
-        quantity: in words ("mass", "length", "viscous damping of flexion").
-        value: in `unit`.
-        unit: of the value ("kg", "m", "kg m2", "N m s/rad"), or "" without one.
-        origin: of the value.
+        quantity: quantity in words ("mass", "length", "viscous damping of flexion").
+        value: value in `unit`.
+        unit: unit of the value ("kg", "m", "kg m2", "N m s/rad"), or "" without one.
+        origin: origin of the value.
         reference: its publication; None for a number of the user or an estimate.
         rule: how the value follows from the reference, or why the estimate is as it is.
     """

@@ -84,12 +84,12 @@ class DimensionFit:
     """A dimension of one sex: constant + per_stature * stature + per_mass * mass.
 
     Attributes:
-        mean: of the sample [m].
+        mean: mean of the sample [m].
         deviation: standard deviation of the sample [m].
         constant: [m].
         per_stature: a number.
         per_mass: [m/kg].
-        standard_error: of the regression [m].
+        standard_error: standard error of the regression [m].
     """
 
     mean: float
@@ -117,11 +117,11 @@ class SurveyDimension:
     """A dimension of the survey.
 
     Attributes:
-        name: in words joined by "_".
+        name: name in words joined by "_".
         meaning: its end points, in words after the noun of its name.
         scaling: beyond the range of the sample.
-        level: of the body, whose dimensions follow each other; "" for one that stands alone.
-        fits: of both sexes.
+        level: level of the body, whose dimensions follow each other; "" for one that stands alone.
+        fits: fits of both sexes.
     """
 
     name: str
@@ -137,8 +137,8 @@ class Survey:
 
     Attributes:
         reference: its report.
-        samples: of both sexes.
-        dimensions: from which a person is built, by name.
+        samples: samples of both sexes.
+        dimensions: dimensions from which a person is built, by name.
         validation: dimensions that a person is only compared with, by name.
     """
 
@@ -155,8 +155,8 @@ class Survey:
         """Value and standard error [m] of a dimension of a person.
 
         Args:
-            name: of a dimension, also of one for validation.
-            sex: of the sample.
+            name: name of a dimension, also of one for validation.
+            sex: sex of the sample.
             stature: [m].
             mass: [kg].
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from generator.diagnostics import ModelError
 from generator.rotations import Array
 from generator.simulation.exudyn_api import exu
-from generator.simulation.integrate import Multipliers, current_multipliers
+from generator.simulation.exudyn_run import Multipliers, current_multipliers
 from generator.simulation.model import ExudynModel
 
 if TYPE_CHECKING:
@@ -71,9 +71,9 @@ class BodyState:
 
     Attributes:
         time: [s].
-        positions: of the centres of mass, shape (B, 3) [m].
+        positions: positions of the centres of mass, shape (B, 3) [m].
         parameters: unit Euler parameters of the segment axes, scalar first, shape (B, 4).
-        velocities: of the centres of mass, shape (B, 3) [m/s].
+        velocities: velocities of the centres of mass, shape (B, 3) [m/s].
         angular_velocities: shape (B, 3) [rad/s].
         angles: unwrapped angle of each revolute joint with springs, or in a coupled law [rad].
     """
@@ -92,7 +92,8 @@ class _ConstraintPattern:
 
     Attributes:
         shape: numbers of rows and of columns.
-        colours: of each body; bodies of one colour have no constraint in common, shape (B,).
+        colours: colours of each body; bodies of one colour have no constraint in common, shape
+            (B,).
         rows: row of each entry.
         columns: column of each entry.
         probes: index of the unit velocities that give each entry.
@@ -355,8 +356,8 @@ def _solve_constrained(
     """Return accelerations (B, 6) and multipliers (rows,), which are zero for unused rows.
 
     Args:
-        masses: of the bodies, shape (B, 6, 6).
-        forces: on them, shape (6 B,).
+        masses: masses of the bodies, shape (B, 6, 6).
+        forces: forces on them, shape (6 B,).
         jacobian: C, shape (rows, 6 B).
         right: g, shape (rows,).
     """

@@ -13,6 +13,7 @@ from typing import assert_never
 
 import numpy as np
 
+from generator.contact.states import ContactStates, ContactTrace, evaluate_contacts
 from generator.diagnostics import ModelError, WallLimitError
 from generator.figure import Vector
 from generator.recording import WHOLE_RECORDING, Accuracy, Ending, Outcome, RecordingPart
@@ -52,22 +53,17 @@ from generator.simulation.compiled.refinement import (
     record_links,
     run_until_agreed,
 )
-from generator.simulation.contacts import (
-    ContactStates,
-    ContactTrace,
-    evaluate_contacts,
-    mean_position,
-)
-from generator.simulation.error_control import RefinedRun, finished_outcome
-from generator.simulation.integrate import (
+from generator.simulation.model import ExudynModel
+from generator.simulation.plan import WallLimit
+from generator.simulation.trace import (
+    RefinedRun,
     Trace,
-    fastest_joint,
+    estimated_accuracy,
+    finished_outcome,
     half_turn_outcome,
+    mean_position,
     solver_failure_outcome,
 )
-from generator.simulation.model import ExudynModel
-from generator.simulation.sensors import HalfTurnCrossing
-from generator.simulation.wall_limit import WallLimit
 
 mark_compiled()  # the imports above have compiled the integrator
 
@@ -116,8 +112,8 @@ def run_compiled(
     """Run a model until two runs agree.
 
     Args:
-        model: without Python functions as torques.
-        times: of the frames [s], shape (n,).
+        model: model without Python functions as torques.
+        times: times of the frames [s], shape (n,).
         limit: wall-time limit, at which the run stops; then contact that is not evaluated is left
             out.
         watch: called several times a second.
@@ -148,7 +144,13 @@ def run_compiled(
         trace,
         closing_wrenches=_closing_wrenches(compiled, run),
     )
-    accuracy = _accuracy(model, agreed)
+    accuracy = estimated_accuracy(
+        run.times,
+        agreed.errors,
+        model.plan.tolerance,
+        (run.last_time - float(run.times[0])) / max(run.steps, 1),
+        agreed.steps,
+    )
     outcome = _outcome(model, agreed, trace, accuracy)
     try:
         contact = _contact_trace(model, compiled, agreed, record, limit)
@@ -157,22 +159,6 @@ def run_compiled(
         contact = _contact_trace(model, compiled, agreed, frozenset(), limit)
         contact = contact and replace(contact, is_complete=False)
     return RefinedRun(replace(trace, contact=contact), outcome, accuracy, wall_time)
-
-
-def _accuracy(model: ExudynModel, agreed: AgreedRun) -> Accuracy:
-    """Return the error of the finest run, estimated by its difference from the one before."""
-    run, tolerance = agreed.run, model.plan.tolerance
-    # The first frame is that of the start in all runs.
-    errors = agreed.errors if len(agreed.errors) > 1 else np.full(1, np.inf)
-    accurate_times = run.times[errors <= tolerance]
-    return Accuracy(
-        float(errors[-1]),
-        tolerance,
-        float(accurate_times[-1]) if accurate_times.size else float(run.times[0]),
-        (run.last_time - float(run.times[0])) / max(run.steps, 1),
-        agreed.steps,
-        errors,
-    )
 
 
 def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accuracy) -> Outcome:
@@ -189,11 +175,10 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
             return Outcome(run.ending, message, last)
         case Ending.TURNED_OVER:
             assert run.turned_joint is not None
-            crossing = HalfTurnCrossing(run.turned_joint, run.last_time)
-            return replace(half_turn_outcome(crossing), last_time=last)
+            turned = half_turn_outcome(run.turned_joint, run.last_time)
+            return replace(turned, last_time=last)
         case Ending.SOLVER_FAILED:
-            joint = fastest_joint(model.figure, trace.angular_velocities[-1])
-            return solver_failure_outcome(joint, last)
+            return solver_failure_outcome(model.figure, trace.angular_velocities[-1], last)
         case _:
             assert_never(run.ending)
 
@@ -350,7 +335,7 @@ def centre_arms(compiled: CompiledModel, bodies: IndexArray, links: Array) -> Ar
     """From the points of bodies to their centres of mass, in world axes, shape (..., B, 3) [m].
 
     Args:
-        compiled: with the centres of mass.
+        compiled: compiled with the centres of mass.
         bodies: links of the B bodies.
         links: recorded columns, shape (..., links, RECORDED_COLUMNS).
     """
@@ -392,8 +377,8 @@ def agreement_with_exudyn(
 
     Args:
         model: the model whose forces, masses and constraints are Exudyn's.
-        trace: with accelerations.
-        displacements: of every joint in the frames [rad or m].
+        trace: trace with accelerations.
+        displacements: displacements of every joint in the frames [rad or m].
     """
     equations = ExudynEquations(model)
     jumps = [time for load, *_ in model.loads for time in load.discontinuities]

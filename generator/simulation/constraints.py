@@ -243,7 +243,7 @@ def add_coordinate_constraints(
     joints = builder.placement.tree.figure.joints
     constraints = [
         _add_constraint(builder, rows, None, None)
-        for rows in _link_equations(prescribed.links.resolved).values()
+        for rows in _link_equations(prescribed.resolved_links).values()
     ]
     if not prescribed.drives:
         return tuple(constraints)

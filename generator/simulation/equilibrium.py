@@ -23,9 +23,10 @@ from generator.kinematics.links import Coordinate
 from generator.kinematics.placement import Placement, forward_kinematics
 from generator.kinematics.prescribed import loop_closure_jacobian
 from generator.loads import LoadKind
+from generator.model import Model
 from generator.rotations import Array
 from generator.simulation.model import ExudynModel, build_model
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.statics import StaticState
 from generator.units import AxisUnits
 from springs import Joining
@@ -114,14 +115,14 @@ class SearchProgress:
 
 
 def find_equilibrium(
-    figure: Figure,
+    model: Model | Figure,
     plan: Plan | None = None,
     watch: Callable[[SearchProgress], None] | None = None,
 ) -> Equilibrium:
-    """Find the equilibrium of a figure under gravity, constant loads and springs.
+    """Find the equilibrium of a model under gravity, constant loads and springs.
 
     Args:
-        figure: figure to settle.
+        model: Figure with springs, as for `simulate`.
         plan: initial pose, springs, gravity, loads at the start time, locked and linked joints;
             velocities and other times are ignored.
         watch: called with the progress after every step.
@@ -137,17 +138,17 @@ def find_equilibrium(
         raise ModelError(
             "find_equilibrium ignores props: call find_resting_pose for a pose on them"
         )
-    model = build_model(figure, replace(plan, velocities={}), resolve_springs(figure, plan))
-    reduced = _ReducedModel(model)
+    built = build_model(model, replace(plan, velocities={}))
+    reduced = _ReducedModel(built)
     start = reduced.static_state(reduced.start[None])
     z, force, steps = _minimise(reduced, plan.wall_limit, watch)
     rest, free, slope = reduced.static_state(z[None]), z.size > 0, reduced.stiffness(z)
-    stores = model.spring_set.joining is not Joining.WEIGHTED and all(
-        spring.is_conservative for spring in model.coupled
+    stores = built.spring_set.joining is not Joining.WEIGHTED and all(
+        spring.is_conservative for spring in built.coupled
     )
     slowest, growth = None, None
     if free:
-        potential = stores and all(load.kind is LoadKind.GLOBAL_FORCE for load, *_ in model.loads)
+        potential = stores and all(load.kind is LoadKind.GLOBAL_FORCE for load, *_ in built.loads)
         slowest, growth = _small_motion_rates(slope, reduced.inertia(z), symmetric=potential)
     return Equilibrium(
         {name: moved.displacements[0] for name, moved in rest.joints.items()},

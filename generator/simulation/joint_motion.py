@@ -7,6 +7,7 @@ from typing import assert_never
 
 import numpy as np
 
+from generator.contact.states import ContactStates, evaluate_contacts
 from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.kinematics.closures import rotation_equations
@@ -19,11 +20,10 @@ from generator.rotations import (
     unit_vector,
 )
 from generator.simulation.constraints import RateTerm
-from generator.simulation.contacts import ContactStates, evaluate_contacts
 from generator.simulation.coupled_springs import coupled_energy, coupled_torques
-from generator.simulation.integrate import Trace
 from generator.simulation.model import ExudynModel
 from generator.simulation.springs import JointKind, generalized_force
+from generator.simulation.trace import Trace
 from springs import (
     NUMPY,
     Joining,

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from generator.contact.plane import Plane
+from generator.contact.scene import FLOOR, Prop, Scene
 from generator.diagnostics import ModelError, Source, format_count
 from generator.figure import Figure, Location, Site, SiteRef
 from generator.input_files.live import (
@@ -36,21 +38,22 @@ from generator.input_files.pose import POSE_FILE
 from generator.kinematics.free_root import free_joints
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import LoadKind, constant_load
+from generator.model import Model
 from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
-from generator.scene import FLOOR, Plane, Prop, Scene
+from generator.run_options import LIVE_ROWS
 from generator.simulation.compiled.runge_kutta import STEPS, TIME
 from generator.simulation.compiled_run import build_trace
-from generator.simulation.contacts import mean_position
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
     newton_euler_reactions,
 )
 from generator.simulation.model import ExudynModel, build_model
-from generator.simulation.plan import Plan
+from generator.simulation.plan import Plan, plan_fields
 from generator.simulation.stepper import Stepper
 from generator.simulation.stepper_state import Setting, StepperState, evaluate
+from generator.simulation.trace import mean_position
 from generator.springs_file.edit import springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import read_springs
@@ -76,10 +79,10 @@ def plan_of_start(figure: Figure, start: LiveStart) -> Plan:
     pose: Mapping[str, Array] = {}
     if start.pose:
         pose = POSE_FILE.parse(Source("pose", start.pose), figure).require_value()
+    own = LIVE_ROWS.keys() - {"frame", "tolerance", "floor"}  # of the stepper; a height
     return Plan(
+        **plan_fields({name: getattr(start, name) for name in own}),
         springs=read_springs(start.springs, figure, start.law),
-        gravity=start.gravity,
-        free_root=start.free_root,
         scene=floor_scene(start.floor),
         displacements={name: tuple(map(float, row)) for name, row in pose.items()},
     )
@@ -91,7 +94,7 @@ class _Frame:
 
     Attributes:
         time: [s].
-        values: of the state, shape (n,).
+        values: values of the state, shape (n,).
         first: the first recorded state with the same setting.
     """
 
@@ -104,9 +107,9 @@ class LiveRun:
     """A simulation that advances by frames and is changed between them.
 
     Attributes:
-        figure: as its file describes it.
-        start: before the first frame.
-        last_outcome: of the last call of `advance`.
+        figure: figure as its file describes it.
+        start: start before the first frame.
+        last_outcome: last outcome of the last call of `advance`.
         floor: its height [m]; None without a floor.
     """
 
@@ -114,9 +117,9 @@ class LiveRun:
         """Compile the equations at the start.
 
         Args:
-            figure: with its file.
-            start: before the first frame.
-            folder: of springs files that changed springs extend; None for the present one.
+            figure: figure with its file.
+            start: start before the first frame.
+            folder: folder of springs files that changed springs extend; None for the present one.
 
         Raises:
             MoverError: the figure or the start cannot be simulated step by step.
@@ -245,7 +248,7 @@ class LiveRun:
 
         Args:
             figure_name: name of the figure's file.
-            sha256: of its bytes, in hexadecimal, or None.
+            sha256: sha256 of its bytes, in hexadecimal, or None.
         """
         return LiveLog(figure_name, sha256, self.start, tuple(self._log), self.frame)
 
@@ -254,9 +257,10 @@ class LiveRun:
 
         The numbers of a frame are those before the changes that were made at it.
         """
-        return _build_recording(
+        recording = _build_recording(
             self._plan, self._frames, len(self._log), self._steps, self._stepper
         )
+        return replace(recording, model=Model(self.figure, self.springs))
 
 
 def replay(
@@ -271,7 +275,7 @@ def replay(
         figure: that the log is of.
         log: its start and changes.
         watch: called with the time after each frame.
-        folder: as for a `LiveRun`.
+        folder: folder as for a `LiveRun`.
 
     Raises:
         MoverError: the figure is another one, or a change cannot be made, or the motion stops.
@@ -297,8 +301,8 @@ class _Span:
     Attributes:
         times: shape (n,) [s].
         joints: motion of each joint.
-        columns: by name of the field of a recording, its values by name.
-        centre: of mass, shape (n, 3) [m].
+        columns: columns by name of the field of a recording, its values by name.
+        centre: centre of mass, shape (n, 3) [m].
     """
 
     times: Array
@@ -313,11 +317,11 @@ def _build_recording(
     """Return the motion of frames; see `LiveRun.recording`.
 
     Args:
-        plan: of the start.
-        frames: in order.
+        plan: plan of the start.
+        frames: frames in order.
         changes: number of changes.
         steps: number of steps of the integrator.
-        stepper: in the state of the last frame.
+        stepper: stepper in the state of the last frame.
     """
     groups: list[list[_Frame]] = []
     for frame in frames:
@@ -386,7 +390,7 @@ class _SpanBuilder:
         """Return the span of frames.
 
         Args:
-            frames: of one setting.
+            frames: frames of one setting.
             near: displacements of the frame before; empty at the start.
         """
         first = frames[0].first
@@ -423,7 +427,7 @@ class _SpanBuilder:
             start = self._plan.displacements.items()
             displacements = {name: row for name, row in start if name in figure.joints}
             plan = replace(self._plan, springs=springs, displacements=displacements)
-            self._models[key] = build_model(figure, plan, springs)
+            self._models[key] = build_model(figure, plan)
         model, plan = self._models[key], self._plan
         loads = [
             constant_load(

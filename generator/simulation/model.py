@@ -7,6 +7,9 @@ from typing import Any, cast
 
 import numpy as np
 
+from generator.contact.scene import Penetration, Scene, deepest_start
+from generator.contact.self_contact import Capsule, CapsulePair, capsule_pairs
+from generator.contact.states import ContactModel
 from generator.diagnostics import Diagnostic, ModelError
 from generator.figure import ContactSphere, Figure
 from generator.figure_file.check import require_valid_figure
@@ -19,7 +22,6 @@ from generator.kinematics.free_root import (
     lowest_point,
     lowest_sphere_point,
 )
-from generator.kinematics.loops import close_loops as close_loops
 from generator.kinematics.loops import consistent_rates
 from generator.kinematics.placement import (
     Displacements,
@@ -31,30 +33,25 @@ from generator.kinematics.placement import (
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
+from generator.model import Model
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array
-from generator.scene import Penetration, Scene, deepest_start
-from generator.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.simulation.bodies import (
+    Constraint,
     add_bodies,
+    add_constraints,
     add_loads,
     add_marker,
     constant_site_loads,
     require_centre_of_mass,
 )
 from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
-from generator.simulation.contacts import ContactModel, add_contacts
+from generator.simulation.contacts import add_contacts
 from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring
 from generator.simulation.exudyn_api import Index, MainSystem, exu
-from generator.simulation.joints import Constraint, add_constraints
-from generator.simulation.plan import Plan, resolve_springs
-from generator.simulation.preconditions import (
-    check_spring_names,
-    model_obstacles,
-    placement_obstacles,
-)
+from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
+from generator.simulation.preconditions import model_obstacles, place, placement_obstacles
 from generator.simulation.springs import Connector, SpringBuilder, add_joint_springs
-from generator.simulation.wall_limit import NO_LIMIT, WallLimit
 from springs import JointSprings, SpringSet
 
 
@@ -78,7 +75,7 @@ class ExudynModel:
         prescribed: locks, links and drives.
         loads: each load with its marker and user function.
         contacts: contact with the props of the plan and of segments; None without props.
-        spring_set: the springs that were built, with the joining of the plan if it has one.
+        spring_set: the springs that were built.
         plan: the plan of the run.
     """
 
@@ -97,14 +94,6 @@ class ExudynModel:
     contacts: ContactModel | None
     spring_set: SpringSet
     plan: Plan
-
-    @classmethod
-    def of(
-        cls, figure: Figure, plan: Plan | None = None, mbs: MainSystem | None = None
-    ) -> "ExudynModel":
-        """Build a figure with the springs of the plan; see `build_model`."""
-        plan = plan or Plan()
-        return build_model(figure, plan, resolve_springs(figure, plan), mbs)
 
     def __repr__(self) -> str:
         """The figure, in a line."""
@@ -152,12 +141,10 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
     prescribed = _build_prescribed_motion(tree, plan, displacements)
     displacements = prescribed.impose_displacements(displacements, plan.start)
     fixed = set(plan.displacements) | prescribed.fixed_joints
-    placement = close_loops(tree, displacements, fixed=fixed)
+    placement = place(tree, displacements, fixed)
     if plan.free_root:
         freed, free_displacements = detach_root(figure, placement.displacements)
-        placement = close_loops(
-            build_tree(freed), free_displacements, fixed=set(free_displacements)
-        )
+        placement = place(build_tree(freed), free_displacements, set(free_displacements))
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
@@ -169,7 +156,8 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         )
         lifted = lift_free_segments(placement, (plan.height - lowest) * up)
         placement = forward_kinematics(placement.tree, lifted)
-    _check_start_outside(placement, plan.scene, spheres)
+    if spheres:
+        _check_start_outside(placement, plan.scene, spheres)
     rates = _initial_rates(placement, plan.velocities)
     imposed = prescribed.impose_rates(rates, plan.start)
     for name in plan.velocities:
@@ -196,7 +184,7 @@ def contact_geometry(
     """
     if not plan.scene.props:
         return {}, {}
-    from generator.geometry.contact_spheres import fit_contact_spheres  # reads surfaces
+    from generator.contact.spheres import fit_contact_spheres  # reads surfaces
 
     fits = fit_contact_spheres(figure)
     spheres = {name: fit.spheres for name, fit in fits.items() if fit.spheres}
@@ -204,7 +192,7 @@ def contact_geometry(
         raise ModelError("the figure cannot touch anything: no segment has a contact sphere")
     if not plan.self_contact:
         return spheres, {}
-    from generator.geometry.capsules import fit_capsules
+    from generator.contact.capsules import fit_capsules
 
     return spheres, fit_capsules(figure, fits)
 
@@ -219,9 +207,9 @@ def deepest_sphere(
     """Return the contact sphere that is deepest in a prop; None without spheres or props.
 
     Args:
-        poses: of the segments in the world, shape (4, 4).
-        scene: with the props.
-        spheres: of each segment that has some.
+        poses: poses of the segments in the world, shape (4, 4).
+        scene: scene with the props.
+        spheres: spheres of each segment that has some.
     """
     names = [name for name, some in spheres.items() for _ in some]
     radii = np.array([sphere.radius for some in spheres.values() for sphere in some])
@@ -254,6 +242,8 @@ def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[
     rates: dict[str, Any] = {
         name: np.zeros(joint.degrees_of_freedom) for name, joint in figure.joints.items()
     }
+    if not velocities:
+        return rates
     free = free_joints(figure)
     for name, values in checked_joint_values(figure, velocities).items():
         joint, displacements = figure.joints[name], placement.displacements[name]
@@ -286,20 +276,18 @@ def _build_prescribed_motion(
 
 
 def build_model(
-    figure: Figure,
-    plan: Plan,
-    springs: SpringSet,
+    model: Model | Figure,
+    plan: Plan | None = None,
     mbs: MainSystem | None = None,
     contacts: ContactModel | None = None,
     limit: WallLimit = NO_LIMIT,
 ) -> ExudynModel:
-    """Build a figure into an Exudyn system: bodies, sites, joints, springs, loads, contacts.
+    """Build a model into an Exudyn system: bodies, sites, joints, springs, loads, contacts.
 
     Args:
-        figure: the figure to build.
-        plan: initial pose, velocities, gravity, loads, kind of torques.
-        springs: the springs of the joints; those of a joint that detaching the root removes are
-            left out.
+        model: Figure with springs, as for `simulate`; springs of a joint that detaching the root
+            removes are left out.
+        plan: Initial pose, velocities, gravity, loads, kind of torques; None for `Plan()`.
         mbs: a system to build into, which the caller assembles; None creates one and assembles it.
         contacts: spheres of the segments, which may be inside the props of the plan, and capsules;
             None takes those of the figure, whose spheres must start outside.
@@ -310,27 +298,26 @@ def build_model(
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure or the plan cannot be built; the message says why.
     """
-    springs = fitting_springs(figure, plan, springs)
+    model, plan = resolve_model(model, plan or Plan())
+    require_valid_model(model)
     if contacts is None:
-        start = initial_state(figure, plan)
+        start = initial_state(model.figure, plan)
     else:
-        start = initial_state(figure, replace(plan, scene=Scene(), self_contact=False))
+        start = initial_state(model.figure, replace(plan, scene=Scene(), self_contact=False))
         start = replace(start, spheres=contacts.spheres, pairs=contacts.pairs)
-    require_defined_torques(start.placement, springs)
-    return _build_from_initial_state(start, plan, springs, mbs, limit)
+    require_defined_torques(start.placement, model.springs)
+    return _build_from_initial_state(start, plan, model.springs, mbs, limit)
 
 
-def fitting_springs(figure: Figure, plan: Plan, springs: SpringSet) -> SpringSet:
-    """Return the springs with the joining of the plan, if it has one.
+def require_valid_model(model: Model) -> None:
+    """Raise an error for a model that cannot be simulated in any pose.
 
     Raises:
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure cannot be simulated with the springs; the message says why.
     """
-    require_valid_figure(figure, to_simulate=True)
-    check_spring_names(figure, springs)
-    _require_none(model_obstacles(figure, springs))
-    return springs if plan.joining is None else replace(springs, joining=plan.joining)
+    require_valid_figure(model.figure, to_simulate=True)
+    _require_none(model_obstacles(model))
 
 
 def require_defined_torques(placement: Placement, springs: SpringSet) -> None:
@@ -357,9 +344,11 @@ def _build_from_initial_state(
     if mbs is None:
         container = exu.SystemContainer()
         mbs = container.AddSystem()
-    rates = consistent_rates(
-        placement, start.rates, fixed=set(plan.velocities) | prescribed.fixed_joints
-    )
+    if placement.tree.closures:
+        fixed = set(plan.velocities) | prescribed.fixed_joints
+        rates = consistent_rates(placement, start.rates, fixed=fixed)
+    else:
+        rates = placement.tree.kinematics.displacement_vector(start.rates)
     bodies, ground = add_bodies(mbs, placement, rates, plan.gravity)
     sites = {
         f"{segment.name}.{site.name}": add_marker(
@@ -401,7 +390,9 @@ def _build_from_initial_state(
         if name in moving
     }
     coupled = tuple(add_coupled_spring(builder, spring, connectors) for spring in coupled_springs)
-    constraints = add_coordinate_constraints(builder, prescribed, plan.start)
+    constraints: tuple[CoordinateConstraint, ...] = ()
+    if prescribed:
+        constraints = add_coordinate_constraints(builder, prescribed, plan.start)
     loads = [*constant_site_loads(figure, plan.start, plan.stop), *plan.loads]
     moving_loads = [load for load in loads if load.site.segment not in figure.ground]
     added_loads = add_loads(mbs, placement, bodies, moving_loads)

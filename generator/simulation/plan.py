@@ -1,17 +1,21 @@
-"""Parameters of a run that are not part of the figure, and its choice of springs."""
+"""Parameters of a run that are not part of the figure, its springs and its wall-time limit."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from math import hypot, isfinite, ulp
+import time
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from math import hypot, inf, isfinite, ulp
 from pathlib import Path
-from typing import cast
+from typing import Any, NamedTuple, cast
 
+from generator.contact.scene import NO_SCENE, Scene, add_floor
+from generator.diagnostics import ModelError, WallLimitError
 from generator.drive import Drive
 from generator.figure import Figure
-from generator.kinematics.links import Links
+from generator.kinematics.links import NO_LINKS, Links
 from generator.loads import TimedLoad
-from generator.recording import Integrator
-from generator.scene import Scene
+from generator.model import Model
+from generator.run_options import RUN_OPTIONS, Integrator
+from generator.toml_file.rows import Number
 from springs import Joining, SpringSet
 
 Vector = tuple[float, float, float]
@@ -20,9 +24,6 @@ STANDARD_GRAVITY: Vector = (0.0, -9.81, 0.0)
 
 MAX_FRAMES = 1_000_000
 """Largest number of frames of a run that a command makes, for the memory."""
-
-MAX_HEIGHT = 1e6
-"""Largest initial height that a command takes [m]; positions there are rounded to 1e-10 m."""
 
 _TIME_TOLERANCE = 1e-9
 """Time by which a run may extend beyond a drive [s]."""
@@ -42,8 +43,8 @@ class Plan:
         frame: interval between recorded frames [s].
         tolerance: required joint-angle error [rad]; ignored with a fixed `step`.
         step: fixed step [s]; None controls the step by the estimated error.
-        springs: the springs to use, such as `person.springs`; None for those that the figure brings
-            along or that are beside its file, or for its own `stiff`, `rest`, `damp` and limits.
+        springs: Springs of a figure that is simulated without a `Model`; None for those beside its
+            file, or for its own `stiff`, `rest`, `damp` and limits.
         spring_choice: source of the springs if `springs` is None: a path, a NAME beside the
             figure's file, "none" or "printed".
         joining: law that joins the axes of a spherical joint; None uses that of the springs.
@@ -80,12 +81,12 @@ class Plan:
     gravity: Vector = STANDARD_GRAVITY
     free_root: bool = False
     height: float | None = None
-    scene: Scene = field(default_factory=Scene)
+    scene: Scene = NO_SCENE
     self_contact: bool = False
     displacements: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     velocities: Mapping[str, Sequence[float]] = field(default_factory=dict[str, Sequence[float]])
     loads: Sequence[TimedLoad] = ()
-    links: Links = field(default_factory=Links)
+    links: Links = NO_LINKS
     locked: Sequence[str] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
     integrator: Integrator = Integrator.COMPILED
@@ -108,7 +109,7 @@ class Plan:
             raise ValueError("springs are a SpringSet; a file or a name is the spring_choice")
         if not isinstance(cast("object", self.springs), SpringSet | None):
             raise ValueError(
-                "springs are a SpringSet, such as person.springs or read_springs(...), "
+                "springs are a SpringSet, such as read_springs(...), "
                 f"not a {type(self.springs).__name__}"
             )
         if isinstance(self.scene, str | Path):
@@ -119,30 +120,29 @@ class Plan:
             )
         if isinstance(self.locked, str):
             raise ValueError(f'locked are names of joints: ("{self.locked}",)')
-        values = {"start": self.start, "stop": self.stop, "frame": self.frame}
-        values.update(tolerance=self.tolerance, step=1.0 if self.step is None else self.step)
-        for name, value in values.items():
-            if not isfinite(value):
-                raise ValueError(f"{name} must be finite, not {value:g}")
         if len(self.gravity) != 3 or not all(map(isfinite, self.gravity)):
             raise ValueError(f"gravity needs three finite components, not {self.gravity}")
+        own = {each.name: getattr(self, each.name) for each in fields(self)}
+        for option in RUN_OPTIONS.values():
+            value, default = own.get(option.field), getattr(Plan, option.field, None)
+            if not isinstance(option.row, Number) or value in (None, default):
+                continue
+            if not isfinite(value) and option.field != "wall_limit":  # which may be infinite
+                raise ValueError(f"{option.field} must be finite, not {value:g}")
+            fault = option.row.fault(value)
+            if fault is not None:
+                raise ValueError(f"{option.field} {fault}")
         if not self.stop > self.start:
             raise ValueError(
                 f"the stop time {self.stop:g} s is not after the start {self.start:g} s"
             )
-        if self.height is not None:
-            if not isfinite(self.height):
-                raise ValueError(f"the height must be finite, not {self.height:g}")
-            if not self.free_root:
-                raise ValueError("a height needs a free root: other figures hang from the ground")
-        if self.self_contact and not self.scene.props:
-            raise ValueError("self-contact needs a scene: without props nothing is touched")
-        for name in ("frame", "tolerance", "wall_limit"):
-            if not getattr(self, name) > 0.0:
-                quantity = name.replace("_", " ")
-                raise ValueError(f"the {quantity} must be positive, not {getattr(self, name):g}")
-        if self.step is not None and not self.step > 0.0:
-            raise ValueError(f"the step must be positive, not {self.step:g} s")
+        own |= {"scene": self.scene.props or None, "tolerance": None}  # which a step replaces
+        settings = [key for key, value in own.items() if value is not None and value is not False]
+        for key in settings:
+            known = own.keys() - ({"scene"} if key == "height" else ())  # a scene frees no figure
+            sentence = _contradiction(key, settings, known, str)
+            if sentence:
+                raise ValueError(sentence)
         latest, interval = max(abs(self.start), abs(self.stop)), self.stop - self.start
         interval = min(interval, self.frame)
         if ulp(latest) > _MAX_TIME_ROUNDING * interval:
@@ -163,22 +163,156 @@ class Plan:
     @property
     def up(self) -> Vector:
         """Unit vector against gravity; the world's y without gravity."""
-        size = hypot(*self.gravity)
-        if size == 0.0:
-            return (0.0, 1.0, 0.0)
-        x, y, z = self.gravity
-        return (-x / size, -y / size, -z / size)
+        return _opposite(self.gravity)
 
 
-def resolve_springs(figure: Figure, plan: Plan) -> SpringSet:
-    """Return the springs of the plan, or those of its choice for the figure.
+def _opposite(gravity: Vector) -> Vector:
+    """Return the unit vector against gravity; the world's y without gravity."""
+    size = hypot(*gravity)
+    if size == 0.0:
+        return (0.0, 1.0, 0.0)
+    x, y, z = gravity
+    return (-x / size, -y / size, -z / size)
+
+
+def plan_fields(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a plan for values of options by their keys; None for a wrong one.
+
+    A floor and a scene free the figure, which starts on the props unless a height is given.
+
+    Raises ModelError for a floor beside a scene with one.
+    """
+    own = {each.name for each in fields(Plan)}
+    values = {
+        option.field: settings[key]
+        for key, option in RUN_OPTIONS.items()
+        if settings.get(key) is not None and option.field in own and not option.is_text
+    }
+    if not settings.keys() & {"floor", "scene"}:
+        return values
+    scene = settings.get("scene") or NO_SCENE
+    if settings.get("floor"):
+        up = _opposite(values.get("gravity", STANDARD_GRAVITY))
+        scene = add_floor(scene, up, settings.get("friction"))
+    return {"height": 0.0, **values, "free_root": True, "scene": scene}
+
+
+class OptionFault(NamedTuple):
+    """A contradiction of options, with the keys of those of which one is to be changed."""
+
+    keys: tuple[str, ...]
+    sentence: str
+
+
+def option_faults(
+    settings: Mapping[str, Any], known: Container[str], name: Callable[[str], str]
+) -> Iterator[OptionFault]:
+    """Yield the contradictions of options that are given.
+
+    A hint follows the first colon or semicolon of a sentence.
+
+    Args:
+        settings: Values of the options that are given, by their keys; None for a wrong one.
+        known: Keys of the options that may be given.
+        name: Name of an option for a key, in the notation of the asker.
+    """
+    for key in settings:
+        sentence = _contradiction(key, settings, known, name)
+        if sentence:
+            yield OptionFault((RUN_OPTIONS[key].excludes or key,), sentence)
+    values = {key: value for key, value in settings.items() if value is not None}
+    height = values.get("height", 0.0)
+    if "floor" in settings and height < 0.0:
+        sentence = f"at {name('height')} {height:g} the figure would start below the floor"
+        yield OptionFault(("height",), f"{sentence}; 0 is on the floor")
+    start, stop, frame = (values.get(key, getattr(Plan, key)) for key in ("start", "stop", "frame"))
+    if frame > 0.0 and (stop - start) / frame > MAX_FRAMES:
+        hint = f"use a longer {name('frame')} or an earlier {name('stop')}"
+        yield OptionFault(("frame", "stop", "start"), f"more than {MAX_FRAMES:,} frames; {hint}")
+
+
+def _contradiction(
+    key: str, settings: Container[str], known: Container[str], name: Callable[[str], str]
+) -> str:
+    """Return which option a given one needs or excludes; "" for none."""
+    option = RUN_OPTIONS.get(key)
+    if option is None:
+        return ""
+    reason = f": {option.reason}" if option.reason else ""
+    if option.excludes in settings:
+        return f"{name(key)} and {name(option.excludes)} exclude each other{reason}"
+    needs = [one for one in option.needs if one in known]
+    if not needs or any(one in settings for one in needs):
+        return ""
+    *others, last = map(name, needs)
+    listed = f"{', '.join(others)} or {last}" if others else last
+    return f"{name(key)} needs {listed}{reason}"
+
+
+def resolve_model(model: Model | Figure, plan: Plan) -> tuple[Model, Plan]:
+    """Return a model with the springs and the law that a plan states, and the plan without them.
+
+    A figure gets the springs of the plan, or those of its choice, by default its own.
 
     Raises:
-        InputError: the springs' file is missing or has errors, all of which are listed.
-        ModelError: the file replaces a `stiff`, `rest` or `damp` that was changed in Python.
+        InputError: The springs' file is missing or has errors, all of which are listed.
+        ModelError: The file replaces a `stiff`, `rest` or `damp` that was changed in Python, or
+            both the model and the plan have springs.
+        UnknownNameError: The springs are of a joint that the figure does not have.
     """
-    if plan.springs is not None:
-        return plan.springs
-    from generator.springs_file.read import read_springs  # not needed for springs made in Python
+    if isinstance(model, Figure):
+        springs = plan.springs
+        model = (
+            Model.of(model, plan.spring_choice, plan.joining)
+            if springs is None
+            else Model(model, springs)
+        )
+    elif plan.springs is not None or plan.spring_choice is not None:
+        raise ModelError(
+            "both the model and the plan have springs: leave them out of the plan, or simulate "
+            "the model's figure"
+        )
+    if plan.joining is not None:
+        model = replace(model, springs=replace(model.springs, joining=plan.joining))
+    return model, replace(plan, springs=None, spring_choice=None, joining=None)
 
-    return read_springs(plan.spring_choice, figure, plan.joining)
+
+@dataclass(frozen=True)
+class WallLimit:
+    """Wall-time limit of a run that has begun.
+
+    Attributes:
+        seconds: the limit [s].
+        deadline: `time.monotonic()` at which it is reached.
+    """
+
+    seconds: float
+    deadline: float
+
+    @classmethod
+    def begin(cls, seconds: float) -> "WallLimit":
+        """Return the limit of a run that begins now."""
+        return cls(seconds, time.monotonic() + seconds)
+
+    @property
+    def remaining(self) -> float:
+        """Return the time until the limit, negative after it [s]."""
+        return self.deadline - time.monotonic()
+
+    @property
+    def is_reached(self) -> bool:
+        """Return whether the limit is reached."""
+        return self.remaining < 0.0
+
+    def require_time(self, phase: str) -> None:
+        """Raise WallLimitError if the limit is reached.
+
+        Args:
+            phase: Phase of the run, as a clause ("the model was built").
+        """
+        if self.is_reached:
+            raise WallLimitError(f"the wall-time limit of {self.seconds:g} s was reached {phase}")
+
+
+NO_LIMIT = WallLimit(inf, inf)
+"""Limit that is never reached."""

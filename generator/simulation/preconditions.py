@@ -1,22 +1,36 @@
 """Obstacles to a simulation: the one definition of what can be simulated.
 
 `mover check`, `mover describe`, `mover simulate` and `build_model` all ask here; Exudyn is not
-needed for the answer.
+needed for the answer, but for a run: `import_exudyn` says what it lacks.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Iterator, Mapping, Sequence, Set
+from contextlib import redirect_stdout
+from io import StringIO
 
 import numpy as np
 
-from generator.diagnostics import Diagnostic, ModelError, error, spelling_hint
+from generator.diagnostics import (
+    Diagnostic,
+    ModelError,
+    NotInstalledError,
+    error,
+    spelling_hint,
+)
 from generator.figure import Figure, Joint, is_rotation
 from generator.figure_file import simulation_diagnostics
 from generator.figure_file.resolve import origin_span
 from generator.joint_chain import build_chain
 from generator.kinematics.loops import OpenLoopError, close_loops
-from generator.kinematics.placement import Placement, initial_displacements
-from generator.kinematics.tree import build_tree
-from generator.named_mapping import UnknownNameError
+from generator.kinematics.placement import (
+    Displacements,
+    Placement,
+    forward_kinematics,
+    initial_displacements,
+)
+from generator.kinematics.tree import Tree, build_tree
+from generator.model import Model
 from generator.rotations import (
     PERPENDICULAR_TOLERANCE,
     Array,
@@ -31,32 +45,42 @@ _HALF_TURN_TOLERANCE = 1e-6
 
 
 def simulation_obstacles(
-    figure: Figure, springs: SpringSet, start: Mapping[str, Sequence[float]] | None = None
+    model: Model, start: Mapping[str, Sequence[float]] | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Return the reasons why a figure with its springs cannot be simulated; none if it can.
+    """Return the reasons why a model cannot be simulated; none if it can.
 
     Args:
-        figure: a figure without errors of its file.
-        springs: the springs of its joints.
+        model: Figure without errors of its file, with springs.
         start: initial displacements by joint, in place of the figure's own [rad or m].
     """
-    obstacles = model_obstacles(figure, springs)
+    obstacles = model_obstacles(model)
     if obstacles:
         return obstacles
-    tree, values = build_tree(figure), start or {}
+    tree, values = build_tree(model.figure), start or {}
     displacements = {
         **initial_displacements(tree),
         **{name: np.asarray(value, dtype=float) for name, value in values.items()},
     }
     try:
-        placement = close_loops(tree, displacements, fixed=set(values))
+        placement = place(tree, displacements, set(values))
     except OpenLoopError as failure:
         return (error(str(failure), hint="set other start values with --set"),)
-    return tuple(placement_obstacles(placement, springs, values))
+    return tuple(placement_obstacles(placement, model.springs, values))
 
 
-def model_obstacles(figure: Figure, springs: SpringSet) -> tuple[Diagnostic, ...]:
+def place(tree: Tree, displacements: Displacements, fixed: Set[str]) -> Placement:
+    """Return the placement at displacements [rad or m]; the loops of a tree that has some close.
+
+    Raises OpenLoopError; see `close_loops`.
+    """
+    if tree.closures:
+        return close_loops(tree, displacements, fixed)
+    return forward_kinematics(tree, displacements)
+
+
+def model_obstacles(model: Model) -> tuple[Diagnostic, ...]:
     """Return the obstacles that hold in all poses: masses, chains, and springs without an axis."""
+    figure = model.figure
     obstacles = (*simulation_diagnostics(figure), *chain_obstacles(figure))
     if not figure.bodies:
         fixed = error(
@@ -64,7 +88,7 @@ def model_obstacles(figure: Figure, springs: SpringSet) -> tuple[Diagnostic, ...
             hint=f"the root's segment `{figure.root.segment}` is fixed",
         )
         obstacles = (*obstacles, fixed)
-    return obstacles or tuple(_spring_axis_obstacles(figure, springs))
+    return obstacles or tuple(_spring_axis_obstacles(model))
 
 
 def chain_obstacles(figure: Figure) -> Iterator[Diagnostic]:
@@ -79,24 +103,10 @@ def chain_obstacles(figure: Figure) -> Iterator[Diagnostic]:
             )
 
 
-def check_spring_names(figure: Figure, springs: SpringSet) -> None:
-    """Raise UnknownNameError for springs of a joint that the figure does not have."""
-    for name in springs.joints.keys() - figure.joints.keys():
-        hint = spelling_hint(name, figure.joints)
-        raise UnknownNameError(f"the springs are for joint `{name}`, unknown to the figure; {hint}")
-
-
-def _spring_axis_obstacles(figure: Figure, springs: SpringSet) -> Iterator[Diagnostic]:
+def _spring_axis_obstacles(model: Model) -> Iterator[Diagnostic]:
     """Yield the springs whose axis or translation their joint does not have."""
-    try:
-        check_spring_names(figure, springs)
-    except UnknownNameError as failure:
-        yield error(str(failure))
-    for name, own in springs.joints.items():
-        joint = figure.joints.get(name)
-        if joint is None:
-            continue
-        turns, slides = _chain_axes(joint)
+    for name, own in model.springs.joints.items():
+        turns, slides = _chain_axes(model.figure.joints[name])
         if own.axes and not turns:
             yield error(f"joint {name} has springs about axes but no rotation")
         elif own.axes and len(turns) == 1:
@@ -109,8 +119,8 @@ def _spring_axis_obstacles(figure: Figure, springs: SpringSet) -> Iterator[Diagn
             for spring in own.translations:
                 if not _is_parallel(spring, slides):
                     yield error(f"joint {name} has no translation along {spring.direction}")
-    for spring in springs.coupled:
-        yield from _coupled_obstacles(figure, spring)
+    for spring in model.springs.coupled:
+        yield from _coupled_obstacles(model.figure, spring)
 
 
 def _chain_axes(joint: Joint) -> tuple[list[Array], list[Array]]:
@@ -216,3 +226,32 @@ def _translation_obstacle(
 def _has_damping(spring: AxisSpring) -> bool:
     has_friction = any(isinstance(law, Frictional) for law in spring.elastic)
     return has_friction or spring.damping.viscous > 0.0 or spring.damping.coulomb > 0.0
+
+
+def import_exudyn() -> None:
+    """Import Exudyn, in its build without range checks if available.
+
+    That build is a sixth faster and gives the same numbers; if Exudyn is loaded already, nothing
+    changes. Exudyn's announcement on the standard output is suppressed.
+
+    Raises:
+        NotInstalledError: Exudyn cannot be loaded; the message names the missing library.
+    """
+    if "exudyn" not in sys.modules:
+        sys.exudynFast = True  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        with redirect_stdout(StringIO()):
+            import exudyn as _  # noqa: F401
+    except ImportError as failure:
+        raise NotInstalledError(_import_error_message(str(failure))) from None
+
+
+def _import_error_message(failure: str) -> str:
+    """Message that names what is missing and how to install it."""
+    library = failure.split(":")[0]
+    if not library.startswith("lib"):
+        return f"Exudyn cannot be loaded: {failure}"
+    return (
+        f"Exudyn cannot be loaded because this system lacks the library {library}; "
+        "on Debian and Ubuntu, install it with `apt-get install libgl1`"
+    )

@@ -13,11 +13,11 @@ import numpy as np
 from generator.kinematics.loops import OpenLoopError, close_loops, consistent_rates
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.prescribed import PrescribedMotion, loop_closure_jacobian
-from generator.recording import Ending, Outcome
+from generator.recording import Outcome
 from generator.rotations import Array
-from generator.simulation.integrate import Trace
 from generator.simulation.joint_motion import JointMotion
 from generator.simulation.model import ExudynModel
+from generator.simulation.trace import Trace
 
 _RANK_TOLERANCE = 1e-7
 """Singular values below this count as zero [m or 1]."""
@@ -46,12 +46,10 @@ def constraint_drift(
 def explain_singularity(
     model: ExudynModel, outcome: Outcome, joints: Mapping[str, JointMotion]
 ) -> Outcome:
-    """Attribute a failure to a joint that ends near a pole of its displacements.
+    """Attribute a failure of the solver to a joint that ends near a pole of its displacements.
 
     Two of its axes coincide there, so the rates of single displacements are undefined.
     """
-    if outcome.ending is not Ending.SOLVER_FAILED:
-        return outcome
     constrained_joints = {
         term.joint
         for constraint in model.coordinate_constraints
@@ -77,7 +75,7 @@ def explain_singularity(
 def explain_dead_point(
     model: ExudynModel, outcome: Outcome, joints: Mapping[str, JointMotion]
 ) -> Outcome:
-    """Attribute a failure to a dead point of a driven loop.
+    """Attribute a failure of the solver to a dead point of a driven loop.
 
     The rates of the free displacements do not close the loop there. The square of the smallest
     singular value decreases linearly to zero, so two frames give the time of the dead point.
@@ -88,8 +86,7 @@ def explain_dead_point(
         {name: moved.displacements for name, moved in joints.items()},
     )
     count = min(map(len, displacements.values()), default=0)
-    failed = outcome.ending is Ending.SOLVER_FAILED
-    if not (failed and prescribed.drives and tree.closures) or count < 2:
+    if not (prescribed.drives and tree.closures) or count < 2:
         return outcome
     squared_slopes: list[float] = []
     for k in (count - 2, count - 1):

@@ -17,14 +17,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.joint_chain import build_chain
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.recording import Ending
 from generator.rotations import Array, inverse_pose
-from generator.scene import Scene
 from generator.simulation.compiled.layout import (
     BALL,
     COORDINATE,
@@ -40,7 +41,7 @@ from generator.simulation.compiled_run import (
     centre_velocities,
 )
 from generator.simulation.equilibrium import NEUTRAL_RATE_SQUARED, NoEquilibriumError
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.stepper import Stepper
 from generator.simulation.stepper_state import evaluate
 from springs import Joining
@@ -97,16 +98,16 @@ class RestingPose:
 
     Attributes:
         figure: the figure, with a free root the detached one.
-        displacements: of its joints, shape (n,) [rad or m].
-        poses: of its segments, shape (4, 4).
-        forces: of the props on each segment with contact spheres, shape (3,) [N].
+        displacements: displacements of its joints, shape (n,) [rad or m].
+        poses: poses of its segments, shape (4, 4).
+        forces: forces of the props on each segment with contact spheres, shape (3,) [N].
         depths: deepest penetration of each such segment, zero where it touches nothing [m].
-        weight: of the figure [N].
-        shares: of the weight, carried by each segment; empty without gravity.
+        weight: weight of the figure [N].
+        shares: shares of the weight, carried by each segment; empty without gravity.
         centre_of_mass: shape (3,) [m].
-        height: of the centre of mass, from the world's origin [m].
-        energy: of gravity, springs and contact [J]; None if a law has none, such as the weighted
-            one.
+        height: height of the centre of mass, from the world's origin [m].
+        energy: energy of gravity, springs and contact [J]; None if a law has none, such as the
+            weighted one.
         start_energy: the same at the start.
         acceleration: largest one that is left, of the segment `fastest` [m/s^2]: the root mean
             square of the accelerations of its mass points.
@@ -147,14 +148,14 @@ class RestingPose:
 
 
 def find_resting_pose(
-    figure: Figure, plan: Plan, watch: Callable[[float, float], None] | None = None
+    model: Model | Figure, plan: Plan, watch: Callable[[float, float], None] | None = None
 ) -> RestingPose:
-    """Find the pose in which a figure comes to rest on the props of a plan.
+    """Find the pose in which a model comes to rest on the props of a plan.
 
     Other starts lead to other poses.
 
     Args:
-        figure: without closed loops.
+        model: Figure without closed loops, with springs, as for `simulate`.
         plan: its start, springs, gravity, root, pose, scene, locks and loads; velocities and
             other times are ignored.
         watch: called with the simulated time [s] and the largest acceleration [m/s^2].
@@ -167,10 +168,9 @@ def find_resting_pose(
         raise ModelError("a figure comes to rest on props: the plan has none")
     if plan.drives:
         raise NoEquilibriumError("a driven joint does not come to rest")
-    springs = resolve_springs(figure, plan)
+    model, plan = resolve_model(model, plan)
     scene = _replace_surfaces(plan.scene, _damped)
-    start = replace(plan, springs=springs, velocities={}, scene=scene)
-    stepper = Stepper(figure, start, _STEP_TOLERANCE)
+    stepper = Stepper(model, replace(plan, velocities={}, scene=scene), _STEP_TOLERANCE)
     search = _Search(stepper, plan.wall_limit)
     start_energy, start_height = _potential_energy(stepper), _height(stepper, plan)
     unstable_tests = 0
@@ -189,8 +189,8 @@ def find_resting_pose(
         unstable_tests += 1
         if growth > MAX_GROWTH and unstable_tests < _UNSTABLE_TESTS:
             continue
-        stores = (plan.joining or springs.joining) is not Joining.WEIGHTED and all(
-            spring.law.is_conservative for spring in springs.coupled
+        stores = model.springs.joining is not Joining.WEIGHTED and all(
+            spring.law.is_conservative for spring in model.springs.coupled
         )
         return _resting_pose(still, plan, motion, growth, start_energy if stores else None)
     raise NoEquilibriumError(_restless_message(stepper, plan, start_height))
@@ -400,7 +400,7 @@ class AttachedPose:
     """Displacements of the joints of a figure that holds its root, in a pose of the free figure.
 
     Attributes:
-        displacements: of all joints, shape (n,) [rad or m].
+        displacements: displacements of all joints, shape (n,) [rad or m].
         turned: segments whose orientation in the world these do not hold.
         moved: segments whose place they do not hold.
     """
@@ -416,7 +416,7 @@ def attach_pose(figure: Figure, rest: RestingPose) -> AttachedPose:
     Those of the joints to the ground are the nearest ones that they can have.
 
     Args:
-        figure: before its root was freed.
+        figure: figure before its root was freed.
         rest: its resting pose.
     """
     tree = build_tree(figure)

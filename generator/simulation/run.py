@@ -10,49 +10,41 @@ from typing import cast
 
 import numpy as np
 
+from generator.contact.record import ContactRecord
+from generator.contact.summary import build_contact_record
 from generator.figure import Figure
 from generator.kinematics.free_root import attaching_joints
+from generator.model import Model
 from generator.recording import (
     EARLY_STOP_ENDINGS,
     WHOLE_RECORDING,
-    Accuracy,
     Ending,
-    Integrator,
     Outcome,
     Recording,
     RecordingPart,
 )
 from generator.rotations import Array
+from generator.run_options import Integrator
 from generator.simulation.compiled.code_cache import require_numba
-from generator.simulation.contact_summary import build_contact_record
-from generator.simulation.contacts import mean_position
-from generator.simulation.error_control import (
-    RELIABLE_STEP,
-    RELIABLE_STEP_WITH_CONTACT,
-    RefinedRun,
-    first_step,
-    refine_until_converged,
-)
-from generator.simulation.integrate import IntegrationPass, frame_times, integrate
+from generator.simulation.exudyn_run import run_exudyn
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
     constraint_torques,
+    contact_of_trace,
     drive_torques,
     energy_by_kind,
     newton_euler_reactions,
 )
 from generator.simulation.model import ExudynModel, build_model
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
 from generator.simulation.projection import (
     constraint_drift,
     explain_dead_point,
     explain_singularity,
     project_to_constraints,
 )
-from generator.simulation.step_schedule import StepHints
-from generator.simulation.wall_limit import WallLimit
-from springs import SpringSet
+from generator.simulation.trace import RefinedRun, Trace, frame_times, mean_position
 
 MAX_JOINT_GAP = 0.01
 """Largest gap between a joint's sites; a larger one is a failure of the run [m]."""
@@ -79,17 +71,17 @@ class Progress:
 
 
 def simulate(
-    figure: Figure,
+    model: Model | Figure,
     plan: Plan | None = None,
     watch: Callable[[Progress], None] | None = None,
     *,
     record: Collection[RecordingPart] = WHOLE_RECORDING,
     threads: int = 2,
 ) -> Recording:
-    """Simulate a figure under gravity, loads and the springs of its joints.
+    """Simulate a model under gravity, loads and the springs of its joints.
 
     Args:
-        figure: the figure, with the springs of the plan, or with its own.
+        model: Figure with springs; a figure alone gets the springs of the plan, or its own.
         plan: parameters of the run; None for one second at the default tolerance.
         watch: called with the progress: after every frame by Exudyn's integrator, several times a
             second by the compiled one.
@@ -106,46 +98,38 @@ def simulate(
 
     Raises:
         WallLimitError: the wall-time limit was reached while the model was built.
-        MoverError: the figure or the plan cannot be built; the message states the reason.
-        TypeError: the figure is a name, or the plan a number.
+        MoverError: the model or the plan cannot be built; the message states the reason.
+        TypeError: the model is a name, or the plan a number.
     """
     plan = Plan() if plan is None else plan
-    if not isinstance(cast("object", figure), Figure):
+    if not isinstance(cast("object", model), Model | Figure):
         raise TypeError(
-            f"simulate needs a Figure, such as person.figure or read_figure(...), not {figure!r}"
+            "simulate needs a Model or a Figure, such as person.model or read_figure(...), "
+            f"not {model!r}"
         )
     if isinstance(plan, int | float):
         raise TypeError(f"the second argument is a Plan, such as Plan(stop=2.0), not {plan!r}")
     limit = WallLimit.begin(plan.wall_limit)
-    springs = resolve_springs(figure, plan)
-    holders = [name for name in attaching_joints(figure) if name not in plan.drives]
-    if plan.scene.props and not plan.free_root and holders:
+    model, plan = resolve_model(model, plan)
+    if plan.scene.props and not plan.free_root:
+        holders = [name for name in attaching_joints(model.figure) if name not in plan.drives]
         names = " and ".join(f"`{name}`" for name in holders)
-        warnings.warn(
-            f"The figure stays attached to the ground by {names} and does not fall: "
-            "Plan(free_root=True) removes the attachment.",
-            stacklevel=2,
-        )
+        if holders:
+            warnings.warn(
+                f"The figure stays attached to the ground by {names} and does not fall: "
+                "Plan(free_root=True) removes the attachment.",
+                stacklevel=2,
+            )
     times = frame_times(plan.start, plan.stop, plan.frame)
-    runner = _PassRunner(figure, plan, springs, times, limit, watch, frozenset(record), threads)
-    obstacle = _compiled_obstacle(runner.first_model)
+    runner = _Runner(model, plan, times, limit, watch, frozenset(record), threads)
+    obstacle = _compiled_obstacle(runner.model)
     was_compiled = obstacle is None
     if obstacle is None:
         recording = _try_compiled(runner)
         if isinstance(recording, Recording):
             return recording
         obstacle = recording
-    if plan.step is None:
-        refined = refine_until_converged(
-            runner.first_model.figure,
-            plan.tolerance,
-            runner.run_pass,
-            runner.longest_step,
-            limit.deadline,
-            RELIABLE_STEP if runner.first_model.contacts is None else RELIABLE_STEP_WITH_CONTACT,
-        )
-    else:
-        refined = _fixed_step_run(runner.run_pass())
+    refined = run_exudyn(runner.model, runner.rebuild, times, limit.deadline, runner.report)
     recording = _build_recording(runner, refined)
     if was_compiled and recording.outcome.ending is Ending.SOLVER_FAILED:
         # Exudyn's method was expected to be cheaper, but it fails: take all the steps.
@@ -171,9 +155,7 @@ def _compiled_obstacle(model: ExudynModel) -> str | None:
     return None
 
 
-def _try_compiled(
-    runner: "_PassRunner", max_steps_per_second: float | None = None
-) -> Recording | str:
+def _try_compiled(runner: "_Runner", max_steps_per_second: float | None = None) -> Recording | str:
     """Run the model by the compiled method, or return why its result does not count.
 
     By default a motion that needs too many steps per simulated second does not count.
@@ -189,7 +171,7 @@ def _try_compiled(
 
     try:
         refined = run_compiled(
-            runner.first_model,
+            runner.model,
             runner.times,
             runner.limit,
             runner.report,
@@ -200,20 +182,19 @@ def _try_compiled(
     except (BranchingLawError, StiffMotionError) as failure:
         return str(failure)
     recording = _build_recording(runner, refined)
-    agreement = agreement_with_exudyn(runner.first_model, refined.trace, recording.displacements)
+    agreement = agreement_with_exudyn(runner.model, refined.trace, recording.displacements)
     if not agreement <= MAX_DISAGREEMENT:
         return f"the compiled accelerations differ from Exudyn's by {agreement:.1e}"
     return replace(recording, agreement_with_exudyn=agreement)
 
 
-class _PassRunner:
-    """Runs the passes of a simulation, each on a new model."""
+class _Runner:
+    """Common data of the passes of a simulation, each of which needs a new model."""
 
     def __init__(
         self,
-        figure: Figure,
+        model: Model,
         plan: Plan,
-        springs: SpringSet,
         times: Array,
         limit: WallLimit,
         watch: Callable[[Progress], None] | None,
@@ -221,80 +202,27 @@ class _PassRunner:
         threads: int,
     ) -> None:
         self.record, self.threads = record, threads
-        self._figure, self._plan, self._springs = figure, plan, springs
+        self.subject, self._plan = model, plan
         self.times, self.limit, self._watch = times, limit, watch
-        self._passes = 0
+        self.build_time = 0.0
+        self.model = self.rebuild(limit)
+
+    def rebuild(self, limit: WallLimit = NO_LIMIT) -> ExudynModel:
+        """Return a new model; a limit applies to the time of building."""
         start = time.monotonic()
-        self.first_model: ExudynModel = build_model(figure, plan, springs, limit=limit)
-        self.build_time = time.monotonic() - start
-
-    @property
-    def _newton_tolerance(self) -> float:
-        """Relative tolerance of Newton's method in the next pass.
-
-        It decreases with each pass, so that the residual of Newton's method contributes to the
-        difference of passes like any other error.
-        """
-        if self._plan.step is not None:
-            return 1e-9
-        first = min(1e-2 * self._plan.tolerance, 1e-5)
-        return max(first * max(0.1**self._passes, 1e-3), 1e-11)
-
-    @property
-    def longest_step(self) -> float:
-        """Fixed step of the plan, or the step of the first pass [s]."""
-        frame = float(self.times[1] - self.times[0])
-        return self._plan.step or first_step(frame, self._plan.tolerance)
+        model = build_model(self.subject, self._plan, limit=limit)
+        self.build_time += time.monotonic() - start
+        return model
 
     def report(self, number: int, step: float, now: float) -> None:
-        """Report the progress of a compiled run."""
+        """Report the progress of a pass."""
         if self._watch is not None:
             self._watch(Progress(number, step, now))
 
-    def run_pass(self, subdivision: int = 1, hints: StepHints | None = None) -> IntegrationPass:
-        """Run a pass with the longest step subdivided, using the hints of an earlier one."""
-        model, newton = self.first_model, self._newton_tolerance
-        if self._passes:
-            start = time.monotonic()
-            model = build_model(self._figure, self._plan, self._springs)
-            self.build_time += time.monotonic() - start
-        self._passes += 1
-        number, watch = self._passes, self._watch
 
-        def on_frame(now: float) -> None:
-            if watch is not None:
-                watch(Progress(number, self.longest_step / subdivision, now))
-
-        return integrate(
-            model,
-            self.times,
-            self.longest_step,
-            newton,
-            self.limit.deadline,
-            on_frame,
-            hints,
-            subdivision,
-        )
-
-
-def _fixed_step_run(only_pass: IntegrationPass) -> RefinedRun:
-    """Return the result of a run with a fixed step."""
-    last = float(only_pass.trace.times[-1])
-    message = (
-        only_pass.outcome.message
-        or f"Finished {last:.4g} s with a fixed step of {only_pass.step:.3g} s."
-    )
-    accuracy = Accuracy(
-        None, None, last, only_pass.step, only_pass.steps, np.full(len(only_pass.trace), np.nan)
-    )
-    return RefinedRun(
-        only_pass.trace, replace(only_pass.outcome, message=message), accuracy, only_pass.wall_time
-    )
-
-
-def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
+def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
     """Convert a run to the figure's joints and segments."""
-    model, trace = runner.first_model, refined.trace
+    model, trace = runner.model, refined.trace
     figure = model.figure
     motion = SegmentMotion(model, trace)
     starts = model.placement.displacements
@@ -311,6 +239,9 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         trace = project_to_constraints(model, trace, joints)
         motion = SegmentMotion(model, trace)
         joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
+    outcome = refined.outcome
+    if model.prescribed and outcome.ending is Ending.SOLVER_FAILED:
+        outcome = explain_singularity(model, explain_dead_point(model, outcome, joints), joints)
     record = runner.record
     passive_torques: dict[str, Array] = {}
     if {RecordingPart.PASSIVE_TORQUES, RecordingPart.REACTIONS} & record:
@@ -342,21 +273,38 @@ def _build_recording(runner: _PassRunner, refined: RefinedRun) -> Recording:
         passive_torques=passive_torques if RecordingPart.PASSIVE_TORQUES in record else {},
         centre_of_mass=mean_position(figure, trace.positions),
         energy=energy_by_kind(model, trace, joints) if RecordingPart.ENERGY in record else {},
-        outcome=explain_singularity(
-            model, explain_dead_point(model, refined.outcome, joints), joints
-        ),
+        outcome=outcome,
         accuracy=refined.accuracy,
         constraint_drift=_max_over_joints(gaps),
-        strayed=_max_over_joints(constraint_drifts),
+        prescribed_motion_drift=_max_over_joints(constraint_drifts),
         drive_torques=drive_torques(model, constraint_moments, joints) if reactions else {},
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=model.spring_set.origin,
         law=model.spring_set.joining.value,
-        contact=build_contact_record(model, trace, motion.poses)
-        if RecordingPart.CONTACT in record
+        contact=_contact_record(model, trace, motion.poses)
+        if model.contacts is not None and RecordingPart.CONTACT in record
         else None,
         recorded=record,
+        model=runner.subject,
+    )
+
+
+def _contact_record(
+    model: ExudynModel, trace: Trace, poses: Mapping[str, Array]
+) -> ContactRecord | None:
+    """Return the contact of a run; None without props, or if it was not evaluated."""
+    if model.contacts is None or trace.contact is None or not trace.contact.is_complete:
+        return None
+    return build_contact_record(
+        model.contacts,
+        trace.contact,
+        contact_of_trace(model, trace),
+        model.figure,
+        poses,
+        trace.times,
+        model.plan.gravity,
+        model.plan.up,
     )
 
 
@@ -409,7 +357,7 @@ def _truncate_at_separation(
         refined.accuracy,
         estimate=None if estimate is None else float(by_frame[-1]),
         by_frame=by_frame,
-        held_until=min(last, refined.accuracy.held_until),
+        tolerance_met_until=min(last, refined.accuracy.tolerance_met_until),
     )
     return replace(
         refined,

@@ -1,53 +1,36 @@
 """Sensors of springs, loads and drives at every step, and the integrals of their power.
 
-Exudyn's sensors are C++ and cost almost nothing; they are read at intervals, so that a long run
-does not keep every step in memory.
+Exudyn's sensors are C++ and cost almost nothing.
 """
 
-from dataclasses import dataclass
 from functools import reduce
 from typing import assert_never
 
 import numpy as np
 
+from generator.contact.states import ContactStates, ContactTrace, evaluate_contacts
 from generator.loads import LoadKind, TimedLoad
 from generator.rotations import Array
 from generator.simulation.constraints import CoordinateConstraint
-from generator.simulation.contacts import (
-    ContactStates,
-    ContactTrace,
-    evaluate_contacts,
-    mean_position,
-)
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import Index, exu, items
 from generator.simulation.model import ExudynModel
 from generator.simulation.springs import Connector, JointKind
-from generator.simulation.step_schedule import BreakpointCrossing, StepHints
+from generator.simulation.trace import mean_position
 from springs import AxisSpring, Joining, damping_torque, elastic_torque
 
 _MIN_HALF_TURN_ANGLE = 2.0
 """Angle above which a reversal of the rotation vector is a passage through 180 deg [rad]."""
 
 
-@dataclass(frozen=True)
-class HalfTurnCrossing:
-    """Crossing of 180 deg by a joint whose springs depend on its rotation vector."""
-
-    joint: str
-    time: float
-
-
 class SensorLog:
     """Sensors on the springs and loads of a model, and the integrals of their power.
 
-    `work` contains the integrals since the start [J] at each frame that was read, shape (3,):
-    dissipation by damping, work against springs without an energy (the weighted law and coupled
-    laws that are not a gradient), and work of loads and drives; by the trapezoidal rule over
-    the steps. With contact they are followed by the losses by impact damping and friction [J],
-    and the impulses on all segments with contact spheres [N s]. `crossings` contains the
-    breakpoint crossings of springs, `tracked_displacements` the displacements at the frames of
-    springs with breakpoints [rad or m].
+    `work` contains the integrals since the start [J], shape (3,): dissipation by damping, work
+    against springs without an energy (the weighted law and coupled laws that are not a gradient),
+    and work of loads and drives; by the trapezoidal rule over the steps. With contact they are
+    followed by the losses by impact damping and friction [J], and the impulses on all segments
+    with contact spheres [N s].
     """
 
     def __init__(self, model: ExudynModel) -> None:
@@ -57,10 +40,9 @@ class SensorLog:
         self._last_rotations: dict[str, Array] = {}
         contacts = model.contacts
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
-        self.work: list[Array] = [np.zeros(3 if contacts is None else 5 + impulses)]
+        self.work: Array = np.zeros(3 if contacts is None else 5 + impulses)
         self._body_sensors = [] if contacts is None else self._add_body_sensors()
         self._contact_steps: list[tuple[Array, ContactStates, Array, Array]] = []
-        self.crossings: list[BreakpointCrossing] = []
         self._springs = [
             (joint, connector, *self._add_connector_sensors(connector))
             for joint, connectors in model.springs.items()
@@ -80,31 +62,9 @@ class SensorLog:
             for constraint in model.coordinate_constraints
             if constraint.driven_joint
         ]
-        self._tracked = {
-            f"{joint} {connector.kind.value} {number}": (connector, spring, position_sensor)
-            for joint, connector, position_sensor, _ in self._springs
-            for number, spring in enumerate(connector.springs)
-            if any(law.breakpoints for law in spring.elastic)
-        }
         model.mbs.Assemble()
         if contacts is not None:
             self._read_start()
-        self.tracked_displacements = {
-            name: [self.current_displacement(name)] for name in self._tracked
-        }
-
-    @property
-    def step_hints(self) -> StepHints:
-        """Hints for the next pass."""
-        return StepHints(
-            sorted(self.crossings, key=lambda crossing: crossing.time), self.tracked_displacements
-        )
-
-    def current_displacement(self, label: str) -> float:
-        """Current displacement of a spring [rad or m]."""
-        connector, spring, sensor = self._tracked[label]
-        value = np.atleast_1d(np.asarray(self._model.mbs.GetSensorValues(sensor)))
-        return float(value @ _sensor_axis(connector, spring))
 
     def _add_connector_sensors(self, connector: Connector) -> tuple[Index, Index]:
         kinds = exu.OutputVariableType
@@ -170,16 +130,19 @@ class SensorLog:
         )
         return states, mean_position(model.figure, positions), accelerations
 
-    def contact_trace(self, count: int) -> ContactTrace | None:
-        """Return the contact of the steps read so far, with `count` frames; None without props."""
+    def contact_trace(self, work: Array) -> ContactTrace | None:
+        """Return the contact of the steps read so far; None without props.
+
+        Args:
+            work: `work` at n frames, shape (n, k).
+        """
         if self._model.contacts is None:
             return None
-        work = np.array(self.work[:count])
         steps = self._contact_steps
         states = reduce(ContactStates.extend, [states for _, states, *_ in steps])
         return ContactTrace(
             work[:, 3:5],
-            work[:, 5:].reshape(count, -1, 3),
+            work[:, 5:].reshape(len(work), -1, 3),
             np.concatenate([times for times, *_ in steps]),
             states,
             np.concatenate([centres for *_, centres, _ in steps]),
@@ -217,18 +180,16 @@ class SensorLog:
             )
         )
 
-    def read(self, frames: Array) -> HalfTurnCrossing | None:
-        """Read the steps since the last reading.
-
-        Args:
-            frames: times of the frames since the last reading [s], shape (n,).
+    def read(self) -> tuple[str, float] | None:
+        """Read the steps of the last call of the integrator.
 
         Returns:
-            The first crossing of 180 deg in that time, if any.
+            The first joint whose springs depend on its rotation vector and that crossed 180 deg in
+            that time, and when [s]; None if none did.
         """
         times: Array | None = None
         powers: list[list[Array]] = [[], [], []]
-        half_turns: list[HalfTurnCrossing] = []
+        half_turns: list[tuple[str, float]] = []
         rotations: dict[str, Array] = {}
         rates: dict[str, Array] = {}
         for joint, connector, position_sensor, rate_sensor in self._springs:
@@ -252,11 +213,6 @@ class SensorLog:
         for spring in self._nonconservative:
             torques = coupled_torques(spring, self._model.placement.tree.chains, rotations)
             powers[1].extend(-_power(torque, rates[joint]) for joint, torque in torques.items())
-        for track, (connector, spring, sensor) in self._tracked.items():
-            rows = self._stored_rows(sensor)
-            values = rows[:, 1:] @ _sensor_axis(connector, spring)
-            self.crossings.extend(_breakpoint_crossings(track, spring, rows[:, 0], values))
-            self.tracked_displacements[track].extend(np.interp(frames, rows[:, 0], values).tolist())
         for load, sensor in self._loads:
             rate = self._stored_rows(sensor)
             times = rate[:, 0]
@@ -274,62 +230,41 @@ class SensorLog:
             states = outputs[0]
             forces = states.forces.reshape(times.size, -1)
             contact = [states.impact_power, states.friction_power, *forces.T]
-        if times is None:
-            self.work.extend(np.zeros(3) for _ in frames)
-        else:
+        if times is not None:
             summed = np.array([*(_sum_powers(power, times.size) for power in powers), *contact])
-            self._integrate_power(times, summed, frames)
-        return min(half_turns, key=lambda crossing: crossing.time, default=None)
+            self._integrate_power(times, summed)
+        return min(half_turns, key=lambda crossing: crossing[1], default=None)
 
     def _stored_rows(self, sensor: Index) -> Array:
         """Rows of (time, values) since the last reading."""
         return np.atleast_2d(np.asarray(self._model.mbs.GetSensorStoredData(sensor)))
 
-    def _integrate_power(self, times: Array, powers: Array, frames: Array) -> None:
+    def _integrate_power(self, times: Array, powers: Array) -> None:
         if self._last_powers is not None:
             times = np.concatenate([[self._last_powers[0]], times])
             powers = np.column_stack([self._last_powers[1], powers])
         strips = 0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times)
-        sums = np.column_stack([np.zeros(len(powers)), np.cumsum(strips, axis=1)])
-        slack = 1e-3 * (float(times[-1]) - float(times[0])) / times.size
-        indices: list[int] = np.searchsorted(times, frames - slack).tolist()
-        start = self.work[-1]
-        self.work.extend(start + sums[:, index] for index in indices)
+        self.work = self.work + np.sum(strips, axis=1)
         self._last_powers = (float(times[-1]), powers[:, -1])
 
     def _half_turn_crossings(
         self, joint: str, times: Array, rotations: Array
-    ) -> list[HalfTurnCrossing]:
+    ) -> list[tuple[str, float]]:
         """Find the first reversal of a rotation vector."""
         last = self._last_rotations.get(joint)
         track = rotations if last is None else np.vstack([last, rotations])
         self._last_rotations[joint] = rotations[-1]
         is_reversed = np.sum(track[1:] * track[:-1], axis=1) < 0.0
-        is_large = np.linalg.norm(track[1:], axis=1) > _MIN_HALF_TURN_ANGLE
+        # Near 180 deg Exudyn's vectors are short by rounding, so one of two neighbours counts.
+        sizes = np.linalg.norm(track, axis=1)
+        is_large = np.maximum(sizes[1:], sizes[:-1]) > _MIN_HALF_TURN_ANGLE
         hits = np.nonzero(is_reversed & is_large)[0]
-        return (
-            [HalfTurnCrossing(joint, float(times[hits[0] + times.size - len(track)]))]
-            if hits.size
-            else []
-        )
+        return [(joint, float(times[k + 1 + times.size - len(track)])) for k in hits[:1]]
 
     def nearest_half_turn(self) -> tuple[str, float] | None:
         """Return the spherical joint with springs nearest to 180 deg, and its angle [rad]."""
         angles = {name: float(np.linalg.norm(r)) for name, r in self._last_rotations.items()}
         return max(angles.items(), key=lambda item: item[1]) if angles else None
-
-
-def _breakpoint_crossings(
-    label: str, spring: AxisSpring, times: Array, values: Array
-) -> list[BreakpointCrossing]:
-    """Find breakpoint crossings of a spring by linear interpolation between steps."""
-    crossings: list[BreakpointCrossing] = []
-    for breakpoint in {breakpoint for law in spring.elastic for breakpoint in law.breakpoints}:
-        offset = values - breakpoint
-        for k in np.nonzero(offset[1:] * offset[:-1] < 0.0)[0]:
-            speed = float((offset[k + 1] - offset[k]) / (times[k + 1] - times[k]))
-            crossings.append(BreakpointCrossing(label, float(times[k] - offset[k] / speed), speed))
-    return crossings
 
 
 def _sensor_axis(connector: Connector, spring: AxisSpring) -> Array:

@@ -64,9 +64,11 @@ class Connector:
         springs: its springs; empty if it only measures.
         kind: kind of the displacement that it acts on.
         function: its user function, which must outlive the system; None if it only measures.
-        axis_index: of a revolute or prismatic, the index of its axis in the joint's chain.
-        output_weights: of a revolute or prismatic, weights of the output in the displacement.
-        angle_node: of a revolute, the node that stores its angle at the last step.
+        axis_index: axis index of a revolute or prismatic, the index of its axis in the joint's
+            chain.
+        output_weights: output weights of a revolute or prismatic, weights of the output in the
+            displacement.
+        angle_node: angle node of a revolute, the node that stores its angle at the last step.
     """
 
     item: Index

@@ -7,18 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from generator.contact_record import first_impact, mean_at_end
+from generator.contact.record import first_impact, mean_at_end
 from generator.diagnostics import ModelError, MoverError
 from generator.figure import Figure
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.simulation.model import initial_state
-from generator.simulation.plan import Plan
+from generator.simulation.plan import NO_LIMIT, Plan, WallLimit
 from generator.simulation.run import simulate
-from generator.simulation.wall_limit import NO_LIMIT, WallLimit
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class StartStudy:
             with a fixed step.
         failures: sentence of each start that failed, by its number, from 1.
         spread: standard deviation of the starts' angles [rad].
-        seed: of the random numbers.
+        seed: seed of the random numbers.
     """
 
     impact_times: Array
@@ -64,10 +64,10 @@ def vary_start(figure: Figure, plan: Plan, spread: float, generator: np.random.G
     joints that are locked, driven or linked stay. Loops are closed again by the other joints.
 
     Args:
-        figure: as its file describes it.
-        plan: of the run.
+        figure: figure as its file describes it.
+        plan: plan of the run.
         spread: standard deviation of the changes [rad].
-        generator: of the random numbers.
+        generator: generator of the random numbers.
 
     Raises OpenLoopError for a loop that cannot be closed.
     """
@@ -91,7 +91,7 @@ def vary_start(figure: Figure, plan: Plan, spread: float, generator: np.random.G
 
 
 def study_starts(
-    figure: Figure,
+    model: Model | Figure,
     plan: Plan,
     count: int,
     spread: float,
@@ -105,11 +105,11 @@ def study_starts(
     the wall-time limit of all starts leaves no time for.
 
     Args:
-        figure: the figure.
-        plan: of the run, with a scene.
+        model: Model, or a figure with the springs of the plan or its own.
+        plan: plan of the run, with a scene.
         count: number of starts.
         spread: standard deviation of the starts' angles [rad].
-        seed: of the random numbers.
+        seed: seed of the random numbers.
         watch: called with the number of each run that has ended.
         limit: wall-time limit of all runs together, beside that of the plan for each.
 
@@ -120,6 +120,7 @@ def study_starts(
     """
     if not plan.scene.props:
         raise ModelError("falls from several starts need a plan whose scene has props")
+    figure = model if isinstance(model, Figure) else model.figure
     initial_state(figure, plan)
     generator = np.random.default_rng(seed)
 
@@ -129,7 +130,7 @@ def study_starts(
                 limit.require_time(f"before start {number}")
                 remaining = max(min(plan.wall_limit, limit.remaining), _LEAST_WALL_LIMIT)
                 varied = vary_start(figure, plan, spread, generator)
-                run = simulate(figure, replace(varied, wall_limit=remaining))
+                run = simulate(model, replace(varied, wall_limit=remaining))
             except MoverError as failure:
                 yield failure
             else:
@@ -148,10 +149,10 @@ def summarize_starts(
     """Return the study of N runs, or errors of starts that could not be built.
 
     Args:
-        runs: with contact; of each, only its numbers are kept.
+        runs: runs with contact; of each, only its numbers are kept.
         up: upward unit vector, shape (3,).
         spread: standard deviation of the starts' angles [rad].
-        seed: of the random numbers.
+        seed: seed of the random numbers.
     """
     failures: dict[int, str] = {}
     falls: list[_Fall] = []
@@ -201,5 +202,5 @@ def _read_fall(run: Recording, up: Array) -> _Fall:
         {name: one.peak_force for name, one in contact.segments.items()},
         mean_at_end(run.times, run.centre_of_mass @ up),
         np.nan if carried is None else carried,
-        None if accuracy.asked is None else bool(accuracy.held_until >= run.times[-1]),
+        None if accuracy.tolerance is None else bool(accuracy.tolerance_met_until >= run.times[-1]),
     )

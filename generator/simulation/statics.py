@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Site
 from generator.kinematics.links import Links
@@ -24,13 +25,12 @@ from generator.kinematics.placement import (
     site_pose,
 )
 from generator.loads import LoadKind, TimedLoad
+from generator.model import Model
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_product, matrix_from_rotation_vector
-from generator.scene import Scene
 from generator.simulation.bodies import body_pose
 from generator.simulation.coupled_springs import coupled_torques
 from generator.simulation.exudyn_api import exu, rigid
-from generator.simulation.integrate import Trace
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
@@ -38,9 +38,10 @@ from generator.simulation.joint_motion import (
     energy_by_kind,
 )
 from generator.simulation.model import ExudynModel, build_model, initial_state
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.preconditions import is_at_half_turn
 from generator.simulation.springs import JointKind
+from generator.simulation.trace import Trace
 from springs import elastic_torque, total_torque
 
 
@@ -217,14 +218,14 @@ def _add_force(wrench: Array, force: Array, point: Array) -> None:
 
 
 def static_torques(
-    figure: Figure, poses: Sequence[Displacements], plan: Plan | None = None
+    model: Model | Figure, poses: Sequence[Displacements], plan: Plan | None = None
 ) -> Mapping[str, Array]:
     """Torque of every joint's passive springs on its child, in n poses at rest.
 
     Gravity, props, loads, velocities, links, locks and drives are ignored.
 
     Args:
-        figure: a figure without closed loops.
+        model: Figure without closed loops, with springs, as for `simulate`.
         poses: n poses, as displacements by joint [rad or m]; other joints have the displacements of
             the plan, or of the figure. A revolute may be rotated more than once.
         plan: choice of springs, joining and kind of torques; None for `Plan()`.
@@ -247,9 +248,10 @@ def static_torques(
         locked=(),
         drives={},
     )
-    unloaded = _remove_loads(figure)
+    model, static_plan = resolve_model(model, static_plan)
+    unloaded = _remove_loads(model.figure)
     static_model = _StaticModel.from_model(
-        build_model(unloaded, static_plan, resolve_springs(figure, static_plan))
+        build_model(replace(model, figure=unloaded), static_plan)
     )
     placements = [
         initial_state(
@@ -273,8 +275,9 @@ class _StaticModel:
         model: the model, without gravity and loads.
         solver: solver that evaluates the right-hand side and never takes a step.
         coordinates: indices of each body's position and Euler parameters among all coordinates.
-        revolute_springs: for each revolute with a spring its joint, the index of its axis in the
-            chain, and the index of its last angle in Exudyn's data, by which turns are counted.
+        revolute_springs: revolute springs for each revolute with a spring its joint, the index of
+            its axis in the chain, and the index of its last angle in Exudyn's data, by which turns
+            are counted.
         spherical_joints: names of the joints whose springs depend on a rotation vector.
         reference: reference values that Exudyn adds to its coordinates.
     """

@@ -21,6 +21,8 @@ from typing import cast
 
 import numpy as np
 
+from generator.contact.scene import Scene
+from generator.contact.states import ContactModel
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Location, Site, SiteRef, Vector
 from generator.kinematics.free_root import detach_root, free_joints
@@ -30,10 +32,11 @@ from generator.kinematics.placement import Placement
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind, constant_load
+from generator.model import Model
 from generator.named_mapping import NamedMapping
-from generator.recording import Ending, Integrator, Outcome
+from generator.recording import Ending, Outcome
 from generator.rotations import Array
-from generator.scene import Scene
+from generator.run_options import Integrator
 from generator.simulation.agreement import ExudynEquations
 from generator.simulation.bodies import constant_site_loads
 from generator.simulation.compiled.layout import (
@@ -46,25 +49,24 @@ from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, 
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
 from generator.simulation.compiled.recorder import BranchingLawError
 from generator.simulation.compiled.refinement import MAX_STEPS_PER_SECOND
-from generator.simulation.compiled.runge_kutta import FRESH, REJECTED, STEP, STEPS, SWITCH
-from generator.simulation.compiled_run import build_trace, frame_disagreement
-from generator.simulation.contacts import ContactModel
-from generator.simulation.integrate import (
-    fastest_joint,
-    half_turn_outcome,
-    solver_failure_outcome,
+from generator.simulation.compiled.runge_kutta import (
+    NEEDS_FIRST_STAGE,
+    REJECTED,
+    STEP,
+    STEPS,
+    SWITCH,
 )
+from generator.simulation.compiled_run import build_trace, frame_disagreement
 from generator.simulation.model import (
     InitialState,
     build_model,
     contact_geometry,
     deepest_sphere,
-    fitting_springs,
     initial_state,
     require_defined_torques,
+    require_valid_model,
 )
-from generator.simulation.plan import Plan, resolve_springs
-from generator.simulation.sensors import HalfTurnCrossing
+from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.stepper_state import (
     FIRST_STEP,
     Point,
@@ -74,6 +76,7 @@ from generator.simulation.stepper_state import (
     project_velocities,
     weighted_velocities,
 )
+from generator.simulation.trace import half_turn_outcome, solver_failure_outcome
 from springs import SpringSet
 
 DEFAULT_STEP_TOLERANCE = 1e-4
@@ -109,12 +112,15 @@ class Stepper:
     """
 
     def __init__(
-        self, figure: Figure, plan: Plan | None = None, tolerance: float = DEFAULT_STEP_TOLERANCE
+        self,
+        model: Model | Figure,
+        plan: Plan | None = None,
+        tolerance: float = DEFAULT_STEP_TOLERANCE,
     ) -> None:
         """Start at the initial pose and velocities of a plan.
 
         Args:
-            figure: without closed loops.
+            model: Figure without closed loops, with springs, as for `simulate`.
             plan: its start, springs, gravity, root, pose, velocities, scene, loads, locks and
                 drives are used, but not its stop time, interval of frames and tolerance; None for
                 the pose of the file at rest.
@@ -125,13 +131,17 @@ class Stepper:
             MoverError: the figure or the plan cannot be simulated by the compiled method; the
                 message states the reason.
         """
-        if not isinstance(cast("object", figure), Figure):
-            message = f"a Stepper needs a Figure, such as read_figure(...), not {figure!r}"
+        if not isinstance(cast("object", model), Model | Figure):
+            message = (
+                f"a Stepper needs a Model or a Figure, such as read_figure(...), not {model!r}"
+            )
             raise TypeError(message)
         if not (isfinite(tolerance) and tolerance > 0.0):
             raise ValueError(f"the tolerance must be positive, not {tolerance:g}")
         plan = Plan() if plan is None else plan
-        springs = fitting_springs(figure, plan, resolve_springs(figure, plan))
+        whole, _ = resolve_model(model, plan)
+        require_valid_model(whole)
+        figure, springs = whole.figure, whole.springs
         start = initial_state(figure, plan)
         placement, prescribed = start.placement, start.prescribed
         obstacle = _obstacle(plan, start)
@@ -152,8 +162,10 @@ class Stepper:
             {},
             ContactModel(plan.scene, start.spheres, start.pairs) if start.spheres else None,
         )
-        model = self._compile(setting, placement, rates, prescribed, plan.start)
-        self._state = StepperState.start(setting, model, model.initial_state, plan.start, placement)
+        compiled = self._compile(setting, placement, rates, prescribed, plan.start)
+        self._state = StepperState.start(
+            setting, compiled, compiled.initial_state, plan.start, placement
+        )
 
     def __repr__(self) -> str:
         """Figure and time, in a line."""
@@ -211,7 +223,7 @@ class Stepper:
         if ending == COLLAPSED:
             self._state.progress.clock[STEP] = FIRST_STEP
             spins = self._state.links[self._state.bodies, SPIN : SPIN + 3]
-            return solver_failure_outcome(fastest_joint(self.figure, spins), self.time)
+            return solver_failure_outcome(self.figure, spins, self.time)
         message = (
             f"stopped at {self.time:.6g} s: the motion needs more than "
             f"{MAX_STEPS_PER_SECOND:,} steps a second"
@@ -241,7 +253,7 @@ class Stepper:
         just_before = reached - _HALF_TURN_MARGIN
         if just_before > before.time and self._march(just_before, limit) != FINISHED:
             self._state = before
-        return replace(half_turn_outcome(HalfTurnCrossing(joint, reached)), last_time=self.time)
+        return replace(half_turn_outcome(joint, reached), last_time=self.time)
 
     @property
     def time(self) -> float:
@@ -351,8 +363,8 @@ class Stepper:
 
         Args:
             segment: a moving one.
-            force: in world axes, shape (3,) [N].
-            point: in the segment's frame, shape (3,) [m]. Forces at different points add.
+            force: force in world axes, shape (3,) [N].
+            point: point in the segment's frame, shape (3,) [m]. Forces at different points add.
         """
         _ = self.figure.segments[segment]  # an unknown name raises
         if segment not in self._state.model.segment_links:
@@ -370,8 +382,9 @@ class Stepper:
         Raises:
             ModelError: the springs do not fit the figure, or a law cannot be compiled.
         """
-        springs = fitting_springs(self._figure, self._plan, springs)
-        self._rebuild(replace(self._state.setting, springs=springs))
+        model, _ = resolve_model(self._figure, replace(self._plan, springs=springs))
+        require_valid_model(model)
+        self._rebuild(replace(self._state.setting, springs=model.springs))
 
     def set_scene(self, scene: Scene) -> None:
         """Replace the props: others, other places, shapes or surfaces; or remove them.
@@ -451,7 +464,7 @@ class Stepper:
         state, before = self._state, self._state.kinetic_energy
         progress = state.progress
         progress.state[state.model.rate_places] = 0.0
-        progress.counts[FRESH] = 1
+        progress.counts[NEEDS_FIRST_STAGE] = 1
         progress.clock[STEP] = FIRST_STEP
         state.forget_motion()
         progress.state[DISSIPATION - POWERS] += before - state.kinetic_energy
@@ -462,15 +475,15 @@ class Stepper:
         tables = build_tables(setting, state.model)._replace(branches=state.mechanism.branches)
         self._state = replace(state, setting=setting, mechanism=tables)
         progress = self._state.progress
-        progress.counts[FRESH] = 1
+        progress.counts[NEEDS_FIRST_STAGE] = 1
         progress.state[EXTERNAL - POWERS] += work
 
     def _rebuild(self, setting: Setting, displacements: Mapping[str, Array] | None = None) -> None:
         """Compute other tables for the present poses and velocities.
 
         Args:
-            setting: with another tree, other springs or other locks.
-            displacements: of another tree; None for the present ones [rad or m].
+            setting: setting with another tree, other springs or other locks.
+            displacements: displacements of another tree; None for the present ones [rad or m].
         """
         old, before, time = self._state, self._state.energy, self.time
         placement = Placement(
@@ -554,7 +567,7 @@ class Stepper:
         )
         springs = setting.springs.of_joints(figure.joints).scaled(*setting.scales)
         figure = replace(figure, segments=segments)
-        model = build_model(figure, plan, springs, contacts=setting.contacts)
+        model = build_model(Model(figure, springs), plan, contacts=setting.contacts)
         times, values = np.array([self.time]), state.progress.state[None]
         trace = build_trace(model, state.model, times, values, state.links[None])
         displacements = {name: row[None] for name, row in self.displacements.items()}

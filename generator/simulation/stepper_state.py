@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from generator.contact.states import ContactModel, ContactStates, evaluate_contacts
 from generator.figure import Figure, Vector
 from generator.kinematics.placement import Placement
 from generator.kinematics.tree import Tree
@@ -33,9 +34,9 @@ from generator.simulation.compiled.layout import (
     Scratch,
 )
 from generator.simulation.compiled.mechanism import CompiledModel
-from generator.simulation.compiled.runge_kutta import TIME, Progress, start_progress
+from generator.simulation.compiled.refinement import start_progress
+from generator.simulation.compiled.runge_kutta import TIME, Progress
 from generator.simulation.compiled_run import body_rotations, centre_arms, centre_velocities
-from generator.simulation.contacts import ContactModel, ContactStates, evaluate_contacts
 from generator.simulation.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
 
@@ -57,11 +58,11 @@ class Setting:
     """Everything that may change between two steps.
 
     Attributes:
-        tree: of the figure; with a free root, of the detached one.
-        springs: of its joints.
+        tree: tree of the figure; with a free root, of the detached one.
+        springs: springs of its joints.
         locked: displacements of the locked joints [rad or m].
-        gravity: in world axes [m/s2].
-        scales: of the springs and of damping.
+        gravity: gravity in world axes [m/s2].
+        scales: scales of the springs and of damping.
         forces: external forces in world axes [N], by point.
         contacts: props, and contact spheres of the segments; None without props.
     """
@@ -108,11 +109,11 @@ class StepperState:
         """Return a state from which the integration starts.
 
         Args:
-            setting: of the model.
+            setting: setting of the model.
             model: the compiled equations.
             values: coordinates, rates and integrals of powers, shape (n,).
             time: [s].
-            placement: of the figure in this state.
+            placement: placement of the figure in this state.
         """
         mechanism = build_tables(setting, model)
         return cls(
@@ -391,7 +392,7 @@ def weighted_velocities(model: CompiledModel, bodies: IndexArray, links: Array) 
     The kinetic energy is half the square of this vector.
 
     Args:
-        model: with the masses.
+        model: model with the masses.
         bodies: links of the B bodies.
         links: recorded columns, shape (..., links, RECORDED_COLUMNS).
     """
@@ -415,7 +416,7 @@ def project_velocities(
     """Set the rates in a state to those whose velocities are nearest to other ones.
 
     Args:
-        model: whose joints permit the velocities.
+        model: model whose joints permit the velocities.
         bodies: links of the B bodies.
         time: [s].
         values: coordinates, rates and integrals of powers, shape (n,); its rates are set.

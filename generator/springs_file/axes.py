@@ -6,10 +6,14 @@ from math import hypot
 
 from generator.diagnostics import shorten
 from generator.figure import Joint, Vector, is_rotation
-from generator.rotations import PERPENDICULAR_TOLERANCE, unit_vector
+from generator.rotations import PERPENDICULAR_TOLERANCE, unit_axis
+from springs.joint import UNKNOWN_AXIS, CoupledSpring
 
 AXIS_NAMES = ("x", "y", "z")
 """Axes of the joint frame: the frame of the site after `connect`."""
+
+ONLY_AXIS = "joint"
+"""Name of the only axis of a joint in a file."""
 
 REVOLUTE_AXIS_NUMBER = 3
 """Axis number of a revolute's spring in an `optional` file: the joint was made a z joint."""
@@ -27,12 +31,6 @@ class AxisError(ValueError):
 def rotation_axes(joint: Joint) -> tuple[Vector, ...]:
     """Unit axes of the rotations of a joint's chain, in its order."""
     return tuple(unit_axis(factor.axis) for factor in joint.chain if is_rotation(factor.kind))
-
-
-def unit_axis(axis: Vector) -> Vector:
-    """The axis of a factor with length one."""
-    x, y, z = unit_vector(axis)
-    return float(x), float(y), float(z)
 
 
 def parallel_sign(direction: Vector, axis: Vector) -> int:
@@ -137,3 +135,18 @@ def names_other_joint(motion: str, joint: str) -> bool:
 
 def _find_body_part(words: Iterable[str]) -> str | None:
     return next((_BODY_PARTS[word] for word in words if word in _BODY_PARTS), None)
+
+
+def axis_name(direction: Vector) -> str:
+    """`x`, `-x`, `(0.6, 0.8, 0)`: the axis of a spring in the joint's frame; or `its axis`."""
+    return "its axis" if direction == UNKNOWN_AXIS else axis_label(direction)
+
+
+def coupled_axis_names(spring: CoupledSpring) -> tuple[str, ...]:
+    """`left_knee -y` for each coordinate of a coupled law; the joint alone where that is all."""
+    return tuple(
+        axis.joint
+        if axis.direction == UNKNOWN_AXIS
+        else f"{axis.joint} {axis_name(axis.direction)}"
+        for axis in spring.axes
+    )

@@ -45,7 +45,7 @@ class BoundSpring:
     Attributes:
         joint: its name.
         spring: its law and damping.
-        span: of its joint in the file.
+        span: span of its joint in the file.
         stop_stiffness: [N m/rad].
         stop_onset: [rad].
         has_damping: whether the file states the damping.
@@ -73,9 +73,9 @@ def bind_optional_records(
 
     Args:
         figure: the figure whose joints the records count.
-        records: as read.
+        records: records as read.
         use_printed_values: take every moment as the resisting one and no dead zone from roots.
-        diagnostics: for faults.
+        diagnostics: diagnostics for faults.
     """
     bound: list[BoundSpring] = []
     for record in records:
@@ -196,7 +196,7 @@ def spring_from_entry(
         joint: its name.
         entry: the table.
         direction: the axis in the joint's frame.
-        diagnostics: for faults.
+        diagnostics: diagnostics for faults.
         bounded: whether stops bound the range, as for `passive_cubic`.
     """
     law, why = _base_law(joint, entry, diagnostics, bounded=bounded)
@@ -226,7 +226,7 @@ def modified_law(
     """Return a law scaled and shifted, then split by the direction of motion.
 
     Args:
-        law: as written.
+        law: law as written.
         scale: factor of its torque.
         offset: shift towards larger angles [rad].
         hysteresis: difference of the curves of a decreasing and an increasing angle [N m].

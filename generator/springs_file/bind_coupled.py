@@ -65,7 +65,7 @@ def build_coupled_springs(
     Args:
         content: the file.
         resolve_axis: finds the axes.
-        diagnostics: for faults.
+        diagnostics: diagnostics for faults.
     """
     made: list[CoupledSpring] = []
     hung: dict[frozenset[CoupledAxis], CoupledEntry] = {}

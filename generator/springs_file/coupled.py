@@ -1,109 +1,31 @@
 """`[[coupled]]` of a springs file: a law over several joints, published or in numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from math import degrees, radians
 from typing import Any, cast
 
 from generator.diagnostics import Span, shorten, spelling_hint
-from generator.springs_file.axes import AXIS_NAMES, names_other_joint
-from generator.springs_file.published import PUBLISHED_KEY, parse_published_key
+from generator.springs_file.axes import AXIS_NAMES, ONLY_AXIS, names_other_joint
+from generator.springs_file.published import PUBLISHED_KEY, PublishedKey
 from generator.toml_file.reader import Pair, TableReader
+from generator.toml_file.rows import (
+    ENERGY_HINT,
+    Choice,
+    Names,
+    Number,
+    Numbers,
+    Row,
+    TableRows,
+    Text,
+    item_count,
+)
+from generator.toml_file.writer import degrees_to_toml, list_to_toml, names_to_toml
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.elastic import Range
 from springs.published.tables import coupled_law
 from springs.short_repr import short_repr
-
-EXPLICIT_LAW_KEYS = ("terms", "constants_Nm", "measured_deg")
-TERM_KEYS = ("amplitudes_Nm", "rates_1_rad", "exponent")
-
-
-def parse_explicit_law(
-    table: TableReader, coordinates: tuple[str, ...]
-) -> CoupledExponential | None:
-    """Parse `terms`, `constants_Nm` and `measured_deg`; None with a fault noted."""
-    count = len(coordinates)
-    items = table.items("terms")
-    if not items or not all(isinstance(item, dict) for item in items):
-        hint = "as in `[{amplitudes_Nm = [1.0, 0.5], rates_1_rad = [2.0, 1.0]}]`"
-        table.error("terms", "`terms` must be a list of tables in braces", hint)
-        return None
-    if not count:
-        return None
-    terms = [
-        _parse_term(_term_table(table, cast("Mapping[str, Any]", item), k), count)
-        for k, item in enumerate(items)
-    ]
-    constants = table.numbers("constants_Nm", count)
-    measured = _parse_measured_ranges(table, count)
-    if None in terms or measured is None:
-        return None
-    return CoupledExponential(
-        coordinates,
-        tuple(term for term in terms if term is not None),
-        constants or (0.0,) * count,
-        measured,
-    )
-
-
-def _term_table(table: TableReader, content: Mapping[str, Any], k: int) -> TableReader:
-    """The reader of one table in braces."""
-    return TableReader(
-        content, table.name, table.index, table.spans, table.diagnostics, ("terms", k)
-    )
-
-
-def _parse_term(table: TableReader, count: int) -> CoupledTerm | None:
-    """One exponential: its torques, how they grow with each angle, its exponent at zero."""
-    table.reject_unknown_keys(TERM_KEYS, "term")
-    for key in TERM_KEYS[:2]:
-        if key not in table.content:
-            hint = f"a list of {count} numbers, one for each coordinate"
-            table.diagnostics.error(f"this term has no `{key}`", table.header_span, hint)
-    amplitudes = table.numbers("amplitudes_Nm", count)
-    rates = table.numbers("rates_1_rad", count)
-    exponent = table.number("exponent")
-    if amplitudes is None or rates is None:
-        return None
-    if not any(rates):
-        hint = "such a term is a constant: `constants_Nm`"
-        table.error("rates_1_rad", "the rates of a term must not all be zero", hint)
-        return None
-    return CoupledTerm(amplitudes, rates, exponent or 0.0)
-
-
-def _parse_measured_ranges(table: TableReader, count: int) -> tuple[Pair | None, ...] | None:
-    """For each coordinate its range; None with a fault noted."""
-    key = "measured_deg"
-    if key not in table.content:
-        return (None,) * count
-    pairs = table.pairs(key, 1, ("deg", "deg"))
-    if not pairs:
-        return None
-    if len(pairs) != count:
-        table.error(key, f"`{key}` has {len(pairs)} instead of {count} pairs", "one a coordinate")
-        return None
-    for k, (low, high) in enumerate(pairs):
-        if low >= high:
-            table.error(key, f"`{key}` ends before it begins", "[lower, upper]", k)
-            return None
-    return pairs
-
-
-BINDING_KEYS = ("joints", "axes", "senses", "coordinates")
-HELD_KEYS = ("held", "held_deg")
-COUPLED_KEYS = (
-    *BINDING_KEYS,
-    PUBLISHED_KEY,
-    *HELD_KEYS,
-    *EXPLICIT_LAW_KEYS,
-    "conservative",
-    "scale",
-    "offsets_deg",
-    "reference",
-    "why",
-)
 
 NEAREST_CONSERVATIVE = "nearest"
 """`conservative = "nearest"` takes the nearest law that is the gradient of an energy."""
@@ -120,8 +42,6 @@ _HALF_TURN = radians(180.0)
 _RANGE_TOLERANCE = 1e-9
 """Rounding of a range converted from degrees [rad]."""
 
-_JOINTS_EXAMPLE = '["left_hip_joint", "left_knee"]'
-
 
 @short_repr
 @dataclass(frozen=True)
@@ -129,10 +49,10 @@ class CoupledEntry:
     """A `[[coupled]]` table, in SI.
 
     Attributes:
-        joints: for each side of the body the joints of the coordinates.
+        joints: joints for each side of the body the joints of the coordinates.
         coordinates: names of the law's angles, in the order of the joints.
-        axes: for each coordinate "x", "y" or "z", or None for the only axis of the joint.
-        senses: for each coordinate -1 where the axis's positive angle is against it.
+        axes: axes for each coordinate "x", "y" or "z", or None for the only axis of the joint.
+        senses: senses for each coordinate -1 where the axis's positive angle is against it.
         published: the published law, `publication/name`, or None.
         explicit_law: the law in numbers of the file instead, or None.
         held_angles: the published law's other coordinates and their fixed angles [rad].
@@ -159,6 +79,21 @@ class CoupledEntry:
     why: str = ""
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
     joint_spans: tuple[tuple[Span, ...], ...] = field(default=(), compare=False, repr=False)
+
+    @property
+    def fixed_names(self) -> tuple[str, ...] | None:
+        """Names of the coordinates that are held; None without any."""
+        return tuple(name for name, _ in self.held_angles) or None
+
+    @property
+    def fixed_angles(self) -> tuple[float, ...] | None:
+        """Angles of the coordinates that are held [rad]; None without any."""
+        return tuple(angle for _, angle in self.held_angles) or None
+
+    @property
+    def conservative(self) -> str | None:
+        """Value of the key `conservative`; None without it."""
+        return NEAREST_CONSERVATIVE if self.is_nearest_conservative else None
 
     @cached_property
     def law(self) -> CoupledExponential:
@@ -195,11 +130,192 @@ class CoupledEntry:
         return _reorder_coordinates(law, self.coordinates)
 
 
+_COUNT = "coordinates"
+"""Key of the list that has an item for each coordinate."""
+
+
+class _Senses(Row[tuple[int, ...]]):
+    """Signs."""
+
+    @property
+    def bounds(self) -> str:
+        return "-1 or +1"
+
+    def read(self, table: TableReader) -> tuple[int, ...] | None:
+        if self.key not in table.content:
+            return None
+        items, count = table.items(self.key), item_count(table, _COUNT)
+        if items is None or any(type(item) is not int or item not in (-1, 1) for item in items):
+            table.error(self.key, f"`{self.key}` must be a list of -1 and +1", "in square brackets")
+        elif len(items) != count:
+            table.error(self.key, f"`{self.key}` has {len(items)} instead of {count} signs")
+        else:
+            return tuple(items)
+        return None
+
+    def value_to_toml(self, value: tuple[int, ...]) -> str:
+        return f"[{', '.join(f'{sense:+d}' for sense in value)}]"
+
+
+class _Axes(Row[tuple[str | None, ...]]):
+    """Names of axes, None for the only axis of a joint."""
+
+    def read(self, table: TableReader) -> tuple[str | None, ...] | None:
+        names, count = table.names(self.key, '["y", "joint"]'), item_count(table, _COUNT)
+        known = (*AXIS_NAMES, ONLY_AXIS)
+        for k, name in enumerate(names):
+            if name not in known:
+                hint = f"it is one of: {', '.join(known)}"
+                table.error(self.key, f"an axis cannot be `{shorten(name)}`", hint, k)
+        if names and len(names) != count:
+            table.error(self.key, f"there are {len(names)} axes for {count} coordinates")
+        return tuple(None if name == ONLY_AXIS else name for name in names) or None
+
+    def value_to_toml(self, value: tuple[str | None, ...]) -> str:
+        return names_to_toml(name or ONLY_AXIS for name in value)
+
+
+class _Joints(Row[tuple[tuple[str, ...], ...]]):
+    """Joints of the coordinates, a tuple for each side of the body."""
+
+    def read(self, table: TableReader) -> tuple[tuple[str, ...], ...] | None:
+        if self.key not in table.content:
+            return None
+        items, count = table.items(self.key) or [], item_count(table, _COUNT)
+        is_flat = bool(items) and all(isinstance(item, str) for item in items)
+        sides = [items] if is_flat else items
+        if not sides or not all(map(_is_name_list, sides)):
+            hint = 'as in `["left_hip_joint", "left_knee"]`, or a list of such lists, one a side'
+            table.error(self.key, f"`{self.key}` must be a list of names", hint)
+            return None
+        for k, side in enumerate(sides):
+            if count and len(side) != count:
+                message = f"there are {len(side)} joints for {count} coordinates"
+                hint = "one joint for each coordinate, in their order"
+                table.error(self.key, message, hint, None if is_flat else k)
+            if side in sides[:k]:
+                table.error(self.key, "these joints stand twice", "one list a side", k)
+        return tuple(tuple(side) for side in sides)
+
+    def value_to_toml(self, value: tuple[tuple[str, ...], ...]) -> str:
+        sides = list(map(names_to_toml, value))
+        return sides[0] if len(sides) == 1 else list_to_toml(sides)
+
+
+TERM_ROWS = TableRows(
+    "term",
+    (
+        Numbers("amplitudes_Nm", attribute="amplitudes"),
+        Numbers("rates_1_rad", attribute="rates"),
+        Number("exponent"),
+    ),
+)
+
+
+class _Terms(Row[tuple[CoupledTerm, ...]]):
+    """Exponentials: torques, how they grow with each angle, and the exponent at zero."""
+
+    def read(self, table: TableReader) -> tuple[CoupledTerm, ...] | None:
+        items = table.items(self.key)
+        if self.key not in table.content:
+            return None
+        if not items or not all(isinstance(item, dict) for item in items):
+            hint = "as in `[{amplitudes_Nm = [1.0, 0.5], rates_1_rad = [2.0, 1.0]}]`"
+            table.error(self.key, f"`{self.key}` must be a list of tables in braces", hint)
+            return None
+        count = item_count(table, _COUNT)
+        if not count:
+            return None
+        terms = [self._read_term(table, item, k, count) for k, item in enumerate(items)]
+        found = tuple(term for term in terms if term is not None)
+        return found if len(found) == len(items) else None
+
+    def _read_term(
+        self, table: TableReader, content: Mapping[str, Any], k: int, count: int
+    ) -> CoupledTerm | None:
+        place = (self.key, k)
+        inner = TableReader(content, table.name, table.index, table.spans, table.diagnostics, place)
+        inner.reject_unknown_keys(TERM_ROWS.keys, TERM_ROWS.noun)
+        for row in TERM_ROWS.rows[:2]:
+            if row.key not in content:
+                hint = f"a list of {count} numbers, one for each coordinate"
+                inner.diagnostics.error(f"this term has no `{row.key}`", inner.header_span, hint)
+        amplitudes, rates = (inner.numbers(row.key, count) for row in TERM_ROWS.rows[:2])
+        exponent = inner.number("exponent")
+        if amplitudes is None or rates is None:
+            return None
+        if not any(rates):
+            hint = "such a term is a constant: `constants_Nm`"
+            inner.error("rates_1_rad", "the rates of a term must not all be zero", hint)
+            return None
+        return CoupledTerm(amplitudes, rates, exponent or 0.0)
+
+    def value_to_toml(self, value: tuple[CoupledTerm, ...]) -> str:
+        return list_to_toml(f"{{ {', '.join(TERM_ROWS.lines(term))} }}" for term in value)
+
+
+class _MeasuredRanges(Row[tuple[Pair | None, ...]]):
+    """Ranges in which a law is known."""
+
+    def read(self, table: TableReader) -> tuple[Pair | None, ...] | None:
+        pairs, count = table.pairs(self.key, 1, ("deg", "deg")), item_count(table, _COUNT)
+        if pairs and count and len(pairs) != count:
+            message = f"`{self.key}` has {len(pairs)} instead of {count} pairs"
+            table.error(self.key, message, "one a coordinate")
+            return None
+        for k, (low, high) in enumerate(pairs):
+            if low >= high:
+                table.error(self.key, f"`{self.key}` ends before it begins", "[lower, upper]", k)
+                return None
+        return pairs or None
+
+    def value_to_toml(self, value: tuple[Pair | None, ...]) -> str:
+        known = [one for one in value if one is not None]
+        if len(known) < len(value):
+            raise ValueError("a springs file knows the ranges of all coordinates or of none")
+        return list_to_toml(map(degrees_to_toml, known))
+
+
+PROVENANCE_ROWS = (Text("reference", is_long=True), Text("why", is_long=True))
+
+_COORDINATES = Names("coordinates", example='["hip flexion", "knee flexion"]')
+_PUBLISHED = PublishedKey(PUBLISHED_KEY, "coupled law")
+_FIXED_NAMES = Names("held", '["ankle dorsiflexion"]', attribute="fixed_names")
+_FIXED_ANGLES = Numbers("held_deg", count="held", attribute="fixed_angles")
+_EXPLICIT_LAW = (
+    _Terms("terms", attribute="explicit_law.terms"),
+    Numbers("constants_Nm", count=_COUNT, usual=0.0, attribute="explicit_law.constants"),
+    _MeasuredRanges("measured_deg", usual=None, attribute="explicit_law.valid_ranges"),
+)
+_CONSERVATIVE = Choice("conservative", (NEAREST_CONSERVATIVE,))
+COUPLED_ROWS = TableRows(
+    "coupled law",
+    (
+        _Joints(
+            "joints",
+            example='[["left_hip_joint", "left_knee"], ["right_hip_joint", "right_knee"]]',
+        ),
+        _Axes("axes", usual=None),
+        _Senses("senses", usual=1),
+        _COORDINATES,
+        _PUBLISHED,
+        _FIXED_NAMES,
+        _FIXED_ANGLES,
+        *_EXPLICIT_LAW,
+        _CONSERVATIVE,
+        Number("scale", 0.0, hint=ENERGY_HINT),
+        Numbers("offsets_deg", count=_COUNT, usual=0.0, attribute="offsets"),
+        *PROVENANCE_ROWS,
+    ),
+)
+
+
 def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
     """Parse one `[[coupled]]` table; None, with a fault noted, if it cannot be used."""
-    before = len(table.diagnostics.entries)
-    table.reject_unknown_keys(COUPLED_KEYS, "coupled law")
-    coordinates = table.names("coordinates", '["hip flexion", "knee flexion"]', "coupled law")
+    before, content = len(table.diagnostics.entries), table.content
+    COUPLED_ROWS.check_keys(table)
+    values: dict[str, Any] = COUPLED_ROWS.read(table)
+    coordinates: tuple[str, ...] = values.get("coordinates", ())
     if len(coordinates) == 1:
         hint = "a law of one angle is a `[[spring]]`"
         table.error("coordinates", "a coupled law has two coordinates at least", hint)
@@ -209,80 +325,62 @@ def parse_coupled_entry(table: TableReader) -> CoupledEntry | None:
         if name in coordinates[:k]:
             table.error("coordinates", f"`{shorten(name)}` stands twice", "", k)
     count = len(coordinates)
-    joints = _parse_joints(table, count)
-    axes = _parse_axes(table, count)
-    senses = table.signs("senses", count)
-    offsets = table.numbers("offsets_deg", count)
-    scale = table.number("scale", negative=False)
-    wanted = table.choice("conservative", (NEAREST_CONSERVATIVE,))
-    texts = {key: table.text(key) or "" for key in ("reference", "why")}
-    fixed, published, own = _parse_held(table), None, None
-    if PUBLISHED_KEY in table.content:
-        published = parse_published_key(table, PUBLISHED_KEY, "coupled law")
-        _reject_keys(table, EXPLICIT_LAW_KEYS, "own numbers", f"without `{PUBLISHED_KEY}`")
+    held_keys = (_FIXED_NAMES.key, _FIXED_ANGLES.key)
+    for key, other in (held_keys, held_keys[::-1]):
+        if key in content and other not in content:
+            table.error(key, f"`{key}` needs `{other}` beside it", "a name and its angle")
+    names, angles = (values.pop(name, ()) for name in ("fixed_names", "fixed_angles"))
+    fixed = tuple(zip(names, angles, strict=True)) if names and angles else ()
+    for k, angle in enumerate(angles):
+        if abs(angle) > _HALF_TURN:
+            message = f"an angle is held within half a turn, not at {degrees(angle):.6g} deg"
+            table.error(_FIXED_ANGLES.key, message, "", k)
+    law = {name: values.pop(f"explicit_law.{name}", None) for name in _LAW_PARTS}
+    published: str | None = values.get("published")
+    if PUBLISHED_KEY in content:
+        keys = [row.key for row in _EXPLICIT_LAW]
+        _reject_keys(table, keys, "own numbers", f"without `{PUBLISHED_KEY}`")
         if published is not None and coordinates:
             _check_coordinates(table, published, coordinates, fixed)
-    elif "terms" in table.content:
-        own = parse_explicit_law(table, coordinates)
-        _reject_keys(table, HELD_KEYS, "a published law", f"with `{PUBLISHED_KEY}`")
+    elif "terms" in content:
+        _reject_keys(table, held_keys, "a published law", f"with `{PUBLISHED_KEY}`")
     else:
         hint = f"it needs one of: {PUBLISHED_KEY}, terms"
         table.diagnostics.error("this coupled law has no law", table.header_span, hint)
     if len(table.diagnostics.entries) > before:
         return None
+    is_nearest = values.pop(_CONSERVATIVE.key, None) is not None
     if published is not None:
         row = coupled_law(published)
         _warn_held_out_of_range(table, row.law, fixed)
-        first = "As published." if wanted is None else f"{_CONSERVATIVE_NOTE} is taken."
+        first = f"{_CONSERVATIVE_NOTE} is taken." if is_nearest else "As published."
         note = " ".join(part for part in (first, row.note.strip()) if part)
-        texts = {"reference": texts["reference"] or str(row.reference), "why": texts["why"] or note}
-    origins = {key: table.span(key) for key in table.content} | {"coupled": table.header_span}
-    places = _joint_spans(table, joints)
-    _warn_joint_mismatch(table, coordinates, joints, places)
+        stated = {name: value for name, value in values.items() if value != ""}
+        values = {"reference": str(row.reference), "why": note} | stated
+    else:
+        terms, constants, ranges = law.values()
+        values["explicit_law"] = CoupledExponential(
+            coordinates, terms, constants or (0.0,) * count, ranges or (None,) * count
+        )
+    places = _joint_spans(table, values["joints"])
+    _warn_joint_mismatch(table, coordinates, values["joints"], places)
+    usual: dict[str, Any] = {
+        "axes": (None,) * count,
+        "senses": (1,) * count,
+        "offsets": (0.0,) * count,
+    }
     entry = CoupledEntry(
-        joints=joints,
-        coordinates=coordinates,
-        axes=axes or (None,) * count,
-        senses=senses or (1,) * count,
-        published=published,
-        explicit_law=own,
+        **(usual | values),
         held_angles=fixed,
-        is_nearest_conservative=wanted is not None,
-        scale=1.0 if scale is None else scale,
-        offsets=offsets or (0.0,) * count,
-        reference=texts["reference"],
-        why=texts["why"],
-        origins=origins,
+        is_nearest_conservative=is_nearest,
+        origins={key: table.span(key) for key in content} | {"coupled": table.header_span},
         joint_spans=places,
     )
-    return (
-        entry
-        if not entry.is_nearest_conservative or _has_nearest_conservative(table, entry)
-        else None
-    )
+    is_found = not is_nearest or _has_nearest_conservative(table, entry)
+    return entry if is_found else None
 
 
-def _parse_joints(table: TableReader, count: int) -> tuple[tuple[str, ...], ...]:
-    """Parse the joints of the coordinates, a tuple for each side; empty with a fault noted."""
-    if "joints" not in table.content:
-        hint = f"write `joints = {_JOINTS_EXAMPLE}`, or a list of such lists, one a side"
-        table.diagnostics.error("this coupled law has no `joints`", table.header_span, hint)
-        return ()
-    items = table.items("joints") or []
-    is_flat = bool(items) and all(isinstance(item, str) for item in items)
-    sides = [items] if is_flat else items
-    if not sides or not all(map(_is_name_list, sides)):
-        hint = f"as in `{_JOINTS_EXAMPLE}`, or a list of such lists, one a side"
-        table.error("joints", "`joints` must be a list of names", hint)
-        return ()
-    for k, side in enumerate(sides):
-        if count and len(side) != count:
-            message = f"there are {len(side)} joints for {count} coordinates"
-            hint = "one joint for each coordinate, in their order"
-            table.error("joints", message, hint, None if is_flat else k)
-        if side in sides[:k]:
-            table.error("joints", "these joints stand twice", "one list a side", k)
-    return tuple(tuple(side) for side in sides)
+_LAW_PARTS = ("terms", "constants", "valid_ranges")
 
 
 def _is_name_list(value: Any) -> bool:
@@ -306,38 +404,6 @@ def _joint_spans(
         )
         for k, side in enumerate(joints)
     )
-
-
-def _parse_axes(table: TableReader, count: int) -> tuple[str | None, ...] | None:
-    """Parse the axis of each coordinate; None where they are left out or wrong."""
-    if "axes" not in table.content:
-        return None
-    names = table.names("axes", '["y", "joint"]')
-    known = (*AXIS_NAMES, "joint")
-    for k, name in enumerate(names):
-        if name not in known:
-            hint = f"it is one of: {', '.join(known)}"
-            table.error("axes", f"an axis cannot be `{shorten(name)}`", hint, k)
-    if names and len(names) != count:
-        table.error("axes", f"there are {len(names)} axes for {count} coordinates")
-    return tuple(None if name == "joint" else name for name in names)
-
-
-def _parse_held(table: TableReader) -> tuple[tuple[str, float], ...]:
-    """Parse the coordinates held fixed, with their angles [rad]."""
-    present = [key for key in HELD_KEYS if key in table.content]
-    if len(present) == 1:
-        other = HELD_KEYS[1 - HELD_KEYS.index(present[0])]
-        table.error(present[0], f"`{present[0]}` needs `{other}` beside it", "a name and its angle")
-    if len(present) < 2:
-        return ()
-    names = table.names("held", '["ankle dorsiflexion"]')
-    angles = table.numbers("held_deg", len(names)) if names else None
-    for k, angle in enumerate(angles or ()):
-        if abs(angle) > _HALF_TURN:
-            message = f"an angle is held within half a turn, not at {degrees(angle):.6g} deg"
-            table.error("held_deg", message, "", k)
-    return tuple(zip(names, angles, strict=True)) if angles is not None else ()
 
 
 def _warn_held_out_of_range(
@@ -403,7 +469,7 @@ def _check_coordinates(
         )
 
 
-def _reject_keys(table: TableReader, keys: tuple[str, ...], owner: str, hint: str) -> None:
+def _reject_keys(table: TableReader, keys: Iterable[str], owner: str, hint: str) -> None:
     for key in keys:
         if key in table.content:
             table.error(key, f"`{key}` belongs to {owner}", hint)

@@ -42,10 +42,10 @@ class SpringEdit:
 
     Attributes:
         joint: its name.
-        direction: of the spring, or the opposite one.
+        direction: direction of the spring, or the opposite one.
         scale: factor of the elastic torque.
         offset: shift of the curve towards larger angles [rad].
-        stiffness: of a linear law [N m/rad].
+        stiffness: stiffness of a linear law [N m/rad].
         dead_zone: edges of a cubic's dead zone, before the shift [rad].
         viscous: damping [N m s/rad].
         coulomb: friction [N m].
@@ -66,7 +66,7 @@ class PlainLaw:
     """An elastic law as a springs file states it: a law, and what `scale` and the like make of it.
 
     Attributes:
-        law: without them.
+        law: law without them.
         scale: factor of its torque.
         offset: shift towards larger angles [rad].
         hysteresis: difference of the curves of a decreasing and an increasing angle [N m].
@@ -239,7 +239,7 @@ def format_changes(
     """Return the springs file that turns springs into others; "" where nothing differs.
 
     Args:
-        figure: of the springs.
+        figure: figure of the springs.
         base: the extended springs.
         springs: those about axes that differ are stated; laws over several joints stay.
         extends: name of the base in the file; None for what stands beside the figure.
@@ -423,10 +423,10 @@ def springs_from_text(
     """Return the springs of a figure that a text gives as a springs file.
 
     Args:
-        text: of the file, or "" for the springs that it would extend.
+        text: text of the file, or "" for the springs that it would extend.
         figure: the figure.
         file: its path; it need not exist. A file that is there may be extended by the text.
-        choice: of the springs for an empty text, as for `read_springs`.
+        choice: choice of the springs for an empty text, as for `read_springs`.
 
     Raises:
         InputError: anything is wrong; it holds all faults.
@@ -466,10 +466,10 @@ def edited_springs(
 
     Args:
         figure: the figure.
-        springs: of the choice.
+        springs: springs of the choice.
         edits: changes of them.
         file: path of the springs file; it need not exist.
-        choice: of the springs, as for `read_springs`.
+        choice: choice of the springs, as for `read_springs`.
 
     Raises:
         ModelError: a springs file cannot state the change.
@@ -489,10 +489,10 @@ def springs_and_text(
 
     Args:
         figure: the figure.
-        springs: of the choice.
+        springs: springs of the choice.
         changed: the same springs with changes of those about axes.
         file: path of the springs file; it need not exist.
-        choice: of the springs, as for `read_springs`.
+        choice: choice of the springs, as for `read_springs`.
 
     Raises:
         ModelError: a springs file cannot state the change.

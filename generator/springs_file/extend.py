@@ -21,8 +21,8 @@ class FileSprings:
 
     Attributes:
         origin: the file's name, followed by those that it extends.
-        springs: about one axis of one joint each.
-        coupled: over several joints.
+        springs: springs about one axis of one joint each.
+        coupled: coupled over several joints.
         joining: law of spherical joints.
         replaced: laws over several joints that stand for others.
     """
@@ -41,7 +41,8 @@ class FileSprings:
 
         Args:
             base: springs of the extended file.
-            diagnostics: for curves about axes that have a law over several joints in `base`.
+            diagnostics: diagnostics for curves about axes that have a law over several joints in
+                `base`.
         """
         own_axes = [axis for spring in self.coupled for axis in _axes(spring)]
         kept_coupled = tuple(

@@ -1,8 +1,8 @@
 """The elastic laws of a springs file, one row a law.
 
-A row of `LAWS` says how a law is read from a table, written to one, described in a line and given
-to `--json`. A new law is a module in `springs/` and a row here. Some keys make a law, some stand
-beside the keys of one law, and some (`scale`, `offset_deg`, `hysteresis_Nm`) change any law.
+A row of `LAWS` has the keys of a law, by which it is read and written, and how it is described. A
+new law is a module in `springs/` and a row here. `scale`, `offset_deg` and `hysteresis_Nm` change
+any law.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,18 +13,22 @@ from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from generator.springs_file.published import (
-    PUBLISHED_KEY,
-    PublishedLaw,
-    parse_published_law,
-    write_published_law,
-)
+from generator.springs_file.published import PUBLISHED_KEY, PublishedKey, PublishedLaw
 from generator.toml_file.reader import Pair, TableReader
+from generator.toml_file.rows import (
+    ENERGY_HINT,
+    Interval,
+    Number,
+    Numbers,
+    Row,
+    Sign,
+    lines_of_rows,
+    read_rows,
+)
 from generator.toml_file.writer import (
     degree_to_toml,
     degrees_to_toml,
     number_to_toml,
-    numbers_to_toml,
     pairs_to_toml,
     quote_toml,
 )
@@ -39,23 +43,8 @@ from springs.smooth_limit import SmoothLimit
 from springs.stop import Stop
 from springs.transformed import Transformed
 
-COEFFICIENTS_KEY, STIFFNESS_KEY, REST_KEY = "coefficients_Nm_rad", "stiffness_Nm_rad", "rest_deg"
-DEAD_ZONE_KEY, SENSE_KEY = "dead_zone_deg", "sense"
-EXPONENTIALS_KEY, CONSTANT_KEY, POINTS_KEY = (
-    "exponentials_Nm_1_rad",
-    "constant_Nm",
-    "points_deg_Nm",
-)
-LIMITS_KEY, LIMIT_STIFFNESS_KEY, TRANSITION_KEY = (
-    "limits_deg",
-    "limit_stiffness_Nm_rad",
-    "transition_deg",
-)
+COEFFICIENTS_KEY, CONSTANT_KEY = "coefficients_Nm_rad", "constant_Nm"
 INCREASING_KEY, DECREASING_KEY = "increasing_points_deg_Nm", "decreasing_points_deg_Nm"
-MEASURED_KEY, HYSTERESIS_KEY, SLIP_RATE_KEY = "measured_deg", "hysteresis_Nm", "slip_rad_s"
-
-MODIFIER_KEYS = ("scale", "offset_deg", HYSTERESIS_KEY)
-"""Keys that change any elastic law."""
 
 NO_DEAD_ZONE = "none"
 """`dead_zone_deg = "none"` takes the cubic as it is, also where it has three roots."""
@@ -93,56 +82,106 @@ class LawForm(Generic[L]):
     """The keys of a law in a table.
 
     Attributes:
-        name: of the law, in messages.
-        entry_type: class that `parse` returns.
-        required_keys: all of them are needed.
-        optional_keys: may stand beside.
-        parse: the law of a table; None with a fault noted.
-        to_toml: lines of a table.
+        name: Name of the law, in messages.
+        entry_type: Class of the law of a table, with the attributes that the rows name.
+        required: Rows of which all are needed.
+        optional: Rows that may stand beside.
+        make: Law of the values of the rows by attribute; None for the class itself.
+        check: Whether a law can be used; it notes the fault if not.
     """
 
     name: str
     entry_type: type[L]
-    required_keys: tuple[str, ...]
-    optional_keys: tuple[str, ...]
-    parse: Callable[[TableReader], L | None]
-    to_toml: Callable[[L], Iterator[str]]
+    required: tuple[Row[Any], ...]
+    optional: tuple[Row[Any], ...] = ()
+    make: Callable[..., L] | None = None
+    check: Callable[[TableReader, L], bool] | None = None
+
+    @property
+    def rows(self) -> tuple[Row[Any], ...]:
+        """All rows."""
+        return (*self.required, *self.optional)
+
+    @property
+    def required_keys(self) -> tuple[str, ...]:
+        """Keys of which all are needed."""
+        return tuple(row.key for row in self.required)
+
+    @property
+    def optional_keys(self) -> tuple[str, ...]:
+        """Keys that may stand beside."""
+        return tuple(row.key for row in self.optional)
 
     def is_present(self, table: TableReader) -> bool:
         """Return whether a table has any of the keys that make the law."""
         return any(key in table.content for key in self.required_keys)
 
+    def parse(self, table: TableReader) -> L | None:
+        """Return the law of a table; None with a fault noted."""
+        values = read_rows(table, self.rows)
+        if any(name not in values for row in self.required for name in row.attributes):
+            return None
+        law = (self.make or self.entry_type)(**values)
+        return law if self.check is None or self.check(table, law) else None
+
 
 @dataclass(frozen=True)
 class LawSchema(Generic[L]):
-    """One elastic law.
+    """One elastic law; what is left out follows from its keys.
 
     Attributes:
-        law: its class.
-        describe: one line, with the units of its axis.
-        to_json: for `--json`; angles in deg where the key says so, else rad and SI.
-        form: its keys in a springs file, or None for a law that no key makes.
+        law: Class of the law.
+        form: Keys in a springs file, or None for a law that no key makes.
+        describe: One line, with the units of the law's axis.
+        to_json: Content for `--json`; angles in deg where the key says so, else rad and SI.
     """
 
     law: type[L]
-    describe: Callable[[L, AxisUnits], str]
-    to_json: Callable[[L], dict[str, object]]
     form: LawForm[Any] | None = None
+    describe: Callable[[L, AxisUnits], str] | None = None
+    to_json: Callable[[L], dict[str, object]] | None = None
 
 
 def describe_law(law: Elastic, units: AxisUnits = ROTATION_UNITS) -> str:
     """Describe a law in one line; `a` is the angle in rad.
 
     Args:
-        law: of an axis, or of a translation.
-        units: of its axis.
+        law: law of an axis, or of a translation.
+        units: units of its axis.
     """
-    return _SCHEMAS[type(law)].describe(law, units)
+    schema = _SCHEMAS[type(law)]
+    if schema.describe is not None:
+        return schema.describe(law, units)
+    name, *values = _row_data(law).items()
+    numbers = (
+        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in values
+    )
+    return ", ".join([str(name[1]), *numbers])
 
 
 def law_data(law: Elastic) -> dict[str, object]:
     """Return a law for `--json`; angles in deg where the key says so, else rad and SI."""
-    return _SCHEMAS[type(law)].to_json(law)
+    schema = _SCHEMAS[type(law)]
+    return _row_data(law) if schema.to_json is None else schema.to_json(law)
+
+
+def _row_data(law: Elastic) -> dict[str, object]:
+    """Return the name of a law without its article, and the values of its keys in their units."""
+    form = _SCHEMAS[type(law)].form
+    assert form is not None
+    name = form.name.removeprefix("a ").removeprefix("an ")
+    return {"law": name} | {row.key: _in_unit(row.value_of(law), row.key) for row in form.rows}
+
+
+def _in_unit(value: Any, key: str) -> object:
+    """Return a number, or a list of numbers, in the unit of a key; None for an open end."""
+    if isinstance(value, tuple):
+        return [_in_unit(part, key) for part in cast("tuple[Any, ...]", value)]
+    if not isinstance(value, float):
+        return value
+    number = degrees(value) if key.endswith("_deg") else value
+    return number if isfinite(number) else None
 
 
 def write_law(law: EntryLaw) -> Iterator[str]:
@@ -154,7 +193,7 @@ def write_law(law: EntryLaw) -> Iterator[str]:
     form = next((form for form in LAW_FORMS if isinstance(law, form.entry_type)), None)
     if form is None:
         raise ValueError(f"a springs file has no key for {describe_law(cast('Elastic', law))}")
-    yield from form.to_toml(law)
+    yield from lines_of_rows(law, form.rows)
 
 
 def parse_law(table: TableReader) -> EntryLaw | None:
@@ -182,34 +221,17 @@ def is_finite(law: Elastic) -> bool:
     return all(bool(np.all(np.abs(value) < MAX_LAW_VALUE)) for value in values)
 
 
-def _parse_cubic(table: TableReader) -> CubicEntry | None:
-    coefficients, zone = table.numbers(COEFFICIENTS_KEY, 4), None
-    if table.content.get(DEAD_ZONE_KEY) != NO_DEAD_ZONE:
-        zone = table.numbers(DEAD_ZONE_KEY, 2)
-    if zone is not None and zone[0] > zone[1]:
-        table.error(DEAD_ZONE_KEY, "the dead zone ends before it begins", "[lower, upper]")
-    sense, rest = table.sign(SENSE_KEY), table.number(REST_KEY)
-    if coefficients is None:
-        return None
-    return CubicEntry(
-        cast("Coefficients", coefficients),
-        sense,
-        cast("Pair | None", zone),
-        DEAD_ZONE_KEY in table.content,
-        rest or 0.0,
-    )
+class _DeadZone(Row[tuple[Pair | None, bool]]):
+    """Edges of a dead zone, or "none"; and that the file says so."""
 
+    def read(self, table: TableReader) -> tuple[Pair | None, bool] | None:
+        if table.content.get(self.key) == NO_DEAD_ZONE:
+            return None, True
+        zone = Interval(self.key).read(table)
+        return None if zone is None else (zone, True)
 
-def _write_cubic(law: CubicEntry) -> Iterator[str]:
-    yield f"{COEFFICIENTS_KEY} = {numbers_to_toml(law.coefficients)}"
-    if law.sense is not None:
-        yield f"{SENSE_KEY} = {law.sense:+d}"
-    if law.dead_zone is not None:
-        yield f"{DEAD_ZONE_KEY} = {degrees_to_toml(law.dead_zone)}"
-    elif law.dead_zone_stated:
-        yield f"{DEAD_ZONE_KEY} = {quote_toml(NO_DEAD_ZONE)}"
-    if law.rest:
-        yield f"{REST_KEY} = {degree_to_toml(law.rest)}"
+    def value_to_toml(self, value: tuple[Pair | None, bool]) -> str:
+        return quote_toml(NO_DEAD_ZONE) if value[0] is None else degrees_to_toml(value[0])
 
 
 def _describe_cubic(law: Cubic, units: AxisUnits) -> str:
@@ -230,17 +252,6 @@ def _cubic_data(law: Cubic) -> dict[str, object]:
     }
 
 
-def _parse_linear(table: TableReader) -> Linear | None:
-    stiffness, rest = table.number(STIFFNESS_KEY, negative=False), table.number(REST_KEY)
-    return None if stiffness is None else Linear(stiffness, rest or 0.0)
-
-
-def _write_linear(law: Linear) -> Iterator[str]:
-    yield f"{STIFFNESS_KEY} = {number_to_toml(law.stiffness)}"
-    if law.rest:
-        yield f"{REST_KEY} = {degree_to_toml(law.rest)}"
-
-
 def _describe_linear(law: Linear, units: AxisUnits) -> str:
     rest = units.format(law.rest)
     return f"linear {law.stiffness:g} {units.stiffness}, rest {rest}"
@@ -250,32 +261,21 @@ def _linear_data(law: Linear) -> dict[str, object]:
     return {"law": "linear", "stiffness": law.stiffness, "rest": law.rest}
 
 
-def _parse_exponentials(table: TableReader) -> Exponential | None:
-    pairs, constant = table.pairs(EXPONENTIALS_KEY, 1), table.number(CONSTANT_KEY)
-    measured = table.interval(MEASURED_KEY)
-    flat = [k for k, (_, rate) in enumerate(pairs) if rate == 0.0]
-    for k in flat:
-        hint = f"an exponential of rate zero is a constant: `{CONSTANT_KEY}`"
-        table.error(EXPONENTIALS_KEY, "the rate of an exponential must not be zero", hint, k, 1)
-    if not pairs or flat:
-        return None
-    terms = tuple(ExponentialTerm(amplitude, rate) for amplitude, rate in pairs)
-    return Exponential(terms, constant or 0.0, measured)
+class _Exponentials(Row[tuple[ExponentialTerm, ...]]):
+    """Pairs of amplitude [N m] and rate [1/rad]."""
 
+    def read(self, table: TableReader) -> tuple[ExponentialTerm, ...] | None:
+        pairs = table.pairs(self.key, 1)
+        flat = [k for k, (_, rate) in enumerate(pairs) if rate == 0.0]
+        for k in flat:
+            hint = f"an exponential of rate zero is a constant: `{CONSTANT_KEY}`"
+            table.error(self.key, "the rate of an exponential must not be zero", hint, k, 1)
+        return tuple(ExponentialTerm(*pair) for pair in pairs) if pairs and not flat else None
 
-def _write_exponentials(law: Exponential) -> Iterator[str]:
-    if any(term.centre for term in law.terms):
-        raise ValueError("a springs file holds exponentials about the angle zero")
-    pairs = [(number_to_toml(term.amplitude), number_to_toml(term.rate)) for term in law.terms]
-    yield f"{EXPONENTIALS_KEY} = {pairs_to_toml(pairs)}"
-    if law.constant:
-        yield f"{CONSTANT_KEY} = {number_to_toml(law.constant)}"
-    yield from _write_measured_range(law.valid_range)
-
-
-def _write_measured_range(measured: Range | None) -> Iterator[str]:
-    if measured is not None:
-        yield f"{MEASURED_KEY} = {degrees_to_toml(measured)}"
+    def value_to_toml(self, value: tuple[ExponentialTerm, ...]) -> str:
+        if any(term.centre for term in value):
+            raise ValueError("a springs file holds exponentials about the angle zero")
+        return pairs_to_toml((number_to_toml(t.amplitude), number_to_toml(t.rate)) for t in value)
 
 
 def _describe_exponentials(law: Exponential, units: AxisUnits) -> str:
@@ -298,34 +298,40 @@ def _exponentials_data(law: Exponential) -> dict[str, object]:
     return data | {"measured_deg": range_in_degrees(law.valid_range)}
 
 
-def _parse_points(table: TableReader, key: str = POINTS_KEY) -> Interpolated | None:
-    """A curve through points."""
-    points, units = table.pairs(key, 2, ("deg", "Nm")), "their angles increase: [[deg, N m], ...]"
-    wrong = False
-    for k, (before, after) in enumerate(pairwise(points), start=1):
-        if after[0] <= before[0]:
-            wrong = True
-            order = f"{degrees(after[0]):.6g} deg comes after {degrees(before[0]):.6g} deg"
-            table.error(key, f"the points of a curve are not in order: {order}", units, k)
-    if not points or wrong:
+class _Curve(Row[Elastic]):
+    """Pairs of angle [deg] and torque [N m], the points of a curve."""
+
+    def read(self, table: TableReader) -> Elastic | None:
+        points, wrong = table.pairs(self.key, 2, ("deg", "Nm")), False
+        for k, (before, after) in enumerate(pairwise(points), start=1):
+            if after[0] <= before[0]:
+                wrong = True
+                order = f"{degrees(after[0]):.6g} deg comes after {degrees(before[0]):.6g} deg"
+                message = f"the points of a curve are not in order: {order}"
+                hint = "their angles increase: [[deg, N m], ...]"
+                table.error(self.key, message, hint, k)
+        if not points or wrong:
+            return None
+        law = Interpolated(points)
+        if is_finite(law):
+            return law
+        table.error(self.key, "this curve is too steep for numbers", "are its angles in deg?")
         return None
-    law = Interpolated(points)
-    if is_finite(law):
-        return law
-    table.error(key, "this curve is too steep for numbers", "are its angles in deg?")
-    return None
+
+    def value_of(self, owner: object) -> Elastic | None:
+        return owner if isinstance(owner, Interpolated) else super().value_of(owner)
+
+    def value_to_toml(self, value: Elastic) -> str:
+        if not isinstance(value, Interpolated):
+            message = "a springs file holds two curves through points, or one and a hysteresis"
+            raise ValueError(message)
+        return pairs_to_toml(
+            (degree_to_toml(angle), number_to_toml(torque)) for angle, torque in value.points
+        )
 
 
-def _write_curve(law: Interpolated) -> Iterator[str]:
-    yield f"{POINTS_KEY} = {_points_to_toml(law)}"
-
-
-def _points_to_toml(law: Elastic) -> str:
-    if not isinstance(law, Interpolated):
-        raise ValueError("a springs file holds two curves through points, or one and a hysteresis")
-    return pairs_to_toml(
-        [(degree_to_toml(angle), number_to_toml(torque)) for angle, torque in law.points]
-    )
+def _only_curve(points: Interpolated) -> Interpolated:
+    return points
 
 
 def _describe_curve(law: Interpolated, units: AxisUnits) -> str:
@@ -342,28 +348,6 @@ def _curve_data(law: Interpolated) -> dict[str, object]:
     return {"law": "points", "points_deg_Nm": points, "measured_deg": measured}
 
 
-def _parse_limits(table: TableReader) -> SmoothLimit | None:
-    limits, stiffness = table.interval(LIMITS_KEY), table.numbers(LIMIT_STIFFNESS_KEY, 2)
-    above = "the angle over which the limit grows to its full stiffness"
-    transition = table.number(TRANSITION_KEY, negative=False, zero=False, hint=above)
-    measured = table.interval(MEASURED_KEY)
-    for k, value in enumerate(stiffness or ()):
-        if value < 0.0:
-            table.error(LIMIT_STIFFNESS_KEY, "a limit's stiffness must not be below zero", "", k)
-            stiffness = None
-    if limits is None or stiffness is None or transition is None:
-        return None
-    return SmoothLimit(*limits, *cast("Pair", stiffness), transition, measured)
-
-
-def _write_limits(law: SmoothLimit) -> Iterator[str]:
-    stiffness = numbers_to_toml((law.lower_stiffness, law.upper_stiffness))
-    yield f"{LIMITS_KEY} = {degrees_to_toml((law.lower, law.upper))}"
-    yield f"{LIMIT_STIFFNESS_KEY} = {stiffness}"
-    yield f"{TRANSITION_KEY} = {degree_to_toml(law.transition)}"
-    yield from _write_measured_range(law.valid_range)
-
-
 def _describe_limits(law: SmoothLimit, units: AxisUnits) -> str:
     below, above = law.lower_stiffness, law.upper_stiffness
     zone = format_range(law.lower, law.upper, units)
@@ -373,49 +357,30 @@ def _describe_limits(law: SmoothLimit, units: AxisUnits) -> str:
     return f"limits {zone}, {stiffness}, fully grown {transition} beyond{measured}"
 
 
-def _limits_data(law: SmoothLimit) -> dict[str, object]:
-    return {
-        "law": "smooth limits",
-        "limits_deg": [degrees(law.lower), degrees(law.upper)],
-        "limit_stiffness_Nm_rad": [law.lower_stiffness, law.upper_stiffness],
-        "transition_deg": degrees(law.transition),
-        "measured_deg": range_in_degrees(law.valid_range),
-    }
-
-
-def _parse_two_curves(table: TableReader) -> Hysteresis | None:
-    """`increasing_points_deg_Nm` and `decreasing_points_deg_Nm`, in the order that loses energy."""
-    up, down = _parse_points(table, INCREASING_KEY), _parse_points(table, DECREASING_KEY)
-    if up is None or down is None:
-        return None
-    law = Hysteresis(up, down)
+def _loses_energy(table: TableReader, law: Hysteresis) -> bool:
+    """Return whether the curve of the growing angle is nowhere above the other; note it if not."""
+    up, down = law.increasing, law.decreasing
     low, high = law.valid_range or (0.0, 0.0)
     if low >= high:
         hint = "they are compared where both are known"
         table.error(DECREASING_KEY, "the two curves have no stretch of angles in common", hint)
-        return None
+        return False
     angles = np.unique(
         [*np.linspace(low, high, 181), *(c for c in law.breakpoints if low < c < high)]
     )
     excess = np.asarray(up.torque(angles)) - np.asarray(down.torque(angles))
     worst = int(excess.argmax())
-    if excess[worst] > _CURVE_ORDER_TOLERANCE * (
-        1.0 + float(np.abs(np.asarray(up.torque(angles))).max())
-    ):
-        where = f"at {degrees(angles[worst]):.4g} deg by {excess[worst]:.3g} N m"
-        table.error(
-            INCREASING_KEY,
-            f"the curve of the growing angle lies above that of the falling one, {where}: "
-            "a cycle there would feed energy",
-            "the torques act on the child, and friction opposes motion; are the two exchanged?",
-        )
-        return None
-    return law
-
-
-def _write_two_curves(law: Hysteresis) -> Iterator[str]:
-    yield f"{INCREASING_KEY} = {_points_to_toml(law.increasing)}"
-    yield f"{DECREASING_KEY} = {_points_to_toml(law.decreasing)}"
+    largest = float(np.abs(np.asarray(up.torque(angles))).max())
+    if excess[worst] <= _CURVE_ORDER_TOLERANCE * (1.0 + largest):
+        return True
+    where = f"at {degrees(angles[worst]):.4g} deg by {excess[worst]:.3g} N m"
+    table.error(
+        INCREASING_KEY,
+        f"the curve of the growing angle lies above that of the falling one, {where}: "
+        "a cycle there would feed energy",
+        "the torques act on the child, and friction opposes motion; are the two exchanged?",
+    )
+    return False
 
 
 def _describe_hysteresis(law: Hysteresis, units: AxisUnits) -> str:
@@ -487,105 +452,122 @@ def range_in_degrees(interval: Range | None) -> list[float | None] | None:
     return interval and [degrees(end) if isfinite(end) else None for end in interval]
 
 
+_REST = Number("rest_deg", attribute="rest")
+_MEASURED = Interval("measured_deg", attribute="valid_range")
+
 LAWS: tuple[LawSchema[Any], ...] = (
     LawSchema(
         Cubic,
-        _describe_cubic,
-        _cubic_data,
         LawForm(
             "a cubic",
             CubicEntry,
-            (COEFFICIENTS_KEY,),
-            (SENSE_KEY, DEAD_ZONE_KEY, REST_KEY),
-            _parse_cubic,
-            _write_cubic,
+            (Numbers(COEFFICIENTS_KEY, count=4, attribute="coefficients"),),
+            (
+                Sign("sense", "-1: the moment resists; +1: it acts on the child"),
+                _DeadZone("dead_zone_deg", attribute=("dead_zone", "dead_zone_stated")),
+                _REST,
+            ),
         ),
+        _describe_cubic,
+        _cubic_data,
     ),
     LawSchema(
         Linear,
+        LawForm(
+            "a linear spring",
+            Linear,
+            (Number("stiffness_Nm_rad", 0.0, hint=ENERGY_HINT, attribute="stiffness"),),
+            (_REST,),
+        ),
         _describe_linear,
         _linear_data,
-        LawForm(
-            "a linear spring", Linear, (STIFFNESS_KEY,), (REST_KEY,), _parse_linear, _write_linear
-        ),
     ),
     LawSchema(
         Exponential,
-        _describe_exponentials,
-        _exponentials_data,
         LawForm(
             "exponentials",
             Exponential,
-            (EXPONENTIALS_KEY,),
-            (CONSTANT_KEY, MEASURED_KEY),
-            _parse_exponentials,
-            _write_exponentials,
+            (_Exponentials("exponentials_Nm_1_rad", attribute="terms"),),
+            (Number(CONSTANT_KEY, attribute="constant"), _MEASURED),
         ),
+        _describe_exponentials,
+        _exponentials_data,
     ),
     LawSchema(
         Interpolated,
+        LawForm(
+            "a curve through points",
+            Interpolated,
+            (_Curve("points_deg_Nm", attribute="points"),),
+            make=_only_curve,
+        ),
         _describe_curve,
         _curve_data,
-        LawForm(
-            "a curve through points", Interpolated, (POINTS_KEY,), (), _parse_points, _write_curve
-        ),
     ),
     LawSchema(
         SmoothLimit,
-        _describe_limits,
-        _limits_data,
         LawForm(
-            "limits",
+            "smooth limits",
             SmoothLimit,
-            (LIMITS_KEY, LIMIT_STIFFNESS_KEY, TRANSITION_KEY),
-            (MEASURED_KEY,),
-            _parse_limits,
-            _write_limits,
+            (
+                Interval("limits_deg", attribute=("lower", "upper")),
+                Numbers(
+                    "limit_stiffness_Nm_rad",
+                    count=2,
+                    negative_error=("a limit's stiffness must not be below zero", ""),
+                    attribute=("lower_stiffness", "upper_stiffness"),
+                ),
+                Number(
+                    "transition_deg",
+                    is_positive=True,
+                    hint="the angle over which the limit grows to its full stiffness",
+                    attribute="transition",
+                ),
+            ),
+            (_MEASURED,),
         ),
+        _describe_limits,
     ),
     LawSchema(
         Hysteresis,
-        _describe_hysteresis,
-        _hysteresis_data,
         LawForm(
             "two curves",
             Hysteresis,
-            (INCREASING_KEY, DECREASING_KEY),
-            (),
-            _parse_two_curves,
-            _write_two_curves,
+            (
+                _Curve(INCREASING_KEY, attribute="increasing"),
+                _Curve(DECREASING_KEY, attribute="decreasing"),
+            ),
+            check=_loses_energy,
         ),
+        _describe_hysteresis,
+        _hysteresis_data,
     ),
-    LawSchema(Stop, _describe_stop, _stop_data),
-    LawSchema(Transformed, _describe_transformed, _transformed_data),
+    LawSchema(Stop, None, _describe_stop, _stop_data),
+    LawSchema(Transformed, None, _describe_transformed, _transformed_data),
 )
 """All elastic laws, in the order of messages."""
 
 _SCHEMAS = {schema.law: schema for schema in LAWS}
 
-_PUBLISHED_FORM = LawForm(
-    "a published curve",
-    PublishedLaw,
-    (PUBLISHED_KEY,),
-    ("published_sense",),
-    parse_published_law,
-    write_published_law,
-)
 LAW_FORMS: tuple[LawForm[Any], ...] = (
     *(schema.form for schema in LAWS if schema.form is not None),
-    _PUBLISHED_FORM,
+    LawForm(
+        "a published curve",
+        PublishedLaw,
+        (PublishedKey(PUBLISHED_KEY, "curve", attribute="key"),),
+        (
+            Sign(
+                "published_sense",
+                "-1: the axis's positive angle is opposite to the published motion",
+                attribute="sense",
+            ),
+        ),
+    ),
 )
 """The forms that a law has in a table; a published curve names one instead of its numbers."""
 
 ELASTIC_KEYS = tuple(form.required_keys[0] for form in LAW_FORMS)
 """For each law the key that is named when there is none."""
 
-LAW_KEYS = tuple(
-    dict.fromkeys(
-        (
-            *(key for form in LAW_FORMS for key in (*form.required_keys, *form.optional_keys)),
-            *MODIFIER_KEYS,
-            SLIP_RATE_KEY,
-        )
-    )
-)
+LAW_ROWS = tuple(dict.fromkeys(row for form in LAW_FORMS for row in form.rows))
+"""The rows of all laws."""

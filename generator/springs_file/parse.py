@@ -7,33 +7,35 @@ joint's declared axis, so the mirror image needs no second table.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
-from generator.diagnostics import (
-    Diagnostics,
-    Source,
-    Span,
-    shorten,
-    spelling_hint,
-)
+from generator.diagnostics import Diagnostics, Source, Span, shorten
 from generator.file_kind import FileKind
-from generator.springs_file.axes import AXIS_NAMES, names_other_joint
-from generator.springs_file.coupled import CoupledEntry, parse_coupled_entry
+from generator.springs_file.axes import AXIS_NAMES, ONLY_AXIS, names_other_joint
+from generator.springs_file.coupled import PROVENANCE_ROWS, CoupledEntry, parse_coupled_entry
 from generator.springs_file.laws import (
     DECREASING_KEY,
     ELASTIC_KEYS,
-    HYSTERESIS_KEY,
     INCREASING_KEY,
     LAW_FORMS,
-    LAW_KEYS,
-    MODIFIER_KEYS,
-    SLIP_RATE_KEY,
+    LAW_ROWS,
     EntryLaw,
     LawForm,
     parse_law,
+    write_law,
 )
 from generator.springs_file.published import PublishedLaw
 from generator.toml_file.reader import TableReader, parse_document
+from generator.toml_file.rows import (
+    ENERGY_HINT,
+    Choice,
+    Names,
+    Number,
+    TableRows,
+    Text,
+    lines_of_rows,
+    read_rows,
+)
 from generator.toml_file.spans import TomlSpans, locate_keys
 from springs import Damping, Joining
 from springs.damping import DEFAULT_SLIP_RATE
@@ -46,12 +48,67 @@ SPRING_TABLE = "spring"
 COUPLED_TABLE = "coupled"
 """Name of the tables of laws over several joints."""
 
-TEXT_KEYS = ("motion", "reference", "why")
-DAMPING_AND_STOP_KEYS = ("viscous_Nms_rad", "coulomb_Nm", "stop_stiffness_Nm_rad", "stop_onset_deg")
-SPRING_KEYS = ("joints", "axis", *LAW_KEYS, *DAMPING_AND_STOP_KEYS, *TEXT_KEYS)
 EXTENDS_KEY, BASE_KEY = "extends", "base"
 NO_BASE = "none"
-SPRINGS_FILE_KEYS = ("figure", EXTENDS_KEY, BASE_KEY, "law", SPRING_TABLE, COUPLED_TABLE)
+
+FILE_ROWS = TableRows(
+    "springs file",
+    (
+        Text("figure"),
+        Text(EXTENDS_KEY),
+        Choice(BASE_KEY, (NO_BASE,)),
+        Choice("law", tuple(Joining), attribute="joining"),
+    ),
+    (SPRING_TABLE, COUPLED_TABLE),
+)
+"""Rows above all tables."""
+
+
+class _Axis(Choice[str]):
+    """The name of an axis; "joint" for the only axis of a joint, which is None in an entry."""
+
+    def value_of(self, owner: object) -> str:
+        """Return the name."""
+        return super().value_of(owner) or ONLY_AXIS
+
+
+_HEAD = (
+    Names("joints", example='["left_knee", "right_knee"]'),
+    _Axis("axis", (*AXIS_NAMES, ONLY_AXIS), is_always_written=True),
+    Text("motion"),
+)
+_HYSTERESIS = Number("hysteresis_Nm", 0.0, hint=ENERGY_HINT, attribute="hysteresis")
+_SLIP_RATE = Number(
+    "slip_rad_s",
+    is_positive=True,
+    hint="the rate at which friction reaches 76 % of its full value, such as 0.01",
+    attribute="slip_rate",
+)
+_MODIFIERS = (
+    Number("scale", 0.0, hint=ENERGY_HINT),
+    Number("offset_deg", attribute="offset"),
+    _HYSTERESIS,
+)
+"""Rows that change any elastic law."""
+
+_VISCOUS = Number(
+    "viscous_Nms_rad",
+    0.0,
+    hint=ENERGY_HINT,
+    attribute="damping.viscous",
+    is_always_written=True,
+)
+_COULOMB = Number("coulomb_Nm", 0.0, hint=ENERGY_HINT, attribute="damping.coulomb")
+_WITHOUT_LAW = (
+    _VISCOUS,
+    _COULOMB,
+    Number("stop_stiffness_Nm_rad", is_positive=True, hint=ENERGY_HINT, attribute="stop_stiffness"),
+    Number("stop_onset_deg", is_positive=True, hint=ENERGY_HINT, attribute="stop_onset"),
+)
+"""Rows that are enough without an elastic law."""
+
+_TAIL = (*_MODIFIERS, _SLIP_RATE, *_WITHOUT_LAW, *PROVENANCE_ROWS)
+SPRING_ROWS = TableRows("spring", (*_HEAD, *LAW_ROWS, *_TAIL))
 
 
 @short_repr
@@ -70,7 +127,7 @@ class SpringEntry:
         hysteresis: difference of the curves of a decreasing and an increasing angle [N m].
         slip_rate: rate at which the hysteresis reaches 76 % of its full value [rad/s].
         damping: viscous and Coulomb damping; None leaves that of the file that is extended.
-        stop_stiffness: of the stops at the figure's limits [N m/rad].
+        stop_stiffness: stop stiffness of the stops at the figure's limits [N m/rad].
         stop_onset: angle over which they grow [rad].
         motion: name of a positive angle.
         reference: where the numbers are from.
@@ -118,6 +175,11 @@ class SpringsFile:
     stands_alone: bool = False
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
+    @property
+    def base(self) -> str | None:
+        """Value of the key `base`; None without it."""
+        return NO_BASE if self.stands_alone else None
+
 
 def _parse_springs(source: Source, diagnostics: Diagnostics) -> SpringsFile | None:
     document = parse_document(source, "springs file", diagnostics)
@@ -131,100 +193,63 @@ def _parse_content(
     document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
 ) -> SpringsFile:
     top = TableReader(document, "", 0, spans, diagnostics)
-    top.reject_unknown_keys(SPRINGS_FILE_KEYS, "springs file")
-    figure, law = top.text("figure"), None
-    if (name := top.text("law")) is not None:
-        laws = [joining.value for joining in Joining]
-        if name in laws:
-            law = Joining(name)
-        else:
-            diagnostics.error(
-                f"unknown law `{shorten(name)}`", top.span("law"), spelling_hint(name, laws)
-            )
-    extends, base = top.text(EXTENDS_KEY), top.choice(BASE_KEY, (NO_BASE,))
-    if extends is not None and base is not None:
+    FILE_ROWS.check_keys(top)
+    values = FILE_ROWS.read(top)
+    stands_alone = values.pop(BASE_KEY, None) is not None
+    if EXTENDS_KEY in values and stands_alone:
         top.error(BASE_KEY, f"`{BASE_KEY}` excludes `{EXTENDS_KEY}`", "write one of them")
-    entries = [_parse_entry(table) for table in _table_readers(document, SPRING_TABLE, top)]
-    coupled = [parse_coupled_entry(table) for table in _table_readers(document, COUPLED_TABLE, top)]
+    entries = [_parse_entry(table) for table in top.tables(SPRING_TABLE, "springs")]
+    coupled = [parse_coupled_entry(table) for table in top.tables(COUPLED_TABLE, "coupled laws")]
     if not entries and not coupled and not diagnostics.has_errors:
         diagnostics.error("there is no spring in this file", spans.table(""), "write `[[spring]]`")
-    origins = {key: top.span(key) for key in SPRINGS_FILE_KEYS if key in document}
     return SpringsFile(
         tuple(entry for entry in entries if entry),
-        figure,
-        law,
-        tuple(entry for entry in coupled if entry),
-        extends,
-        base is not None,
-        origins,
+        coupled=tuple(entry for entry in coupled if entry),
+        stands_alone=stands_alone,
+        origins={key: top.span(key) for key in document},
+        **values,
     )
-
-
-def _table_readers(document: Mapping[str, Any], name: str, top: TableReader) -> list[TableReader]:
-    """Return the readers of all tables of one name."""
-    tables: Any = document.get(name, [])
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        what = "springs" if name == SPRING_TABLE else "coupled laws"
-        top.diagnostics.error(
-            f"{what} are tables", top.span(name), f"write `[[{name}]]` above each"
-        )
-        return []
-    return [
-        TableReader(table, name, index, top.spans, top.diagnostics)
-        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
-    ]
 
 
 def _parse_entry(table: TableReader) -> SpringEntry | None:
     """Parse one `[[spring]]` table; None, with a fault noted, if it has no joints."""
-    table.reject_unknown_keys(SPRING_KEYS, "spring")
-    joints = table.names("joints")
-    axis = table.choice("axis", (*AXIS_NAMES, "joint"))
-    _check_combination(table, DAMPING_AND_STOP_KEYS)
+    SPRING_ROWS.check_keys(table)
+    _check_combination(table)
     law = parse_law(table)
-    scale = table.number("scale", negative=False)
-    offset = table.number("offset_deg")
-    hysteresis = table.number(HYSTERESIS_KEY, negative=False)
-    viscous = table.number("viscous_Nms_rad", negative=False)
-    coulomb = table.number("coulomb_Nm", negative=False)
-    stop_stiffness = table.number("stop_stiffness_Nm_rad", negative=False, zero=False)
-    stop_onset = table.number("stop_onset_deg", negative=False, zero=False)
-    texts = {key: table.text(key) or "" for key in TEXT_KEYS}
+    values = read_rows(table, (*_HEAD, *_TAIL))
+    joints: tuple[str, ...] = values.get("joints", ())
     if not joints:
         return None
     if isinstance(law, PublishedLaw):
-        if viscous is None:
-            viscous = law.row.damping
-        texts = _fill_from_published(texts, law, joints)
+        texts = {
+            "motion": law.motion_name(joints),
+            "reference": str(law.row.reference),
+            "why": law.why,
+        }
+        values |= {name: text for name, text in texts.items() if not values.get(name)}
+        values.setdefault(_VISCOUS.attributes[0], law.row.damping)
         _warn_joint_mismatch(table, law, joints)
+    if values.get("axis") == ONLY_AXIS:
+        del values["axis"]
+    viscous, coulomb = (values.pop(row.attributes[0], None) for row in (_VISCOUS, _COULOMB))
+    if not viscous is coulomb is None:
+        values["damping"] = Damping(viscous or 0.0, coulomb or 0.0)
     origins = {key: table.span(key) for key in table.content} | {"spring": table.header_span}
     origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(joints))}
-    return SpringEntry(
-        joints=joints,
-        axis=None if axis == "joint" else axis,
-        law=law,
-        scale=1.0 if scale is None else scale,
-        offset=offset or 0.0,
-        hysteresis=hysteresis or 0.0,
-        slip_rate=_parse_slip_rate(table),
-        damping=None if viscous is coulomb is None else Damping(viscous or 0.0, coulomb or 0.0),
-        stop_stiffness=stop_stiffness or DEFAULT_STOP_STIFFNESS,
-        stop_onset=stop_onset or DEFAULT_STOP_ONSET,
-        motion=texts["motion"],
-        reference=texts["reference"],
-        why=texts["why"],
-        origins=origins,
-    )
+    return SpringEntry(law=law, origins=origins, **values)
 
 
-def _check_combination(table: TableReader, sufficient_keys: tuple[str, ...]) -> None:
-    """Check that a table has a law or damping, at most one law, and only keys of that law.
+def entry_lines(entry: SpringEntry) -> Iterator[str]:
+    """Yield the lines of a `[[spring]]` table."""
+    yield from lines_of_rows(entry, _HEAD)
+    if entry.law is not None:
+        yield from write_law(entry.law)
+    yield from lines_of_rows(entry, _TAIL)
 
-    Args:
-        table: of a spring.
-        sufficient_keys: keys that are enough without an elastic law.
-    """
-    content = table.content
+
+def _check_combination(table: TableReader) -> None:
+    """Check that a table has a law or damping, at most one law, and only keys of that law."""
+    content, sufficient_keys = table.content, tuple(row.key for row in _WITHOUT_LAW)
     present = [form for form in LAW_FORMS if form.is_present(table)]
     if not present and not any(key in content for key in sufficient_keys):
         known = (*ELASTIC_KEYS, *sufficient_keys)
@@ -235,7 +260,8 @@ def _check_combination(table: TableReader, sufficient_keys: tuple[str, ...]) -> 
         first = next(key for key in form.required_keys if key in content)
         for key in form.required_keys:
             if key not in content:
-                table.error(first, f"`{first}` needs `{key}` beside it", f"{form.name} has both")
+                keys = f"{form.name}: {', '.join(form.required_keys)}"
+                table.error(first, f"`{first}` needs `{key}` beside it", keys)
     for form in present[1:]:
         key = next(key for key in form.required_keys if key in content)
         table.error(
@@ -257,25 +283,19 @@ def _misplaced_keys(
         if key in content and not any(form in present for form in owners):
             hint = " or ".join(f"`{form.required_keys[0]}`" for form in owners)
             yield key, " or ".join(form.name for form in owners), f"with {hint}"
-    for key in MODIFIER_KEYS:
+    for key in (row.key for row in _MODIFIERS):
         if key in content and not present:
             yield key, "an elastic law", f"with one of: {', '.join(ELASTIC_KEYS)}"
     has_two = any(INCREASING_KEY in form.required_keys for form in present)
-    if HYSTERESIS_KEY in content and has_two:
+    if _HYSTERESIS.key in content and has_two:
         yield (
-            HYSTERESIS_KEY,
+            _HYSTERESIS.key,
             "a law of one curve",
             "two curves already define their difference",
         )
-    if SLIP_RATE_KEY in content and HYSTERESIS_KEY not in content and not has_two:
-        hint = f"with `{HYSTERESIS_KEY}`, or with `{INCREASING_KEY}` and `{DECREASING_KEY}`"
-        yield SLIP_RATE_KEY, "a law that depends on the direction", hint
-
-
-def _parse_slip_rate(table: TableReader) -> float:
-    """Return `slip_rad_s` or its default [rad/s]."""
-    hint = "the rate at which friction reaches 76 % of its full value, such as 0.01"
-    return table.number(SLIP_RATE_KEY, negative=False, zero=False, hint=hint) or DEFAULT_SLIP_RATE
+    if _SLIP_RATE.key in content and _HYSTERESIS.key not in content and not has_two:
+        hint = f"with `{_HYSTERESIS.key}`, or with `{INCREASING_KEY}` and `{DECREASING_KEY}`"
+        yield _SLIP_RATE.key, "a law that depends on the direction", hint
 
 
 def _warn_joint_mismatch(table: TableReader, law: PublishedLaw, joints: tuple[str, ...]) -> None:
@@ -288,11 +308,3 @@ def _warn_joint_mismatch(table: TableReader, law: PublishedLaw, joints: tuple[st
             table.diagnostics.warning(
                 message, table.span("joints", k), "is it meant for another joint?"
             )
-
-
-def _fill_from_published(
-    texts: Mapping[str, str], law: PublishedLaw, joints: tuple[str, ...]
-) -> dict[str, str]:
-    """Return the texts of the table, and those of the published row where it has none."""
-    row = {"motion": law.motion_name(joints), "reference": str(law.row.reference), "why": law.why}
-    return {key: texts[key] or row[key] for key in TEXT_KEYS}

@@ -1,20 +1,19 @@
 """`published = "publication/name"`: a curve of the published tables as the law of an axis."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
 
 from generator.diagnostics import shorten, spelling_hint
 from generator.toml_file.reader import TableReader
+from generator.toml_file.rows import Row
 from generator.toml_file.writer import quote_toml
 from springs.elastic import Elastic, valid_range
 from springs.published.rows import PublishedCurve
 from springs.published.tables import curve, publication, publications
 
 PUBLISHED_KEY = "published"
-
-_SENSE_HINT = "-1: the axis's positive angle is opposite to the published motion"
 
 
 @dataclass(frozen=True)
@@ -62,37 +61,40 @@ class PublishedLaw:
         return rest if rest and all(first in each for each in words) else self.row.motion
 
 
-def parse_published_law(table: TableReader) -> PublishedLaw | None:
-    """Parse the curve that a table names; None without one, or with a fault noted."""
-    sense = table.sign("published_sense", _SENSE_HINT)
-    name = parse_published_key(table, PUBLISHED_KEY, "curve")
-    return None if name is None else PublishedLaw(name, sense or 1)
+@dataclass(frozen=True)
+class PublishedKey(Row[str]):
+    """Name of a row of the published tables, `publication/name`.
 
+    Attributes:
+        kind: Kind of the row, "curve" or "coupled law".
+    """
 
-def parse_published_key(table: TableReader, key: str, kind: str) -> str | None:
-    """Parse the row `publication/name` of a kind ("curve" or "coupled law"); None as above."""
-    row_key = table.text(key)
-    if row_key is None:
+    kind: str
+
+    def read(self, table: TableReader) -> str | None:
+        """Return the name."""
+        row_key = table.text(self.key)
+        if row_key is None:
+            return None
+        source, _, name = row_key.partition("/")
+        known = publications()
+        if source not in known:
+            wanted = f"there is no published table `{shorten(source)}`"
+            table.error(self.key, wanted, spelling_hint(source, known))
+            return None
+        tables = publication(source)
+        rows = tables.curves if self.kind == "curve" else tables.coupled_laws
+        if name in rows:
+            return row_key
+        missing = f"`{source}` has no {self.kind} `{shorten(name)}`"
+        hint = spelling_hint(name, rows) if rows else f"it has no {self.kind} at all"
+        if not name:
+            missing = f"`{source}` is a table"
+            if rows:
+                hint = f"name one of its rows, as in `{source}/{next(iter(rows))}`"
+        table.error(self.key, missing, hint)
         return None
-    source, _, name = row_key.partition("/")
-    known = publications()
-    if source not in known:
-        wanted = f"there is no published table `{shorten(source)}`"
-        table.error(key, wanted, spelling_hint(source, known))
-        return None
-    rows = publication(source).curves if kind == "curve" else publication(source).coupled_laws
-    if name in rows:
-        return row_key
-    missing = f"`{source}` has no {kind} `{shorten(name)}`" if name else f"`{source}` is a table"
-    hint = spelling_hint(name, rows) if rows else f"it has no {kind} at all"
-    if not name and rows:
-        hint = f"name one of its rows, as in `{source}/{next(iter(rows))}`"
-    table.error(key, missing, hint)
-    return None
 
-
-def write_published_law(law: PublishedLaw) -> Iterator[str]:
-    """Yield the lines that name a published curve."""
-    yield f"{PUBLISHED_KEY} = {quote_toml(law.key)}"
-    if law.sense != 1:
-        yield f"published_sense = {law.sense:+d}"
+    def value_to_toml(self, value: str) -> str:
+        """Return it in quotes."""
+        return quote_toml(value)

@@ -21,7 +21,8 @@ from generator.figure import AxisKind, Figure, Joint, Vector, is_rotation
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
 from generator.named_mapping import NamedMapping
-from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.rotations import unit_axis
+from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import (
     BoundSpring,
     bind_optional_records,
@@ -130,13 +131,16 @@ FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 WITHIN_FIGURE = f"<figure>{SPRINGS_FILE.suffix}"
 """Origin of springs that are the `springs_text` of their figure."""
 
+_FIGURE_ALONE = FileSprings(FIGURE_ORIGIN)
+"""Springs of no file, beside which those of the figure stand."""
+
 
 @dataclass(frozen=True)
 class LoadedSprings:
     """The springs of a figure or of a springs file.
 
     Attributes:
-        springs: by joint.
+        springs: springs by joint.
         replaced: laws over several joints that stand for others.
         figure: name of the figure whose joints have them; None if a springs file names none.
         complete: springs of a springs file, and of the file that it extends; None if it names no
@@ -179,7 +183,7 @@ def load_springs(
         joining: how the axes of a spherical joint join; None for what the file says, else
             conservative.
         with_base: whether the springs of an extended file and of the figure's fields stay.
-        text: of the springs file `choice`, which need not exist; None to read the file.
+        text: text of the springs file `choice`, which need not exist; None to read the file.
     """
     if choice is not None and str(choice) == NO_SPRINGS:
         none = SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS)
@@ -193,7 +197,7 @@ def load_springs(
         own = Path(WITHIN_FIGURE)
         texts[own] = make_source(figure.springs_text, str(own))
         path = own if choice is None else path
-    diagnostics, springs, bound = Diagnostics(), None, FileSprings(FIGURE_ORIGIN)
+    diagnostics, springs, bound = Diagnostics(), None, _FIGURE_ALONE
     with suppress(TooManyErrors):
         if path is not None:
             is_printed = str(choice) == PRINTED_SPRINGS
@@ -215,10 +219,10 @@ def read_springs(
     figure's own; then the figure's `stiff`, `rest` and `damp`. All joints keep its limits.
 
     Args:
-        path_or_name: of the file, or what `--springs` takes: NAME for `FIGURE.NAME.springs.toml`
-            beside the figure's file, "printed" or "none"; None for the springs that a run of the
-            figure has without a choice.
-        figure: to which they are bound.
+        path_or_name: path or name of the file, or what `--springs` takes: NAME for
+            `FIGURE.NAME.springs.toml` beside the figure's file, "printed" or "none"; None for the
+            springs that a run of the figure has without a choice.
+        figure: figure to which they are bound.
         joining: how the axes of a spherical joint join; None for what the file says.
 
     Raises:
@@ -244,7 +248,7 @@ def _check_changed_joints(
 
     Args:
         figure: read from a file or made, and perhaps changed since.
-        springs: of the figure, from a file of springs.
+        springs: springs of the figure, from a file of springs.
         load: loads the springs of another version of the figure.
     """
     for joint in figure.joints.values():
@@ -286,12 +290,12 @@ class _FileBinder:
     """Binds a file of springs, and the files that it extends, to a figure.
 
     Attributes:
-        figure: to whose joints they are bound.
+        figure: figure to whose joints they are bound.
         own_path: file of the figure's own springs, which others extend.
         stem: name of the figure's file without the suffix.
-        use_printed_values: as for `bind_optional_records`.
-        diagnostics: for faults.
-        texts: of files that are not read, by path.
+        use_printed_values: use printed values as for `bind_optional_records`.
+        diagnostics: diagnostics for faults.
+        texts: texts of files that are not read, by path.
     """
 
     figure: Figure
@@ -305,7 +309,7 @@ class _FileBinder:
         """Return the springs of a file and of those that it extends; faults are noted.
 
         Args:
-            path: of the file.
+            path: path of the file.
             extended_by: the files that lead to it.
         """
         springs, content = self.bind_alone(path)
@@ -405,7 +409,7 @@ MIN_STIFFNESS = 1e-3
 """Stiffness below which a linear spring does not hold a joint [N m/rad or N/m]."""
 
 
-def limp_joints(figure: Figure, springs: SpringSet) -> tuple[str, ...]:
+def joints_without_elastic_law(figure: Figure, springs: SpringSet) -> tuple[str, ...]:
     """Return the moving joints without an elastic law; stops and feeble springs do not count."""
     coupled = {axis.joint for spring in springs.coupled for axis in spring.axes}
     return tuple(
@@ -501,7 +505,9 @@ def _figure_spring(
             "it would feed energy",
         )
         return []
-    return [AxisSpring(axis, tuple(laws), Damping(viscous))] if laws or viscous else []
+    if viscous:
+        return [AxisSpring(axis, tuple(laws), Damping(viscous))]
+    return [AxisSpring(axis, tuple(laws))] if laws else []
 
 
 def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:

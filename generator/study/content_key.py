@@ -44,20 +44,16 @@ def content_key(study: Study, points: Array, versions: Versions) -> str:
     of sensitivity indices have none, since the indices are computed from the rows.
 
     Args:
-        study: with the springs in its plan.
+        study: Study.
         points: values of the parameters of each run, shape (runs, parameters).
-        versions: of the programs that run it.
+        versions: versions of the programs that run it.
 
     Raises:
-        ValueError: the plan has no springs.
         TypeError: a value in the study has no canonical form.
     """
-    springs = study.plan.springs
-    if springs is None:
-        raise ValueError("the plan of a study needs its springs")
-    plan = replace(study.plan, springs=replace(springs, origin=""), spring_choice=None)
-    counted = replace(study, name="", plan=plan, sensitivity=None)
-    return digest((counted, points, _surfaces(study.figure), versions))
+    model = replace(study.model, springs=replace(study.model.springs, origin=""))
+    counted = replace(study, name="", model=model, sensitivity=None)
+    return digest((counted, points, _surfaces(model.figure), versions))
 
 
 def digest(value: object) -> str:

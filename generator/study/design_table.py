@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import cast
 
 from generator.diagnostics import Parsed, Span, format_count
 from generator.input_files.csv_columns import (
@@ -26,31 +25,30 @@ from generator.study.study import (
     Uniform,
 )
 from generator.study.study_tables import (
-    DESIGN_KEYS,
+    DESIGN_ROWS,
     DISTRIBUTION_KEYS,
+    DISTRIBUTION_ROWS,
+    KIND,
+    MAX_RUNS,
     PARAMETER_EXAMPLE,
-    PARAMETER_KEYS,
-    adopt,
+    PARAMETER_ROWS,
+    POINTS,
+    RUNS,
+    SEED,
+    check_keys,
     parse_row,
     parse_table,
     parse_texts,
-    reject_unknown_keys,
     relative_path,
     require_keys,
     require_table,
+    value_of_file,
 )
 from generator.text_io import csv_value, load_text
 from generator.toml_file.reader import TableReader
-from generator.toml_file.rows import Integer
-
-MAX_RUNS = 1_000_000
-"""Largest number of runs of a study; more are a typing error."""
-
-MAX_SEED = 2**63 - 1
 
 _DISTRIBUTION_HINT = "`low` and `high`, `values`, `mean` and `sd`, or `median` and `factor`"
 _RANDOM_KINDS = (DesignKind.LATIN_HYPERCUBE, DesignKind.SOBOL, DesignKind.MORRIS)
-_KIND_EXAMPLE = '"latin-hypercube"'
 
 
 def parse_parameters(top: TableReader, kind: DesignKind | None) -> dict[str, Parameter | None]:
@@ -66,7 +64,7 @@ def parse_parameters(top: TableReader, kind: DesignKind | None) -> dict[str, Par
 
 
 def _parse_parameter(table: TableReader, name: str, kind: DesignKind | None) -> Parameter | None:
-    table.reject_unknown_keys(PARAMETER_KEYS, "parameter")
+    table.reject_unknown_keys(PARAMETER_ROWS.keys, PARAMETER_ROWS.noun)
     has_path = require_keys(table, {"path": '"springs.knee.scale"'}, "parameter")
     paths = parse_texts(table, "path") if has_path else ()
     distribution = _parse_distribution(table, name, kind)
@@ -95,45 +93,29 @@ def _parse_distribution(
         table.diagnostics.warning(f"the values of `{name}` here are not used", span, hint)
         return None
     missing = [key for key in keys if key not in table.content]
-    if missing and table.content.keys() <= set(PARAMETER_KEYS):  # else a slip of it, perhaps
+    if missing and table.content.keys() <= set(PARAMETER_ROWS.keys):  # else a slip of it, perhaps
         there = next(key for key in keys if key in table.content)
         table.error(there, f"`{there}` needs `{missing[0]}` beside it")
     if missing:
         return None
     if keys == ("values",):
         return _parse_levels(table, kind)
-    numbers = {key: table.number(key) for key in keys}
-    points = Integer("points", 2, MAX_RUNS).read(table)
-    first, second = numbers.values()
+    (pair,) = (rows for rows in DISTRIBUTION_ROWS if rows[0].key == keys[0])
+    first, second = (row.read(table) for row in pair)
+    points = POINTS.read(table)
     if first is None or second is None:
         return None
-    for key in keys:
-        if abs(cast("float", numbers[key])) > MAX_ABS_VALUE:
-            table.error(key, "this number is too large", f"at most {MAX_ABS_VALUE:g}")
-            return None
-    match keys:
-        case ("low", "high"):
-            return _parse_uniform(table, kind, first, second, points)
-        case ("mean", "sd"):
-            if second <= 0.0:
-                table.error("sd", f"the standard deviation must be above zero, not {second:g}")
-                return None
-            distribution = Normal(first, second)
-        case _:
-            if first <= 0.0:
-                hint = "a log-normal distribution has positive values"
-                table.error("median", f"`median` must be above zero, not {first:g}", hint)
-                return None
-            if second <= 1.0:
-                hint = "the ratio of a value at one standard deviation to the median"
-                table.error("factor", f"`factor` must be above 1, not {second:g}", hint)
-                return None
-            distribution = LogNormal(first, second)
+    if keys == ("low", "high"):
+        return _parse_uniform(table, kind, first, second, points)
+    if keys == ("median", "factor") and second <= 1.0:
+        hint = "the ratio of a value at one standard deviation to the median"
+        table.error("factor", f"`factor` must be above 1, not {second:g}", hint)
+        return None
     if kind is DesignKind.GRID:
         hint = "write `values`, or `low`, `high` and `points`"
         table.error(keys[0], "a grid needs the values of each parameter", hint)
         return None
-    return distribution
+    return Normal(first, second) if keys == ("mean", "sd") else LogNormal(first, second)
 
 
 def _parse_uniform(
@@ -177,13 +159,11 @@ def _parse_levels(table: TableReader, kind: DesignKind | None) -> Levels | None:
 
 def parse_kind(top: TableReader) -> DesignKind | None:
     """Return the kind of the design; None if it is absent or, with an error, wrong."""
-    table = require_table(top, "design", f"kind = {_KIND_EXAMPLE}")
+    table = require_table(top, "design", f"kind = {KIND.example}")
     if table is None:
         return None
-    reject_unknown_keys(table, DESIGN_KEYS, "design")
-    require_keys(table, {"kind": _KIND_EXAMPLE}, "design")
-    kind = table.choice("kind", tuple(one.value for one in DesignKind))
-    return None if kind is None else DesignKind(kind)
+    check_keys(table, DESIGN_ROWS)
+    return KIND.read(table)
 
 
 def parse_design(
@@ -204,8 +184,8 @@ def parse_design(
     elif "runs" in table.content:
         hint = "it has the rows of its file" if is_list else "it has all combinations of its values"
         table.error("runs", f"a {kind} design has no `runs`", hint)
-    runs = Integer("runs", 1, MAX_RUNS).read(table) if has_runs else None
-    seed = Integer("seed", 0, MAX_SEED).read(table)
+    runs = RUNS.read(table) if has_runs else None
+    seed = SEED.read(table)
     if "file" in table.content and not is_list:
         table.error("file", f"a {kind} design has no `file`", 'the kind of a file is "list"')
     rows = _parse_rows(table, tuple(parameters), folder) if is_list else ()
@@ -235,7 +215,9 @@ def _parse_rows(
     path = relative_path(name, folder)
     source, unreadable = load_text(path, str(path))
     if unreadable is not None:
-        return adopt(table, "file", Parsed[tuple[tuple[float, ...], ...]](None, (unreadable,)))
+        return value_of_file(
+            table, "file", Parsed[tuple[tuple[float, ...], ...]](None, (unreadable,))
+        )
     lines, example = data_lines(source), ",".join(names)
     faults = table.diagnostics
     if not lines:

@@ -48,7 +48,7 @@ class JournalHeader:
 
     Attributes:
         study: content key of the study.
-        versions: of the programs that made the runs.
+        versions: versions of the programs that made the runs.
     """
 
     study: str
@@ -71,7 +71,7 @@ class JournalContent:
         results: Results of the runs of this study.
         has_line: whether a run of this study has a sound line, shape (runs,).
         damaged_lines: numbers of lines that cannot be used, from 1.
-        size: of the complete lines [bytes].
+        size: size of the complete lines [bytes].
     """
 
     header: JournalHeader | None
@@ -137,7 +137,7 @@ def read_journal(
     A last line without its end, which a kill leaves, is not part of the journal.
 
     Args:
-        path: of the journal.
+        path: path of the journal.
         expected: header of this study.
         measures: names of its measures, in their order.
         runs: number of its runs.
@@ -311,7 +311,7 @@ def open_journal(path: Path, content: JournalContent, header: JournalHeader) -> 
     """Open a journal to add lines after its complete ones.
 
     Args:
-        path: of the journal; the file is created where it is missing.
+        path: path of the journal; the file is created where it is missing.
         content: that it has. An empty journal gets its first line.
         header: Header of this study.
 

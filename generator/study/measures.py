@@ -21,7 +21,7 @@ from typing import TypeVar, assert_never
 
 import numpy as np
 
-from generator.contact_record import head_segments
+from generator.contact.record import head_segments
 from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.motion_files.action import LENGTH_UNIT
@@ -36,7 +36,7 @@ from generator.motion_files.motion import FigureMotion
 from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS, RecordingPart
 from generator.rotations import Array
 from generator.simulation.plan import Plan
-from generator.study.study import Measure, Study, Take
+from generator.study.study import Measure, Statistic, Study
 
 Measured = dict[str, float | None]
 """Numbers by measure, in the unit of the column; None where the run has no such number."""
@@ -76,7 +76,7 @@ def check_measures(study: Study) -> Iterator[MeasureFault]:
 
     Raises MoverError for a figure and a plan that cannot start.
     """
-    columns = _columns_of_start(study.figure, study.plan)
+    columns = _columns_of_start(study.model.figure, study.plan)
     for measure in study.measures.values():
         column = columns.get(measure.column)
         if column is None:
@@ -89,12 +89,12 @@ def check_measures(study: Study) -> Iterator[MeasureFault]:
 
 def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     """Return the fault of a number that a column does not have; None for others."""
-    if measure.take is Take.REST and not column.is_displacement:
+    if measure.take is Statistic.REST and not column.is_displacement:
         message = f"`{column.title}` has no value at rest"
         return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
-    if column.name.endswith(_INJURY) and measure.take not in (Take.LAST, Take.LARGEST):
+    if column.name.endswith(_INJURY) and measure.take not in (Statistic.LAST, Statistic.LARGEST):
         message = f"`{column.title}` is one number of the whole run"
-        return MeasureFault(measure.name, "take", message, f'take = "{Take.LAST}"')
+        return MeasureFault(measure.name, "take", message, f'take = "{Statistic.LAST}"')
     return None
 
 
@@ -172,9 +172,9 @@ def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]
     """Return the measures of a run, except those at rest; None for an undefined number.
 
     Args:
-        motion: of the run, with the parts of `parts_of_measures`.
-        plan: of the run.
-        measures: to compute.
+        motion: motion of the run, with the parts of `parts_of_measures`.
+        plan: plan of the run.
+        measures: measures to compute.
 
     Raises ModelError for an unknown column.
     """
@@ -184,7 +184,7 @@ def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]
     return {
         each.name: _number(_column(columns, each), motion, each.take)
         for each in measures
-        if each.take is not Take.REST
+        if each.take is not Statistic.REST
     }
 
 
@@ -197,8 +197,8 @@ def measure_rest(
 
     Args:
         chains: the factors of each joint of the figure at rest.
-        displacements: of each joint, shape (n,) [rad or m].
-        measures: to compute.
+        displacements: displacements of each joint, shape (n,) [rad or m].
+        measures: measures to compute.
 
     Raises ModelError for an unknown column.
     """
@@ -209,7 +209,9 @@ def measure_rest(
             displacement_columns(name, chain), displacements[name], strict=True
         )
     }
-    at_rest = [(each.name, _column(columns, each)) for each in measures if each.take is Take.REST]
+    at_rest = [
+        (each.name, _column(columns, each)) for each in measures if each.take is Statistic.REST
+    ]
     return {name: float(column.format(value)) for name, (column, value) in at_rest}
 
 
@@ -221,20 +223,20 @@ def _column(columns: Mapping[str, T], measure: Measure) -> T:
     return columns[measure.column]
 
 
-def _number(column: Column, motion: FigureMotion, take: Take) -> float | None:
+def _number(column: Column, motion: FigureMotion, take: Statistic) -> float | None:
     """Return a number in the unit of its column, or a time [s]."""
     match take:
-        case Take.LAST:
+        case Statistic.LAST:
             return _in_unit(column, float(column.read(motion)[-1]))
-        case Take.LARGEST | Take.SMALLEST:
-            extreme = column.extreme(motion, 1 if take is Take.LARGEST else -1)
+        case Statistic.LARGEST | Statistic.SMALLEST:
+            extreme = column.extreme(motion, 1 if take is Statistic.LARGEST else -1)
             return None if extreme is None else _in_unit(column, extreme[1])
-        case Take.TIME_OF_LARGEST | Take.TIME_OF_SMALLEST:
-            extreme = column.extreme(motion, 1 if take is Take.TIME_OF_LARGEST else -1)
+        case Statistic.TIME_OF_LARGEST | Statistic.TIME_OF_SMALLEST:
+            extreme = column.extreme(motion, 1 if take is Statistic.TIME_OF_LARGEST else -1)
             if extreme is None or np.all(column.read(motion) == extreme[1]):
                 return None  # such as the force on a segment that touches nothing
             return extreme[0]
-        case Take.REST:
+        case Statistic.REST:
             raise ModelError("a motion has no value at rest")
         case _:
             assert_never(take)

@@ -27,7 +27,7 @@ as `flexion`, or its number in the chain of the joint. Quantities of a slide end
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import nan
 from typing import NoReturn
@@ -36,9 +36,12 @@ from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import Figure, Joint, Vector, is_rotation
 from generator.kinematics.free_root import FREE_CHAINS
 from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
+from generator.model import Model
 from generator.named_mapping import UnknownNameError
-from generator.simulation.plan import Plan
-from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.rotations import unit_axis
+from generator.run_options import RUN_OPTIONS, VARYING_OPTIONS
+from generator.simulation.plan import Plan, option_faults
+from generator.springs_file.axes import parallel_sign
 from generator.study.study import PersonArguments
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet, Stop
 from springs.short_repr import short_repr
@@ -51,20 +54,33 @@ class UnknownPathError(UnknownNameError):
 @short_repr
 @dataclass(frozen=True)
 class Case:
-    """A figure and its run.
+    """A model and its run.
 
     Attributes:
-        figure: the figure.
-        plan: of the run, with springs.
+        model: Figure and springs.
+        plan: Plan of the run, without springs.
     """
 
-    figure: Figure
+    model: Model
     plan: Plan
 
     @property
+    def figure(self) -> Figure:
+        """Figure of the model."""
+        return self.model.figure
+
+    @property
     def springs(self) -> SpringSet:
-        """Springs of the plan; none where it has none."""
-        return self.plan.springs or SpringSet()
+        """Springs of the model."""
+        return self.model.springs
+
+    def with_springs(self, springs: SpringSet) -> "Case":
+        """Return the case with other springs."""
+        return replace(self, model=replace(self.model, springs=springs))
+
+    def with_figure(self, figure: Figure) -> "Case":
+        """Return the case with another figure."""
+        return replace(self, model=replace(self.model, figure=figure))
 
 
 class Quantity(StrEnum):
@@ -82,7 +98,7 @@ class Quantity(StrEnum):
     POSE = "pose"
     VELOCITY = "velocity"
     GRAVITY = "gravity"
-    HEIGHT = "height"
+    OPTION = "option"
     FRICTION = "friction"
     STIFFNESS = "stiffness"
     PERSON = "person"
@@ -93,11 +109,11 @@ class Target:
     """A number of a case.
 
     Attributes:
-        name: of the joint, segment, prop or dimension.
-        direction: of a spring's axis; None for all axes of the joint.
+        name: name of the joint, segment, prop or dimension.
+        direction: direction of a spring's axis; None for all axes of the joint.
         slides: whether that axis is of a slide.
-        index: of a displacement, in the chain of the joint.
-        sign: of the number for a positive value of the path.
+        index: index of a displacement, in the chain of the joint.
+        sign: sign of the number for a positive value of the path.
     """
 
     name: str
@@ -112,11 +128,11 @@ class ParameterPath:
     """A quantity that a study may vary.
 
     Attributes:
-        text: as written.
-        unit: of its values, such as "deg"; "" for a factor.
+        text: text as written.
+        unit: unit of its values, such as "deg"; "" for a factor.
         quantity: its kind.
         targets: numbers that get its value, the left side first.
-        person_value: of a person without a change [m or kg]; NaN for other quantities.
+        person_value: person value of a person without a change [m or kg]; NaN for other quantities.
     """
 
     text: str
@@ -125,10 +141,18 @@ class ParameterPath:
     targets: tuple[Target, ...] = ()
     person_value: float = nan
 
+    @property
+    def numbers(self) -> tuple["Number", ...]:
+        """Numbers that get its value; a path without targets is one itself."""
+        return tuple((self.quantity, target) for target in self.targets or (None,))
+
     def __str__(self) -> str:
         """As written."""
         return self.text
 
+
+Number = tuple[Quantity, Target | None]
+"""A quantity and the number of a case that it is of."""
 
 _SPRING_WORDS: Mapping[str, tuple[Quantity, str, bool | None]] = {
     "scale": (Quantity.SCALE, "", None),
@@ -233,12 +257,12 @@ class _PathParser:
             "pose": self._parse_motion,
             "velocity": self._parse_motion,
             "gravity": self._parse_gravity,
-            "height": self._parse_height,
+            **dict.fromkeys(VARYING_OPTIONS, self._parse_option),
             "person": self._parse_person,
             **dict.fromkeys(props, self._parse_prop),
         }
         if self._words[0] == "floor" and "floor" not in props:
-            self._fail("the scene has no floor; `floor = true` adds one")
+            self._fail("the scene has no floor; the option `floor` adds one")
         reader = readers.get(self._words[0])
         if reader is None:
             self._fail("unknown first word", 0, readers)
@@ -440,11 +464,13 @@ class _PathParser:
         self._check_length(1, form="gravity")
         return ParameterPath(self._text, "", Quantity.GRAVITY)
 
-    def _parse_height(self) -> ParameterPath:
-        self._check_length(1, form="height")
-        if not self._case.plan.free_root:
-            self._fail("a height needs `free_root = true` or a scene")
-        return ParameterPath(self._text, "m", Quantity.HEIGHT)
+    def _parse_option(self) -> ParameterPath:
+        key = self._words[0]
+        self._check_length(1, form=key)
+        settings = {key: 0.0} | ({"free_root": True} if self._case.plan.free_root else {})
+        for fault in option_faults(settings, RUN_OPTIONS, "`{}`".format):
+            self._fail(fault.sentence)
+        return ParameterPath(key, VARYING_OPTIONS[key].unit.strip(), Quantity.OPTION)
 
     def _parse_prop(self) -> ParameterPath:
         self._check_length(2, form=f"{self._words[0]}.friction")
@@ -458,7 +484,7 @@ class _PathParser:
         self._check_length(2, form="person.stature")
         person, word = self._person, self._words[1]
         if person is None:
-            self._fail("the figure of this study is a file; a person has its own table, `[person]`")
+            self._fail("the figure is a file; a study has a person in its own table, `[person]`")
         from generator.person.measures import estimate_measures
 
         measures = estimate_measures(person.sex, person.stature, person.mass)

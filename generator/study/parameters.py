@@ -1,19 +1,25 @@
 """Cases that the values of a study's parameters make."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from math import isfinite, nan
 
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.figure import Segment
+from generator.model import Model
+from generator.run_options import RUN_OPTIONS
+from generator.simulation.plan import Plan
 from generator.springs_file.axes import parallel_sign
 from generator.study.parameter_paths import (
     FREE_MOTIONS,
     MASS_INDEX_UNIT,
     Case,
+    Number,
     ParameterPath,
     Quantity,
     Target,
+    UnknownPathError,
     parse_path,
 )
 from generator.study.person_figure import make_person
@@ -41,8 +47,9 @@ def nominal_value(path: ParameterPath, case: Case) -> float:
             target = path.targets[0]
             value = _displacements(case, path.quantity, target.name)[target.index]
             return _units(path).scale * value
-        case Quantity.HEIGHT:
-            return nan if case.plan.height is None else case.plan.height
+        case Quantity.OPTION:
+            value = getattr(case.plan, RUN_OPTIONS[path.text].field)
+            return nan if value is None else value
         case Quantity.FRICTION | Quantity.STIFFNESS:
             name = path.targets[0].name
             props = case.plan.scene.props
@@ -52,6 +59,30 @@ def nominal_value(path: ParameterPath, case: Case) -> float:
             return path.person_value
         case _:
             return 1.0
+
+
+def apply_parameters(model: Model, plan: Plan, values: Iterable[tuple[str, float]]) -> Case:
+    """Return model and plan with values of parameters, as in a study.
+
+    Args:
+        model: Model to change.
+        plan: Plan to change, without springs.
+        values: Paths with their values, in the units of the paths.
+
+    Raises:
+        ModelError: a path is unknown, has no effect or changes a quantity a second time, or a
+            quantity cannot have its value.
+    """
+    case, changed = Case(model, plan), set[Number]()
+    assignments = [(parse_path(text, case), value) for text, value in values]
+    for path, value in assignments:
+        if changed.intersection(path.numbers):
+            raise ModelError(f"`{path}` changes a quantity a second time")
+        changed.update(path.numbers)
+        former, case = case, apply_values(case, [(path, value)])
+        if case == former and path.unit == "" and value != nominal_value(path, former):
+            raise ModelError(f"`{path}` has no effect: what it scales is zero")
+    return case
 
 
 def apply_values(case: Case, assignments: Sequence[tuple[ParameterPath, float]]) -> Case:
@@ -98,14 +129,14 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
                 raise ValueError("it must be positive")
             segments = (figure.segments[target.name] for target in path.targets)
             changed = [_scale_segment(segment, path.quantity, value) for segment in segments]
-            return replace(case, figure=figure.with_parts(*changed))
+            return case.with_figure(figure.with_parts(*changed))
         case Quantity.POSE | Quantity.VELOCITY:
             return _set_displacement(case, path, _units(path).si_value(value))
         case Quantity.GRAVITY:
             x, y, z = plan.gravity
             return replace(case, plan=replace(plan, gravity=(value * x, value * y, value * z)))
-        case Quantity.HEIGHT:
-            return replace(case, plan=replace(plan, height=value))
+        case Quantity.OPTION:
+            return replace(case, plan=replace(plan, **{RUN_OPTIONS[path.text].field: value}))
         case Quantity.FRICTION | Quantity.STIFFNESS:
             name = path.targets[0].name
             props = tuple(
@@ -119,8 +150,8 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
             raise ValueError("a person is built anew for it, by build_case")
 
 
-_SIGNED = {Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY, Quantity.HEIGHT}
-"""Quantities that may be negative."""
+_SIGNED = {Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY, Quantity.OPTION}
+"""Quantities that may be negative; a plan checks its own options."""
 
 
 def _units(path: ParameterPath) -> AxisUnits:
@@ -154,7 +185,7 @@ def _change_axis(case: Case, target: Target, change: Callable[[AxisSpring], Axis
         else tuple(changed if spring is former else spring for spring in axes)
     )
     joints = {**springs.joints, target.name: replace(own, **{field: axes})}
-    return replace(case, plan=replace(case.plan, springs=replace(springs, joints=joints)))
+    return case.with_springs(replace(springs, joints=joints))
 
 
 def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
@@ -183,7 +214,7 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
             for name, joint in springs.joints.items()
         }
         springs = replace(springs, joints=joints)
-    return replace(case, plan=replace(case.plan, springs=springs))
+    return case.with_springs(springs)
 
 
 def _scale_spring(spring: AxisSpring, elastic: float, damping: float) -> AxisSpring:
@@ -233,8 +264,7 @@ def _shift_springs(case: Case, path: ParameterPath, offset: float) -> Case:
             case = _change_axis(case, target, _shift(target, offset))
         assert target.direction is not None
         coupled = tuple(_shift_coupled(spring, target, offset) for spring in case.springs.coupled)
-        springs = replace(case.springs, coupled=coupled)
-        case = replace(case, plan=replace(case.plan, springs=springs))
+        case = case.with_springs(replace(case.springs, coupled=coupled))
     return case
 
 
@@ -306,6 +336,22 @@ def _set_displacement(case: Case, path: ParameterPath, value: float) -> Case:
     return replace(case, plan=replace(case.plan, **{field: changed}))
 
 
+_PATHS_OF_MODELS = ("springs", "segments")
+"""First words of the paths of quantities of a model."""
+
+
+def with_parameter(model: Model, path: str, value: float) -> Model:
+    """Return a model with a quantity set; see `Model.with_parameter`."""
+    first = path.split(".")[0]
+    if first == "person":
+        raise UnknownPathError(f"`{path}`: a person is built anew: change what build_person takes")
+    plan = Plan(free_root=True, scene=Scene.floor())
+    changed = apply_parameters(model, plan, [(path, value)])
+    if first not in _PATHS_OF_MODELS:
+        raise UnknownPathError(f"`{path}` is of the run, not of the model: set it in the Plan")
+    return changed.model
+
+
 _paths: list[tuple[Study, tuple[tuple[int, ParameterPath], ...]]] = []
 """The last study of this process, with the paths of its parameters by their numbers."""
 
@@ -318,7 +364,7 @@ def study_paths(study: Study) -> tuple[tuple[int, ParameterPath], ...]:
     for known, paths in _paths:
         if known is study:
             return paths
-    base = Case(study.figure, study.plan)
+    base = Case(study.model, study.plan)
     paths = tuple(
         (number, parse_path(text, base, study.person))
         for number, parameter in enumerate(study.parameters.values())
@@ -339,16 +385,16 @@ def build_case(study: Study, values: Sequence[float]) -> Case:
     own = {
         path.targets[0].name: value for path, value in assigned if path.quantity is Quantity.PERSON
     }
-    case = Case(study.figure, study.plan)
+    case = Case(study.model, study.plan)
     if own and study.person is not None:
         stature = own.pop("stature", study.person.stature)
         mass = own.pop("mass", study.person.mass)
         if any(path.unit == MASS_INDEX_UNIT for path, _ in assigned):
             mass *= stature**2
         person = replace(study.person, stature=stature, mass=mass)
-        figure, springs = make_person(
+        model = make_person(
             person, own, case.springs.joining, with_spheres=bool(study.plan.scene.props)
         )
-        case = Case(figure, replace(study.plan, springs=springs))
+        case = Case(model, study.plan)
     others = [each for each in assigned if each[0].quantity is not Quantity.PERSON]
     return apply_values(case, others)

@@ -1,11 +1,11 @@
-"""Figure and springs of a person, without the sources of its numbers."""
+"""Model of a person, without the sources of its numbers."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from generator.diagnostics import UsageError
-from generator.figure import Figure
+from generator.model import Model
 from generator.person.body import build_body, side_names
 from generator.person.joints import person_figure
 from generator.person.measures import estimate_measures
@@ -14,7 +14,7 @@ from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from generator.study.study import PersonArguments
-from springs import Joining, SpringSet
+from springs import Joining
 
 PERSON_SPRINGS = ("published", "coupled", "none")
 """Springs that a person of a study may have."""
@@ -26,11 +26,11 @@ def make_person(
     joining: Joining | None = None,
     *,
     with_spheres: bool,
-) -> tuple[Figure, SpringSet]:
-    """Return the figure and the springs of a person.
+) -> Model:
+    """Return the model of a person.
 
-    They are those that `mover person` writes, but for the rounding of its files. The figure has
-    contact spheres in place of psurfs.
+    Figure and springs are those that `mover person` writes, but for the rounding of its files. The
+    figure has contact spheres in place of psurfs.
 
     Args:
         person: sex, stature, mass and springs.
@@ -55,8 +55,8 @@ def make_person(
         file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
     loaded = load_springs(figure, choice=file, joining=joining, text=text).require_value()
     if not with_spheres:
-        return figure, loaded.springs
-    from generator.geometry.contact_spheres import fit_spheres
+        return Model(figure, loaded.springs)
+    from generator.contact.spheres import fit_spheres
     from generator.person.shape import body_surfaces
 
     segments = [
@@ -65,7 +65,7 @@ def make_person(
         for segment in side_names(name)
         if not figure.segments[segment].contact_spheres
     ]
-    return figure.with_parts(*segments), loaded.springs
+    return Model(figure.with_parts(*segments), loaded.springs)
 
 
 def _replace_entries(springs: SpringsFile, others: SpringsFile) -> SpringsFile:

@@ -20,8 +20,8 @@ from generator.study.study import (
     WRONG_INPUT,
     Measure,
     RunResult,
+    Statistic,
     Study,
-    Take,
     failed_run,
 )
 
@@ -36,7 +36,7 @@ def run_case(
 
     Args:
         study: the study.
-        values: of its parameters, in their order.
+        values: values of its parameters, in their order.
         keep: `.npz` file for the motion, written as a whole or not at all; None to keep none.
         threads: 1 or 2.
 
@@ -57,16 +57,16 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
     from generator.simulation.run import simulate
 
     measures = tuple(study.measures.values())
-    at_rest = [each for each in measures if each.take is Take.REST]
-    moving = [each for each in measures if each.take is not Take.REST]
+    at_rest = [each for each in measures if each.take is Statistic.REST]
+    moving = [each for each in measures if each.take is not Statistic.REST]
     numbers: Measured = {}
     try:
         if moving or keep is not None or not measures:
             parts = WHOLE_RECORDING if keep is not None else parts_of_measures(case.figure, moving)
-            recording = simulate(case.figure, case.plan, record=parts, threads=threads)
+            recording = simulate(case.model, case.plan, record=parts, threads=threads)
             if recording.outcome.ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
-            motion = motion_from_recording(recording, case.figure, case.plan.springs)
+            motion = motion_from_recording(recording)
             if keep is not None:
                 npz.write(motion, keep)
             if not recording.outcome.succeeded:
@@ -88,12 +88,12 @@ def _measure_at_rest(case: Case, measures: Sequence[Measure]) -> Measured:
     if case.plan.scene.props:
         from generator.simulation.resting import find_resting_pose
 
-        pose = find_resting_pose(case.figure, case.plan)
+        pose = find_resting_pose(case.model, case.plan)
         figure, displacements = pose.figure, pose.displacements
     else:
         from generator.simulation.equilibrium import find_equilibrium
 
-        displacements = find_equilibrium(case.figure, case.plan).displacements
+        displacements = find_equilibrium(case.model, case.plan).displacements
         figure = case.figure
     chains = {name: joint.chain for name, joint in figure.joints.items() if name in displacements}
     return measure_rest(chains, displacements, measures)

@@ -40,7 +40,7 @@ def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunR
     """Write the table of runs, whole or not at all, a part after the other.
 
     Args:
-        path: of the .csv or .parquet file.
+        path: path of the .csv or .parquet file.
         study: that the runs belong to.
         points: values of the parameters of each run, shape (runs, parameters).
         rows: results of the runs.

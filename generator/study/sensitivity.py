@@ -82,7 +82,7 @@ class MeasureIndices:
     """Indices of one measure.
 
     Attributes:
-        column: of the motion from which the measure is taken.
+        column: column of the motion from which the measure is taken.
         take: number that is taken from the column.
         samples: base samples or trajectories that are complete.
         parameters: indices by parameter; empty where they cannot be estimated.
@@ -101,12 +101,12 @@ class StudyIndices:
     """Sensitivity indices of a study.
 
     Attributes:
-        name: of the study's figure.
-        kind: of its design, Sobol or Morris.
+        name: name of the study's figure.
+        kind: kind of its design, Sobol or Morris.
         samples: base samples or trajectories of the design.
         confidence: level of the intervals.
         resamples: number of bootstrap samples.
-        paths: of the quantities that get the value of a parameter, by parameter.
+        paths: paths of the quantities that get the value of a parameter, by parameter.
         measures: indices by measure.
     """
 
@@ -277,9 +277,9 @@ def sobol_indices(
     """Estimate first-order and total indices.
 
     Args:
-        outputs: at A, B and A with one coordinate from B, shape (samples, 2 + parameters).
-        settings: of the intervals.
-        seed: of the bootstrap.
+        outputs: outputs at A, B and A with one coordinate from B, shape (samples, 2 + parameters).
+        settings: settings of the intervals.
+        seed: seed of the bootstrap.
 
     Returns:
         The estimates of each parameter.
@@ -315,8 +315,8 @@ def morris_effects(
     Args:
         unit: probabilities, shape (trajectories, parameters + 1, parameters).
         outputs: shape (trajectories, parameters + 1).
-        settings: of the intervals.
-        seed: of the bootstrap.
+        settings: settings of the intervals.
+        seed: seed of the bootstrap.
 
     Returns:
         The estimates of each parameter.
@@ -347,9 +347,9 @@ def _estimate(
 
     Args:
         terms: shape (samples, terms).
-        function: of means, shape (..., terms).
+        function: function of means, shape (..., terms).
         settings: confidence and number of bootstrap samples.
-        seed: of the bootstrap.
+        seed: seed of the bootstrap.
     """
     random = np.random.default_rng(seed)
     count = len(terms)

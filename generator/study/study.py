@@ -6,7 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TypeAlias
 
-from generator.figure import Figure
+from generator.model import Model
 from generator.person.survey import Sex
 from generator.recording import Ending
 from generator.simulation.plan import Plan
@@ -18,7 +18,7 @@ class PersonArguments:
     """Arguments of the person that is the figure of a study.
 
     Attributes:
-        sex: of the samples from which the numbers come.
+        sex: sex of the samples from which the numbers come.
         stature: [m].
         mass: [kg].
         springs: "published", "coupled" or "none".
@@ -51,8 +51,9 @@ class LogNormal:
     """Log-normal distribution.
 
     Attributes:
-        median: of the values.
-        factor: by which values at one standard deviation of the logarithm differ from the median.
+        median: median of the values.
+        factor: factor by which values at one standard deviation of the logarithm differ from the
+            median.
     """
 
     median: float
@@ -75,9 +76,10 @@ class Parameter:
     """A quantity that varies between the runs of a study.
 
     Attributes:
-        name: of its column in the table of runs.
-        paths: of the quantities that get its value, such as `springs.knee.scale`.
-        distribution: of its values, in the unit of the path; None where a list has them.
+        name: name of its column in the table of runs.
+        paths: paths of the quantities that get its value, such as `springs.knee.scale`.
+        distribution: distribution of its values, in the unit of the path; None where a list has
+            them.
     """
 
     name: str
@@ -108,9 +110,9 @@ class Design:
         kind: rule of the choice.
         runs: number of points of a Latin hypercube or Sobol sequence, and of trajectories of
             Morris; None for a grid and a list.
-        seed: of the random numbers.
-        rows: of a list, the values of the parameters in their order; empty otherwise.
-        file: of a list; None for another kind.
+        seed: seed of the random numbers.
+        rows: rows of a list, the values of the parameters in their order; empty otherwise.
+        file: file of a list; None for another kind.
     """
 
     kind: DesignKind
@@ -120,7 +122,7 @@ class Design:
     file: Path | None = field(default=None, compare=False)
 
 
-class Take(StrEnum):
+class Statistic(StrEnum):
     """Number that a measure takes from a column of a motion."""
 
     LAST = "last"
@@ -137,14 +139,14 @@ class Measure:
     """A number of each run.
 
     Attributes:
-        name: of its column in the table of runs.
+        name: name of its column in the table of runs.
         column: title of a column of the motion's table, such as `left_knee.1 [deg]`.
         take: number that is taken from it.
     """
 
     name: str
     column: str
-    take: Take
+    take: Statistic
 
 
 @dataclass(frozen=True)
@@ -166,19 +168,19 @@ class Study:
     """A study, with everything that its runs need.
 
     Attributes:
-        name: of its figure, or of its person, for reports.
-        figure: before its parameters change it.
-        plan: of the runs, with springs.
+        name: name of its figure, or of its person, for reports.
+        model: Figure and springs, before the parameters change them.
+        plan: Plan of the runs, without springs.
         parameters: what varies, by name, in the order of the file.
         design: choice of their values.
         measures: numbers of each run, by name, in the order of the file.
         person: arguments of the figure, where it is a person; None for a figure's file.
         sensitivity: indices that are asked for; None without any.
-        text: of its file.
+        text: text of its file.
     """
 
     name: str
-    figure: Figure
+    model: Model
     plan: Plan
     parameters: Mapping[str, Parameter]
     design: Design
@@ -214,7 +216,7 @@ class RunResult:
     Attributes:
         outcome: ending of the run, one of `OUTCOMES`.
         message: sentence about a run that is not done; "" otherwise.
-        measures: by name; None where the run has no such number.
+        measures: measures by name; None where the run has no such number.
     """
 
     outcome: str

@@ -23,26 +23,26 @@ from generator.diagnostics import (
     shorten,
     spelling_hint,
 )
-from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.file_kind import FileKind
+from generator.model import Model
 from generator.person.measures import estimate_measures
-from generator.person.survey import Sex
+from generator.run_options import RUN_OPTIONS
 from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.read import OPTIONAL_FILE, load_springs
-from generator.study.design_table import MAX_RUNS, parse_design, parse_kind, parse_parameters
+from generator.study.design_table import parse_design, parse_kind, parse_parameters
 from generator.study.designs import design_points, run_count
 from generator.study.measures import check_measures
 from generator.study.parameter_paths import (
     MASS_INDEX_UNIT,
     Case,
+    Number,
     ParameterPath,
     Quantity,
-    Target,
     parse_path,
 )
 from generator.study.parameters import apply_values, build_case
-from generator.study.person_figure import PERSON_SPRINGS, make_person
+from generator.study.person_figure import make_person
 from generator.study.run_options import parse_plan
 from generator.study.study import (
     Design,
@@ -55,34 +55,31 @@ from generator.study.study import (
     PersonArguments,
     Sensitivity,
     Study,
-    Take,
     Uniform,
 )
 from generator.study.study_tables import (
+    MAX_RUNS,
     MEASURE_EXAMPLE,
-    MEASURE_KEYS,
-    PERSON_KEYS,
-    SENSITIVITY_KEYS,
+    MEASURE_ROWS,
+    PERSON_ROWS,
+    SENSITIVITY_ROWS,
     STUDY_KEYS,
     STUDY_SUFFIX,
-    adopt,
+    check_keys,
     parse_row,
     parse_table,
-    reject_unknown_keys,
     relative_path,
     require_keys,
     require_table,
+    value_of_file,
 )
 from generator.text_io import is_file, path_exists
 from generator.toml_file.reader import TableReader, parse_document
-from generator.toml_file.rows import Integer
 from generator.toml_file.spans import locate_keys
-from springs import Joining, SpringSet
-
-MAX_RESAMPLES = 100_000
+from springs import Joining
 
 _FILE_KIND = "study file"
-_OTHER_OPTIONS = ("loads", "links", "lock", "drive", "driven", "starts", "spread", "integrator")
+_OTHER_OPTIONS = tuple(key for key, option in RUN_OPTIONS.items() if not option.in_study)
 """Options of `mover simulate` that a study does not have."""
 
 _INDEX_KINDS = (DesignKind.SOBOL, DesignKind.MORRIS)
@@ -92,11 +89,10 @@ _PLACEHOLDER = Design(DesignKind.LIST)
 
 
 class _Subject(NamedTuple):
-    """Figure of a study, with its springs; a person also has its arguments."""
+    """Model of a study; a person also has its arguments."""
 
     name: str
-    figure: Figure
-    springs: SpringSet
+    model: Model
     person: PersonArguments | None = None
 
 
@@ -123,7 +119,7 @@ def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
             diagnostics.error(f"a study has no `{key}`", place, "use `mover simulate` for it")
     top.reject_unknown_keys((*STUDY_KEYS, *_OTHER_OPTIONS), "study")
     subject = _parse_subject(top, folder)
-    plan = parse_plan(top, subject and subject.figure, subject and subject.springs, folder)
+    plan = parse_plan(top, subject and subject.model.figure, folder)
     kind = parse_kind(top)
     parameters = parse_parameters(top, kind)
     measures = _parse_measures(top, parameters)
@@ -133,7 +129,7 @@ def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
         return None
     study = Study(
         name=subject.name,
-        figure=subject.figure,
+        model=subject.model,
         plan=plan,
         parameters={name: one for name, one in parameters.items() if one is not None},
         design=design or _PLACEHOLDER,
@@ -157,7 +153,7 @@ STUDY_FILE = FileKind("study", STUDY_SUFFIX, _parse_study, is_shipped=True)
 
 def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
     """Return the figure of the file, or of its person."""
-    joining = _parse_joining(top)
+    joining = RUN_OPTIONS["law"].row.read(top)
     person = _parse_person(top, joining)
     if "person" in top.content:
         for key in ("figure", "springs"):
@@ -181,18 +177,15 @@ def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
         message = f"there is no file `{shorten(name)}` and no shipped figure of that name"
         top.error("figure", message, hint)
         return None
-    figure = adopt(top, "figure", FIGURE_FILE.parse_file(path))
+    figure = value_of_file(top, "figure", FIGURE_FILE.parse_file(path))
     if figure is None:
         return None
     choice = _springs_choice(top, folder)
     key = "figure" if choice is None else "springs"
-    loaded = adopt(top, key, load_springs(figure, path.parent, path.stem, choice, joining))
-    return None if loaded is None else _Subject(figure.name or path.stem, figure, loaded.springs)
-
-
-def _parse_joining(top: TableReader) -> Joining | None:
-    law = top.choice("law", tuple(one.value for one in Joining))
-    return None if law is None else Joining(law)
+    loaded = value_of_file(top, key, load_springs(figure, path.parent, path.stem, choice, joining))
+    if loaded is None:
+        return None
+    return _Subject(figure.name or path.stem, Model(figure, loaded.springs))
 
 
 def _springs_choice(top: TableReader, folder: Path) -> str | Path | None:
@@ -210,22 +203,19 @@ def _parse_person(top: TableReader, joining: Joining | None) -> _Subject | None:
     table = parse_table(top, "person")
     if table is None:
         return None
-    table.reject_unknown_keys(PERSON_KEYS, "person")
-    examples = {"sex": '"female"', "stature_m": "1.63", "mass_kg": "62"}
-    require_keys(table, examples, "person")
-    sex = table.choice("sex", tuple(one.value for one in Sex))
-    stature, mass = (table.number(key) for key in ("stature_m", "mass_kg"))
-    springs = table.choice("springs", PERSON_SPRINGS)
-    if sex is None or stature is None or mass is None:
+    table.reject_unknown_keys(PERSON_ROWS.keys, PERSON_ROWS.noun)
+    require_keys(table, PERSON_ROWS.examples, PERSON_ROWS.noun)
+    values = PERSON_ROWS.read(table)
+    if not {"sex", "stature", "mass"} <= values.keys():
         return None
-    person = PersonArguments(Sex(sex), stature, mass, springs or PERSON_SPRINGS[0])
+    person = PersonArguments(**values)
     try:
-        figure, spring_set = make_person(person, joining=joining, with_spheres=_has_props(top))
+        model = make_person(person, joining=joining, with_spheres=_has_props(top))
     except UsageError as failure:
         key = "stature_m" if str(failure).startswith("a stature") else "mass_kg"
         table.error(key, str(failure))
         return None
-    return _Subject(f"{sex}, {stature:g} m, {mass:g} kg", figure, spring_set, person)
+    return _Subject(f"{person.sex}, {person.stature:g} m, {person.mass:g} kg", model, person)
 
 
 def _has_props(top: TableReader) -> bool:
@@ -248,11 +238,10 @@ def _parse_measures(
 
 
 def _parse_measure(table: TableReader, name: str) -> Measure | None:
-    table.reject_unknown_keys(MEASURE_KEYS, "measure")
-    require_keys(table, {"column": '"kinetic [J]"', "take": '"last"'}, "measure")
-    column = table.text("column")
-    take = table.choice("take", tuple(one.value for one in Take))
-    return None if column is None or take is None else Measure(name, column, Take(take))
+    table.reject_unknown_keys(MEASURE_ROWS.keys, MEASURE_ROWS.noun)
+    require_keys(table, MEASURE_ROWS.examples, MEASURE_ROWS.noun)
+    values = MEASURE_ROWS.read(table)
+    return Measure(name, **values) if len(values) == len(MEASURE_ROWS.rows) else None
 
 
 def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity | None:
@@ -260,20 +249,16 @@ def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity
     table = parse_table(top, "sensitivity")
     if table is None:
         return None
-    reject_unknown_keys(table, SENSITIVITY_KEYS, "sensitivity")
+    check_keys(table, SENSITIVITY_ROWS)
     if kind is not None and kind not in _INDEX_KINDS:
         hint = f"the kind is one of {', '.join(_INDEX_KINDS)}; or leave out `[sensitivity]`"
         message = f"sensitivity indices do not follow from a {kind} design"
         table.diagnostics.error(message, table.header_span, hint)
-    confidence = table.number("confidence")
-    if confidence is not None and not 0.0 < confidence < 1.0:
+    values = SENSITIVITY_ROWS.read(table)
+    if not 0.0 < (confidence := values.get("confidence", Sensitivity.confidence)) < 1.0:
         hint = "0.95 is the default"
         table.error("confidence", f"`confidence` must be between 0 and 1, not {confidence:g}", hint)
-    resamples = Integer("resamples", 1, MAX_RESAMPLES).read(table)
-    return Sensitivity(
-        Sensitivity.confidence if confidence is None else confidence,
-        Sensitivity.resamples if resamples is None else resamples,
-    )
+    return Sensitivity(**values)
 
 
 # Checks of the whole study
@@ -281,8 +266,8 @@ def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity
 
 def _check_paths(study: Study, top: TableReader) -> None:
     """Note unknown paths, two of one quantity, and values that a quantity cannot have."""
-    case = Case(study.figure, study.plan)
-    first: dict[tuple[Quantity, Target | None], Span] = {}
+    case = Case(study.model, study.plan)
+    first: dict[Number, Span] = {}
     for parameter in study.parameters.values():
         place = f"parameters.{parameter.name}"
         for k, text in enumerate(parameter.paths):
@@ -292,12 +277,11 @@ def _check_paths(study: Study, top: TableReader) -> None:
             except MoverError as failure:
                 _note_failure(top, failure, span)
                 continue
-            numbers = [(path.quantity, target) for target in path.targets or (None,)]
-            known = next((first[number] for number in numbers if number in first), None)
+            known = next((first[number] for number in path.numbers if number in first), None)
             if known is not None:
                 hint = f"the first path to it is in line {known.line}"
                 top.diagnostics.error(f"`{path}` changes a quantity a second time", span, hint)
-            first = dict.fromkeys(numbers, span) | first
+            first = dict.fromkeys(path.numbers, span) | first
             _check_values(study, path, parameter, top)
 
 
@@ -313,7 +297,7 @@ def _check_values(
             if path.quantity is Quantity.PERSON and study.person is not None:
                 _check_person(study.person, path, value)
             else:
-                apply_values(Case(study.figure, study.plan), [(path, value)])
+                apply_values(Case(study.model, study.plan), [(path, value)])
         except MoverError as failure:
             if is_rare:
                 message = f"two standard deviations from the centre, {failure}"
@@ -379,7 +363,7 @@ def _check_measures(study: Study, top: TableReader) -> None:
         study = _first_run(study)  # a parameter may set what the figure by itself lacks
         if _start_obstacles(study):
             key = "person" if study.person else "figure"
-            adopt(top, key, Parsed[Study](None, obstacles))
+            value_of_file(top, key, Parsed[Study](None, obstacles))
             return
     for one in check_measures(study):
         span = top.spans.value(f"measures.{one.measure}", 0, one.key)
@@ -388,8 +372,7 @@ def _check_measures(study: Study, top: TableReader) -> None:
 
 def _start_obstacles(study: Study) -> tuple[Diagnostic, ...]:
     """Return the reasons why the figure of a study cannot be simulated from its start."""
-    springs = study.plan.springs or SpringSet()
-    obstacles = simulation_obstacles(study.figure, springs, study.plan.displacements)
+    obstacles = simulation_obstacles(study.model, study.plan.displacements)
     if obstacles:
         return obstacles
     try:
@@ -401,12 +384,12 @@ def _start_obstacles(study: Study) -> tuple[Diagnostic, ...]:
 
 
 def _first_run(study: Study) -> Study:
-    """Return a study with the figure and the plan of its first run, where that can be built."""
+    """Return a study with the model and the plan of its first run, where that can be built."""
     try:
         case = build_case(study, design_points(study)[0].tolist())
     except (MoverError, ValueError):
         return study
-    return replace(study, figure=case.figure, plan=case.plan)
+    return replace(study, model=case.model, plan=case.plan)
 
 
 def _check_run_count(study: Study, top: TableReader) -> None:

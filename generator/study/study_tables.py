@@ -6,52 +6,73 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from generator.diagnostics import Diagnostics, Parsed, closest_match, shorten
-from generator.input_files.scene import MAX_FRICTION
-from generator.simulation.plan import MAX_HEIGHT
+from generator.diagnostics import Diagnostics, Parsed, shorten
+from generator.input_files.csv_columns import MAX_ABS_VALUE
+from generator.person.survey import Sex
+from generator.run_options import STUDY_OPTIONS
+from generator.study.person_figure import PERSON_SPRINGS
+from generator.study.study import DesignKind, Statistic
 from generator.toml_file import rows
 from generator.toml_file.reader import TableReader
-from generator.toml_file.rows import Flag, Number, TableRows, Vector3
+from generator.toml_file.rows import Choice, Integer, Number, TableRows, Text
 
 STUDY_SUFFIX = ".study.toml"
 
-RUN_TABLES = ("set", "velocity")
-MAX_TIME = 1e6
-"""Largest time of a run, and of its computation [s]."""
-
-MAX_GRAVITY = 1e9
-"""Largest component of gravity [m/s2]."""
-
-RUN_NUMBERS = (
-    Number("stop", -MAX_TIME, MAX_TIME, " s"),
-    Number("start", -MAX_TIME, MAX_TIME, " s"),
-    Number("frame", 0.0, MAX_TIME, " s", is_positive=True),
-    Number("tolerance", 0.0, 1e3, " rad", is_positive=True),
-    Number("step", 0.0, MAX_TIME, " s", is_positive=True),
-    Number("height", -MAX_HEIGHT, MAX_HEIGHT, " m"),
-    Number("wall_limit", 0.0, MAX_TIME, " s", is_positive=True),
-)
-FLOOR = Flag("floor")
-RUN_FLAGS = (Flag("free_root"), FLOOR, Flag("self_contact"))
-GRAVITY = Vector3("gravity", MAX_GRAVITY, f"at most {MAX_GRAVITY:g} m/s2")
-FRICTION = Number("friction", 0.0, MAX_FRICTION)
-RUN_ROWS = TableRows(
-    "study",
-    (*RUN_NUMBERS, *RUN_FLAGS, GRAVITY, FRICTION),
-    ("law", "scene", "pose", *RUN_TABLES),
-)
+RUN_KEYS = tuple(option.key for option in STUDY_OPTIONS)
 """Options of a run."""
 
-RUN_KEYS = RUN_ROWS.keys
-
 STUDY_TABLES = ("design", "parameters", "measures", "sensitivity")
-STUDY_KEYS = ("figure", "person", "springs", *RUN_KEYS, *STUDY_TABLES)
-PERSON_KEYS = ("sex", "stature_m", "mass_kg", "springs")
-DESIGN_KEYS = ("kind", "runs", "seed", "file")
-DISTRIBUTION_KEYS = (("low", "high"), ("values",), ("mean", "sd"), ("median", "factor"))
-PARAMETER_KEYS = ("path", *(key for keys in DISTRIBUTION_KEYS for key in keys), "points")
-MEASURE_KEYS = ("column", "take")
-SENSITIVITY_KEYS = ("confidence", "resamples")
+STUDY_KEYS = ("figure", "person", *RUN_KEYS, *STUDY_TABLES)
+
+MAX_RUNS = 1_000_000
+"""Largest number of runs of a study; more are a typing error."""
+
+KIND = Choice("kind", tuple(DesignKind), example='"latin-hypercube"')
+RUNS, SEED = Integer("runs", 1, MAX_RUNS), Integer("seed", 0, 2**63 - 1)
+POINTS, RESAMPLES = Integer("points", 2, MAX_RUNS), Integer("resamples", 1, 100_000)
+DESIGN_ROWS = TableRows("design", (KIND, RUNS, SEED, Text("file")))
+_NUMBER_BOUNDS = (-MAX_ABS_VALUE, MAX_ABS_VALUE)
+DISTRIBUTION_ROWS = (
+    (Number("low", *_NUMBER_BOUNDS), Number("high", *_NUMBER_BOUNDS)),
+    (Number("mean", *_NUMBER_BOUNDS), Number("sd", 0.0, MAX_ABS_VALUE, is_positive=True)),
+    (
+        Number(
+            "median",
+            0.0,
+            MAX_ABS_VALUE,
+            hint="a log-normal distribution has positive values",
+            is_positive=True,
+        ),
+        Number(
+            "factor",
+            1.0,
+            MAX_ABS_VALUE,
+            hint="the ratio of a value at one standard deviation to the median",
+        ),
+    ),
+)
+"""Pairs of numbers that describe a distribution."""
+
+DISTRIBUTION_KEYS = (("values",), *(tuple(row.key for row in pair) for pair in DISTRIBUTION_ROWS))
+PARAMETER_ROWS = TableRows(
+    "parameter",
+    (*(row for pair in DISTRIBUTION_ROWS for row in pair), POINTS),
+    ("path", "values"),
+)
+PERSON_ROWS = TableRows(
+    "person",
+    (
+        Choice("sex", tuple(Sex), example='"female"'),
+        Number("stature_m", example="1.63", attribute="stature"),
+        Number("mass_kg", example="62", attribute="mass"),
+        Choice("springs", PERSON_SPRINGS),
+    ),
+)
+MEASURE_ROWS = TableRows(
+    "measure",
+    (Text("column", example='"kinetic [J]"'), Choice("take", tuple(Statistic), example='"last"')),
+)
+SENSITIVITY_ROWS = TableRows("sensitivity", (Number("confidence"), RESAMPLES))
 
 PARAMETER_EXAMPLE = 'g = { path = "gravity", low = 0.8, high = 1.2 }'
 MEASURE_EXAMPLE = 'end = { column = "kinetic [J]", take = "last" }'
@@ -69,7 +90,8 @@ def parse_table(top: TableReader, name: str) -> TableReader | None:
     """Return the reader of a table of the file; None if it is absent or, with an error, not one."""
     content: Any = top.content.get(name)
     if isinstance(content, dict):
-        return TableReader(content, name, 0, top.spans, top.diagnostics)  # pyright: ignore[reportUnknownArgumentType]
+        table = cast("dict[str, Any]", content)
+        return TableReader(table, name, 0, top.spans, top.diagnostics)
     if content is not None:
         place = top.spans.table(name)
         top.diagnostics.error(f"`{name}` is a table", place, f"write `[{name}]` above its keys")
@@ -81,8 +103,8 @@ def require_table(top: TableReader, name: str, example: str) -> TableReader | No
     table = parse_table(top, name)
     if table is not None and table.content:
         return table
-    slips = (closest_match(key, STUDY_KEYS) for key in top.content if key not in STUDY_KEYS)
-    if table is not None or (name not in top.content and name not in slips):
+    is_absent = name not in top.content and name not in rows.find_slips(top, STUDY_KEYS)
+    if table is not None or is_absent:
         hint = f"write `[{name}]` and `{example}` below it"
         top.diagnostics.error(f"this study has no {name}", top.spans.table(name), hint)
     return None
@@ -93,7 +115,7 @@ def relative_path(text: str, folder: Path) -> Path:
     return folder / Path(text)
 
 
-def adopt(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
+def value_of_file(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
     """Return the value of a file that a key names, and note its diagnostics."""
     place = table.span(key)
     placed = [replace(one, span=one.span or place) for one in parsed.diagnostics]
@@ -101,14 +123,15 @@ def adopt(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
     return parsed.value
 
 
-def reject_unknown_keys(table: TableReader, known: tuple[str, ...], noun: str) -> None:
-    """Note an error for each unknown key; an option of the runs stands above all tables."""
+def check_keys(table: TableReader, own: TableRows) -> None:
+    """Note unknown and missing keys of a table; an option of the runs stands above all tables."""
     for key in table.content:
-        if key in RUN_KEYS and key not in known:
+        if key in RUN_KEYS and key not in own.keys:
             place = table.spans.key(table.name, 0, key)
             hint = "write it above the first `[table]`"
-            table.diagnostics.error(f"`{key}` is not a key of a {noun}", place, hint)
-    table.reject_unknown_keys((*known, *RUN_KEYS), noun)
+            table.diagnostics.error(f"`{key}` is not a key of a {own.noun}", place, hint)
+    table.reject_unknown_keys((*own.keys, *RUN_KEYS), own.noun)
+    require_keys(table, own.examples, own.noun)
 
 
 def require_keys(table: TableReader, examples: Mapping[str, str], noun: str) -> bool:
@@ -116,9 +139,8 @@ def require_keys(table: TableReader, examples: Mapping[str, str], noun: str) -> 
 
     Keys of other tables of a study are not slips.
     """
-    return rows.require_keys(
-        table, examples, noun, PERSON_KEYS + DESIGN_KEYS + PARAMETER_KEYS + MEASURE_KEYS
-    )
+    tables = (PERSON_ROWS, DESIGN_ROWS, PARAMETER_ROWS, MEASURE_ROWS)
+    return rows.require_keys(table, examples, noun, tuple(key for t in tables for key in t.keys))
 
 
 def parse_row(table: TableReader, name: str, noun: str, taken: Iterable[str]) -> TableReader | None:

@@ -94,7 +94,7 @@ class Sweep:
         points: values of the parameters of each run, shape (runs, parameters).
         rows: results of the runs, in the order of the points.
         kept: number of results that earlier sweeps of the folder had left.
-        warnings: about the journal.
+        warnings: warnings about the journal.
     """
 
     study: Study
@@ -137,8 +137,8 @@ def run_sweep(
     out the runs import it.
 
     Args:
-        study: to run.
-        folder: for the results.
+        study: study to run.
+        folder: folder for the results.
         engine: that carries out the runs, such as `partial(run_locally, jobs=4)`, or that which
             `run_on_executor` makes of an executor [default: a process of this machine for each
             core].
@@ -189,9 +189,9 @@ def run_sweep(
 
 def _with_files(study: Study) -> Study:
     """Return a study whose runs read no file: what the key is made of is what all of them use."""
-    figure = with_surfaces(study.figure)
+    figure = with_surfaces(study.model.figure)
     digest = None if figure.path is None else file_sha256(figure.path)
-    return replace(study, figure=replace(figure, sha256=digest))
+    return replace(study, model=replace(study.model, figure=replace(figure, sha256=digest)))
 
 
 def _damage_warnings(journal: Path, lines: Sequence[int]) -> Iterator[Diagnostic]:

@@ -48,8 +48,8 @@ class Task:
     """One run that a study needs.
 
     Attributes:
-        index: of the run in the design, from 0.
-        values: of the parameters, in their order.
+        index: index of the run in the design, from 0.
+        values: values of the parameters, in their order.
         keep: file for the motion; None to keep no motion.
     """
 
@@ -63,8 +63,8 @@ class FinishedRun:
     """Result of a task.
 
     Attributes:
-        index: of the run in the design, from 0.
-        result: of the run.
+        index: index of the run in the design, from 0.
+        result: result of the run.
         seconds: that the run took.
     """
 
@@ -168,7 +168,7 @@ class _Pool:
         self._threads = 2 if 2 * jobs <= cores() else 1
         self._pickled = pickle.dumps(study, pickle.HIGHEST_PROTOCOL)
         self._waiting = TaskQueue(tasks)
-        self._suspects: deque[Task] = deque()
+        self._tasks_to_retry: deque[Task] = deque()
         """Tasks during which a worker died."""
         self._workers: dict[Connection, _Worker] = {}
         self._failed_starts = 0
@@ -177,7 +177,7 @@ class _Pool:
     def has_work(self) -> bool:
         """Return whether a task has no result yet."""
         sent = any(worker.tasks for worker in self._workers.values())
-        return bool(sent or self._waiting or self._suspects)
+        return bool(sent or self._waiting or self._tasks_to_retry)
 
     def advance(self) -> Iterator[FinishedRun]:
         """Start workers, hand out tasks, and wait for what arrives next."""
@@ -189,8 +189,8 @@ class _Pool:
                 raise MoverError(
                     f"A process for the runs cannot be started: {reason}; choose fewer with --jobs."
                 ) from None
-            if self._suspects:
-                worker.retry = self._suspects.popleft()
+            if self._tasks_to_retry:
+                worker.retry = self._tasks_to_retry.popleft()
                 worker.tasks.append(worker.retry)
             self._workers[worker.connection] = worker
         for connection in wait(list(self._workers), _LONGEST_WAIT):
@@ -208,7 +208,7 @@ class _Pool:
             if isinstance(message, FinishedRun):
                 yield message
             if has_died:
-                yield from self._bury(worker)
+                yield from self._replace_dead_worker(worker)
 
     def _take(self, worker: "_Worker", message: object) -> None:
         """Note a message of a worker: its results follow two that say how far its start is."""
@@ -226,7 +226,7 @@ class _Pool:
     def _needed_workers(self) -> int:
         starting = sum(not worker.is_ready for worker in self._workers.values())
         idle = len(self._waiting) - starting
-        wanted = len(self._workers) + len(self._suspects) + max(0, idle)
+        wanted = len(self._workers) + len(self._tasks_to_retry) + max(0, idle)
         return min(self._jobs, wanted)
 
     def _hand_out(self, worker: "_Worker") -> None:
@@ -240,7 +240,7 @@ class _Pool:
             worker.tasks.append(task)
             worker.connection.send(task)
 
-    def _bury(self, worker: "_Worker") -> Iterator[FinishedRun]:
+    def _replace_dead_worker(self, worker: "_Worker") -> Iterator[FinishedRun]:
         """Remove a worker that has died, and put its tasks back."""
         del self._workers[worker.connection]
         code = worker.end()
@@ -252,14 +252,14 @@ class _Pool:
                     'in a script, start the sweep below `if __name__ == "__main__":`.'
                 )
             if worker.retry is not None:
-                self._suspects.append(worker.retry)
+                self._tasks_to_retry.append(worker.retry)
             return
         if not worker.tasks:
             return
         suspect = worker.tasks.popleft()
         self._waiting.put_back(worker.tasks)
         if worker.retry is None:
-            self._suspects.append(suspect)
+            self._tasks_to_retry.append(suspect)
         else:
             yield died_run(self._study, suspect)
 
@@ -275,7 +275,7 @@ class _Worker:
     """A process that carries out tasks in the order in which they are sent.
 
     Attributes:
-        connection: to the process.
+        connection: connection to the process.
         tasks: sent, or to be sent when it is ready, and without a result.
         retry: the task during which another worker died; it is alone here.
         has_study: whether the study was sent.

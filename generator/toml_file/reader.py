@@ -8,12 +8,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, cast
 
-from generator.diagnostics import Diagnostics, Source, Span, shorten, spelling_hint
+from generator.diagnostics import (
+    Diagnostics,
+    Source,
+    Span,
+    closest_match,
+    shorten,
+    spelling_hint,
+)
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.toml_file.spans import TomlSpans
+from generator.toml_file.writer import MAX_LINE_LENGTH
 from generator.units import convert_to_si, parse_unit
-
-ENERGY_HINT = "a passive joint feeds no energy"
 
 Pair = tuple[float, float]
 
@@ -100,17 +106,25 @@ class TableReader:
         value = self.content.get(key)
         if value is None or value in known:
             return value
-        shown = shorten(value) if isinstance(value, str) else self.span(key).text
-        self.error(key, f"`{key}` cannot be `{shown}`", f"it is one of: {', '.join(known)}")
+        is_text = isinstance(value, str)
+        near = closest_match(value, known) if is_text else None
+        hint = f"did you mean `{near}`?" if near else f"it is one of: {', '.join(known)}"
+        shown = shorten(value) if is_text else self.span(key).text
+        self.error(key, f"`{key}` cannot be `{shown}`", hint)
         return None
 
-    def names(
-        self, key: str, example: str = '["left_knee", "right_knee"]', noun: str = "spring"
-    ) -> tuple[str, ...]:
-        """One or more names; empty with a fault noted."""
+    def tables(self, name: str, noun: str) -> list["TableReader"]:
+        """Readers of all `[[name]]`; messages call several of them `noun`."""
+        found: Any = self.content.get(name, [])
+        if isinstance(found, list) and all(isinstance(t, dict) for t in cast("list[Any]", found)):
+            tables = enumerate(cast("list[Mapping[str, Any]]", found))
+            return [TableReader(t, name, k, self.spans, self.diagnostics) for k, t in tables]
+        self.error(name, f"{noun} are tables", f"write `[[{name}]]` above each")
+        return []
+
+    def names(self, key: str, example: str) -> tuple[str, ...]:
+        """One or more names; empty if they are absent or, with a fault noted, wrong."""
         if key not in self.content:
-            hint = f"write `{key} = {example}`"
-            self.diagnostics.error(f"this {noun} has no `{key}`", self.header_span, hint)
             return ()
         items = self.items(key)
         if not items or not all(isinstance(item, str) for item in items):
@@ -118,18 +132,9 @@ class TableReader:
             return ()
         return tuple(items)
 
-    def number(
-        self, key: str, *, negative: bool = True, zero: bool = True, hint: str = ENERGY_HINT
-    ) -> float | None:
+    def number(self, key: str) -> float | None:
         """A number in SI; None if it is absent or, with a fault noted, wrong."""
-        if key not in self.content:
-            return None
-        value = self._number(key, self.content[key], None)
-        if value is not None and ((value < 0.0 and not negative) or (value == 0.0 and not zero)):
-            least = "not be below zero" if zero else "be above zero"
-            self.error(key, f"`{key}` must {least}", hint)
-            return None
-        return value
+        return self._number(key, self.content[key], None) if key in self.content else None
 
     def numbers(self, key: str, count: int) -> tuple[float, ...] | None:
         """A list of `count` numbers in SI; None as for `number`."""
@@ -166,14 +171,6 @@ class TableReader:
         values = tuple(number for number in read if number is not None)
         return values if len(values) == len(units) else None
 
-    def interval(self, key: str) -> Pair | None:
-        """Two numbers in SI, lower and upper; None as for `number`."""
-        values = self.numbers(key, 2)
-        if values is not None and values[0] > values[1]:
-            self.error(key, f"`{key}` ends before it begins", "[lower, upper]")
-            return None
-        return cast("Pair | None", values)
-
     def pairs(
         self, key: str, min_count: int, units: tuple[str, str] = ("", "")
     ) -> tuple[Pair, ...]:
@@ -209,37 +206,10 @@ class TableReader:
                 read.append((first, second))
         return tuple(read) if len(read) == len(items) else ()
 
-    def signs(self, key: str, count: int) -> tuple[int, ...] | None:
-        """A list of `count` signs; None as for `number`."""
-        if key not in self.content:
-            return None
-        items = self.items(key)
-        if items is None or any(type(item) is not int or item not in (-1, 1) for item in items):
-            self.error(key, f"`{key}` must be a list of -1 and +1", "in square brackets")
-            return None
-        if len(items) != count:
-            self.error(key, f"`{key}` has {len(items)} instead of {count} signs")
-            return None
-        return tuple(items)
-
     def items(self, key: str) -> list[Any] | None:
         """Return the items of a list unconverted; None for any other value."""
         value: Any = self.content.get(key)
         return cast("list[Any]", value) if isinstance(value, list) else None
-
-    def sign(
-        self,
-        key: str,
-        hint: str = "-1: the moment resists; +1: it acts on the child",
-    ) -> int | None:
-        """+1 or -1."""
-        value = self.content.get(key)
-        if value is None:
-            return None
-        if type(value) is int and value in (-1, 1):
-            return value
-        self.error(key, f"`{key}` must be -1 or +1", hint)
-        return None
 
     def _number(
         self,
@@ -268,8 +238,7 @@ class TableReader:
 
 
 MAX_TEXT_LENGTH = 100_000
-MAX_LINE_LENGTH = 1_000
-"""Bounds on what is read: `tomllib` needs minutes for some longer texts (`a.a.a. ... = 1`)."""
+"""Longest text that is read."""
 
 _POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of document)\)$")
 
@@ -284,9 +253,9 @@ def parse_document(
 
     Args:
         source: the text.
-        file_kind: for messages ("links file").
-        diagnostics: for faults.
-        max_length: of the text, in characters.
+        file_kind: file kind for messages ("links file").
+        diagnostics: diagnostics for faults.
+        max_length: max length of the text, in characters.
     """
     place = _find_excess(source, max_length)
     if place is not None:

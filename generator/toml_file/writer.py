@@ -11,6 +11,9 @@ from generator.units import parse_unit, shortest_decimal
 _DEGREE_FACTOR = parse_unit("deg").factor
 _RADIAN_FACTOR = parse_unit("rad").factor
 _MAX_LINE_WIDTH = 96
+MAX_LINE_LENGTH = 1_000
+"""Longest line that is read: `tomllib` needs minutes for some longer ones (`a.a.a. ... = 1`)."""
+
 _WORD = re.compile("[^ ]+ *")
 
 
@@ -86,3 +89,24 @@ def text_to_toml(text: str) -> str:
     """A text of several lines as a string of several lines."""
     lines = (quote_toml(line)[1:-1] for line in text.split("\n"))
     return '"""\n' + "\n".join(lines) + '"""'
+
+
+def document_to_toml(
+    noun: str,
+    head: Iterable[str],
+    tables: Iterable[tuple[str, Iterable[str]]],
+    comment: str = "",
+) -> str:
+    """A file: lines of a comment, lines above all tables, and `[[name]]` tables with their lines.
+
+    Raises:
+        ValueError: for a line that is too long for the reader.
+    """
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [*([""] if lines else []), *head]
+    for name, content in tables:
+        lines += [*([""] if lines and lines[-1] else []), f"[[{name}]]", *content]
+    text = "\n".join([*lines, ""])
+    if any(len(line) > MAX_LINE_LENGTH for line in text.split("\n")):
+        raise ValueError(f"a line of a {noun} has at most {MAX_LINE_LENGTH} characters")
+    return text

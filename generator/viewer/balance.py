@@ -29,8 +29,8 @@ class BalanceState:
 
     Attributes:
         centre: centre of mass in the world, shape (3,) [m].
-        height: of the lowest vertex, and so of the plane of support, in the world [m].
-        stability: of the centre over the support; its positions are projected on y = 0.
+        height: height of the lowest vertex, and so of the plane of support, in the world [m].
+        stability: stability of the centre over the support; its positions are projected on y = 0.
     """
 
     centre: Array
@@ -68,8 +68,8 @@ class BalanceModel:
     """Vertices and masses of a figure, by which its balance in a pose is computed quickly.
 
     Attributes:
-        masses: of the segments.
-        support_height: above the lowest vertex [m].
+        masses: masses of the segments.
+        support_height: support height above the lowest vertex [m].
     """
 
     def __init__(self, figure: Figure, appearances: Mapping[str, Appearance]) -> None:

@@ -24,7 +24,7 @@ from generator.viewer.segment_mass import (
     segment_volume,
 )
 from generator.viewer.surroundings import FrameAxes, joint_frames, site_frames
-from generator.viewer.viewer import Panel, Shown, Viewer, html_lines
+from generator.viewer.viewer import FigureState, Panel, Viewer, html_lines
 
 BALANCED_COLOUR, UNBALANCED_COLOUR = (32, 150, 60), (214, 45, 32)
 
@@ -51,9 +51,9 @@ class BalanceNodes:
         centre: ball at the centre of mass.
         foot: ball below it, on the plane of support.
         plumb: line between both.
-        area: of the support.
-        outline: of the support.
-        edge: over which the figure tips.
+        area: area of the support.
+        outline: outline of the support.
+        edge: edge over which the figure tips.
         margin: text beside the foot.
     """
 
@@ -256,7 +256,7 @@ class BodyPanel(Panel):
             receive_shadow=False,
         )
 
-    def shown_changed(self, shown: Shown) -> None:
+    def shown_changed(self, shown: FigureState) -> None:
         """Follow the figure, at the next tick that is due."""
         self._nodes_due = self._texts_due = True
 

@@ -46,7 +46,7 @@ class CurveEditor:
         figure: the figure.
         loaded: its springs as loaded.
         springs: the changed ones.
-        edits: by joint and axis.
+        edits: edits by joint and axis.
     """
 
     def __init__(
@@ -216,9 +216,9 @@ def chart_data(
     The chart joins what is on both sides of nan, so that each column is drawn in one range.
 
     Args:
-        curve: as it is.
-        loaded: as it was loaded.
-        angle: of the moving point [rad].
+        curve: curve as it is.
+        loaded: loaded as it was loaded.
+        angle: angle of the moving point [rad].
         limit: torque at the edges of the chart [N m].
     """
     angles, place = _chart_angles(curve, loaded, angle)

@@ -32,7 +32,7 @@ from generator.viewer.folder import (
     save_text,
     written_text,
 )
-from generator.viewer.viewer import Panel, Shown, Viewer, html_lines, value_in_range
+from generator.viewer.viewer import FigureState, Panel, Viewer, html_lines, value_in_range
 from springs import Linear, SpringSet
 
 CHART_INTERVAL = 1.0 / 15.0
@@ -285,9 +285,9 @@ class CurvePanel(Panel):
         path = free_path(requested)
         save_text(path, self.editor.text(path))
         self._file.value = name_in_folder(folder, path)
-        self.viewer.tell("Springs saved", written_text(requested, path))
+        self.viewer.notify("Springs saved", written_text(requested, path))
 
-    def shown_changed(self, shown: Shown) -> None:
+    def shown_changed(self, shown: FigureState) -> None:
         """Move the point in the next tick."""
         self._is_chart_due = self._is_text_due = True
 

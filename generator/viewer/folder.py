@@ -16,7 +16,7 @@ def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
     Symbolic links are followed before the path is compared with the folder.
 
     Args:
-        folder: of the page's files.
+        folder: folder of the page's files.
         text: the name, which may contain folders inside `folder`.
         suffixes: that the file may have, such as `.pose`, in lower case.
 

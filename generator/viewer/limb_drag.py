@@ -40,11 +40,11 @@ class _Drag:
 
     Attributes:
         segment: its name.
-        point: in its frame [m], shape (3,).
+        point: point in its frame [m], shape (3,).
         handle: the arrows; None without a segment.
         restore: functions by which the meshes of the limb react to the mouse again.
         clients: pages that drag it.
-        target: to which it was dragged last; None when it has been taken.
+        target: target to which it was dragged last; None when it has been taken.
     """
 
     segment: str = ""

@@ -25,6 +25,7 @@ from generator.input_files.live import (
     Vector,
 )
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.motion_files import MOTION_FORMATS
 from generator.rotations import Array, inverse_pose
 from generator.simulation.preconditions import model_obstacles
@@ -49,7 +50,7 @@ from generator.viewer.live_process import (
     format_rate,
 )
 from generator.viewer.scene import points_in_world
-from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines, value_in_range
+from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines, value_in_range
 from springs import SpringSet
 
 TEXT_INTERVAL = 0.2
@@ -73,11 +74,11 @@ _GRAVITY_DIGITS, _POINT_DIGITS = 6, 5
 """Decimal digits of numbers of the log: gravity [m/s2] and pulled points [m]."""
 
 
-def live_obstacle(figure: Figure, springs: SpringSet) -> str | None:
-    """Return why a figure cannot be simulated live; None where nothing is known against it."""
-    if build_tree(figure).closures:
+def live_obstacle(model: Model) -> str | None:
+    """Return why a model cannot be simulated live; None where nothing is known against it."""
+    if build_tree(model.figure).closures:
         return "the figure has closed loops, which only `mover simulate` supports"
-    return next((each.message for each in model_obstacles(figure, springs)), None)
+    return next((each.message for each in model_obstacles(model)), None)
 
 
 def pose_text(figure: Figure, displacements: Mapping[str, Array]) -> str:
@@ -150,7 +151,7 @@ class LivePanel(Panel):
         """Start nothing yet."""
         super().__init__(viewer)
         self.process = LiveProcess(viewer.figure, viewer.content.folder)
-        self._obstacle = live_obstacle(viewer.figure, viewer.content.springs)
+        self._obstacle = live_obstacle(Model(viewer.figure, viewer.content.springs))
         self._generation = 0
         self._start_shown = viewer.shown
         self._frame: LiveFrame | None = None
@@ -288,7 +289,7 @@ class LivePanel(Panel):
         frame, shown = self._frame, replace(self._start_shown, driver=Driver.LIVE, time=0.0)
         if frame is not None:
             poses = frame.poses_by_segment(self.viewer.figure)
-            shown = Shown(Driver.LIVE, frame.displacements, poses, frame.time)
+            shown = FigureState(Driver.LIVE, frame.displacements, poses, frame.time)
         self.viewer.show(shown)
 
     def _begin(self) -> None:
@@ -361,7 +362,7 @@ class LivePanel(Panel):
         if self._floor.value:
             self._change_floor()
 
-    def _set_default_height(self, shown: Shown) -> None:
+    def _set_default_height(self, shown: FigureState) -> None:
         points = points_in_world(self.viewer.scene, shown.poses)
         self._height.value = 100.0 * floor_height(points)
 
@@ -411,21 +412,21 @@ class LivePanel(Panel):
             case Paused():
                 if answer.generation == self._generation:
                     self._notice = answer.sentence
-                    self.viewer.tell("Paused", answer.sentence, is_error=True)
+                    self.viewer.notify("Paused", answer.sentence, is_error=True)
             case Refused():
                 self._return_controls(answer)
-                self.viewer.tell("Error", answer.sentence, is_error=True)
+                self.viewer.notify("Error", answer.sentence, is_error=True)
             case Saved():
                 self._saving = ""
                 self._file.value = name_in_folder(self.viewer.content.folder, answer.path)
-                self.viewer.tell("Saved", answer.sentence)
+                self.viewer.notify("Saved", answer.sentence)
             case Died():
                 self._is_begun = self._is_compiling = self._is_running = False
                 self._waits_for_page = False
                 self._frame, self._pulled, self._saving = None, None, ""
                 self._line.visible = False
                 self._notice = death_text(answer.exit_code)
-                self.viewer.tell("Simulation ended", self._notice, is_error=True)
+                self.viewer.notify("Simulation ended", self._notice, is_error=True)
                 self._label_start()
 
     def _show_frame(self, frame: LiveFrame) -> None:
@@ -440,7 +441,7 @@ class LivePanel(Panel):
         self._line.visible = frame.pulled is not None and self._pulled is not None
         if frame.pulled is not None and self._pulled is not None:
             self._line.points = np.array([[frame.pulled, self._target]], dtype=np.float32)
-        self.viewer.show(Shown(Driver.LIVE, frame.displacements, poses, frame.time))
+        self.viewer.show(FigureState(Driver.LIVE, frame.displacements, poses, frame.time))
 
     def _return_controls(self, refused: Refused) -> None:
         """Set floor and root to what is in force."""
@@ -458,7 +459,7 @@ class LivePanel(Panel):
             self._free.value = self._frame.has_free_root
             self._draw_floor()
 
-    def shown_changed(self, shown: Shown) -> None:
+    def shown_changed(self, shown: FigureState) -> None:
         """Pause where another panel moves the figure, and leave the page to it."""
         if shown.driver is Driver.LIVE:
             return

@@ -66,7 +66,7 @@ class Pace:
     """Pace of frames in real time, and the rate that is reached.
 
     Attributes:
-        interval: between frames [s].
+        interval: interval between frames [s].
     """
 
     interval: float
@@ -112,8 +112,8 @@ def effective_mass(segment: Segment, point: Vector) -> float:
     centre of mass, [r] its cross-product matrix, and J the tensor of inertia.
 
     Args:
-        segment: with mass, centre of mass and moments of inertia.
-        point: in its frame [m].
+        segment: segment with mass, centre of mass and moments of inertia.
+        point: point in its frame [m].
     """
     assert segment.mass is not None
     assert segment.centre_of_mass is not None
@@ -128,10 +128,10 @@ def pull_force(mass: float, weight: float, point: Array, velocity: Array, target
     """Force of a damped spring from a point of a segment to a target, world axes, (3,) [N].
 
     Args:
-        mass: of the segment at the point, as `effective_mass` returns it [kg].
-        weight: of the figure [N]; the force is at most `MAX_PULL` times as large.
+        mass: mass of the segment at the point, as `effective_mass` returns it [kg].
+        weight: weight of the figure [N]; the force is at most `MAX_PULL` times as large.
         point: shape (3,) [m].
-        velocity: of the point, shape (3,) [m/s].
+        velocity: velocity of the point, shape (3,) [m/s].
         target: shape (3,) [m].
     """
     angular = 2.0 * np.pi * PULL_FREQUENCY
@@ -149,7 +149,7 @@ class Begin:
 
     Attributes:
         generation: number of the simulation; answers carry it.
-        start: before the first frame.
+        start: start before the first frame.
         changes: made at the start.
     """
 
@@ -183,8 +183,8 @@ class Pull:
 
     Attributes:
         segment: the pulled one.
-        point: in its frame [m].
-        target: in the world [m]; None to release it.
+        point: point in its frame [m].
+        target: target in the world [m]; None to release it.
     """
 
     segment: str
@@ -210,12 +210,13 @@ class LiveFrame:
     """Answer: a frame.
 
     Attributes:
-        generation: of the simulation.
-        number: of the frame; 0 is the start.
+        generation: generation of the simulation.
+        number: number of the frame; 0 is the start.
         time: [s].
-        poses: of all segments in the order of the figure, first three rows, shape (n, 3, 4).
-        displacements: of the joints [rad or m].
-        energy: by kind [J]; while frames follow, of one of the last `ENERGY_INTERVAL` frames.
+        poses: poses of all segments in the order of the figure, first three rows, shape (n, 3, 4).
+        displacements: displacements of the joints [rad or m].
+        energy: energy by kind [J]; while frames follow, of one of the last `ENERGY_INTERVAL`
+            frames.
         rate: simulated over wall time; None while it is paused.
         is_running: whether frames follow.
         floor: height of the floor [m]; None without a floor.
@@ -247,7 +248,7 @@ class Refused:
     """Answer: a command could not be carried out.
 
     Attributes:
-        generation: of the simulation.
+        generation: generation of the simulation.
         sentence: the reason.
         command: the command.
     """
@@ -278,7 +279,7 @@ class Died:
     """Notice: the process ended by itself.
 
     Attributes:
-        exit_code: of the process; negative for the number of a signal.
+        exit_code: exit code of the process; negative for the number of a signal.
     """
 
     exit_code: int | None
@@ -434,7 +435,7 @@ class Engine:
             write_atomic(path, write_live(run.log(name or "", digest)))
             return Saved(path, f"{written}: {run.time:.4g} s and its changes")
         recording = run.recording()
-        motion_writer(path)(motion_from_recording(recording, figure, run.springs), path)
+        motion_writer(path)(motion_from_recording(recording), path)
         return Saved(path, f"{written}: {recording.outcome.message}")
 
 

@@ -35,7 +35,7 @@ from generator.viewer.playback import (
     summary_lines,
 )
 from generator.viewer.scene import FigureScene
-from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines
+from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines
 from springs import SpringSet
 
 READOUT_INTERVAL = 0.2
@@ -119,10 +119,10 @@ class PlayPanel(Panel):
 
     Attributes:
         clock: returns the time on the wall [s].
-        frames: of the motion, or None before one is loaded.
+        frames: frames of the motion, or None before one is loaded.
         playback: its clock, likewise.
         ghost: frames of the second motion, or None.
-        charts: of the chosen joint and of the run.
+        charts: charts of the chosen joint and of the run.
     """
 
     title = "Play"
@@ -223,10 +223,10 @@ class PlayPanel(Panel):
     ) -> None:
         use(motion)
         for each in warnings:
-            self.viewer.tell(path.name, f"{each.message[:1].upper()}{each.message[1:]}.")
+            self.viewer.notify(path.name, f"{each.message[:1].upper()}{each.message[1:]}.")
         file = motion.figure.path
         if file is not None and motion.header.sha256 not in (None, file_sha256(file)):
-            self.viewer.tell(
+            self.viewer.notify(
                 path.name, f"This is a motion of another version of {motion.header.figure}."
             )
 
@@ -269,7 +269,7 @@ class PlayPanel(Panel):
         self._move_ghost(motion.times[0])
         self._shown_frame, self._must_show = -1, self.frames is not None
 
-    def shown_changed(self, shown: Shown) -> None:
+    def shown_changed(self, shown: FigureState) -> None:
         """Pause when something else moves the figure."""
         if shown.driver is not Driver.MOTION and self.playback is not None:
             self.playback.pause(self.clock())
@@ -313,7 +313,7 @@ class PlayPanel(Panel):
         poses = self.frames.poses(frame)
         displacements = self.frames.displacements(frame)
         self._move_ghost(at)
-        self.viewer.show(Shown(Driver.MOTION, displacements, poses, at))
+        self.viewer.show(FigureState(Driver.MOTION, displacements, poses, at))
         self._shown_frame = frame
 
     def _move_ghost(self, at: float) -> None:

@@ -45,7 +45,7 @@ class Playback:
     """Clock of a motion.
 
     Attributes:
-        times: of the frames [s], increasing, shape (n,).
+        times: times of the frames [s], increasing, shape (n,).
     """
 
     def __init__(self, times: Array) -> None:

@@ -26,8 +26,8 @@ from generator.kinematics.reach import NO_LINKS, Target, follow_and_close, reach
 from generator.kinematics.shoulder import Side
 from generator.kinematics.shoulder_pose import arm_latitude_and_longitude, pose_arm
 from generator.kinematics.tree import Tree, build_tree
-from generator.rotations import Array, pose_matrix
-from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.rotations import Array, pose_matrix, unit_axis
+from generator.springs_file.axes import parallel_sign
 from springs import AxisSpring, SpringSet
 from springs.elastic import Range, common_valid_range, mirror_range, total_torque
 from springs.published.range_of_motion import normal_range
@@ -63,8 +63,8 @@ class PoseEditor:
 
     Attributes:
         figure: posed.
-        tree: of the figure.
-        links: between displacements.
+        tree: tree of the figure.
+        links: links between displacements.
         placement: the present pose, with links followed and loops closed.
     """
 
@@ -147,10 +147,10 @@ class PoseEditor:
         """Change the displacements of some joints; links follow and loops close.
 
         Args:
-            displacements: by joint [rad or m].
+            displacements: displacements by joint [rad or m].
             fixed: whether these displacements must be reached exactly; otherwise they change as
                 well to close loops.
-            group: as in `change`.
+            group: group as in `change`.
 
         Raises:
             OpenLoopError: no pose nearby closes the loops.
@@ -267,7 +267,7 @@ class _Image:
     Attributes:
         joint: name of the image.
         source: name of the joint.
-        signs: of the displacements; None for the general case of three rotations.
+        signs: signs of the displacements; None for the general case of three rotations.
         turn: matrix (3, 3) from the axis of a rotation to that of its image; a rotation, or minus
             one where the parent of only one of both joints is nearer to the root.
     """
@@ -318,8 +318,8 @@ def limb_joints(tree: Tree, segment: str) -> tuple[str, ...]:
     """Return the joints between a segment and the nearest one from which the tree branches.
 
     Args:
-        tree: of the figure. With closed loops, all joints that move the segment.
-        segment: at the end of the limb.
+        tree: tree of the figure. With closed loops, all joints that move the segment.
+        segment: segment at the end of the limb.
     """
     inward = {branch.outboard: branch for branch in tree.joints}
     outward: dict[str, int] = {}
@@ -365,9 +365,9 @@ class CoordinateRange:
     Attributes:
         low: end of the slider [rad or m].
         high: the same.
-        limits: of the figure [rad or m]; infinite where there is none, or None.
+        limits: limits of the figure [rad or m]; infinite where there is none, or None.
         normal: published range of motion [rad], or None.
-        dead_zone: in which the springs have no moment [rad], or None.
+        dead_zone: dead zone in which the springs have no moment [rad], or None.
         measured: range in which the law was measured [rad], or None.
         motion: name of the positive or negative displacement, or "".
         sign: +1 where `motion` names the positive displacement, else -1.

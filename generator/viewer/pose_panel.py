@@ -29,7 +29,7 @@ from generator.viewer.pose_editor import (
     PoseEditor,
     coordinate_range,
 )
-from generator.viewer.viewer import Driver, Panel, Shown, Viewer, html_lines, value_in_range
+from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines, value_in_range
 from springs import SpringSet
 
 MAX_OPEN_FOLDERS = 8
@@ -86,9 +86,9 @@ class _Row:
     """The slider of a displacement.
 
     Attributes:
-        handle: of the slider.
+        handle: handle of the slider.
         coordinate: that it shows.
-        scale: of a displacement [rad or m] to the slider [deg or cm].
+        scale: scale of a displacement [rad or m] to the slider [deg or cm].
         known: its range and marks.
         touched: time of the user's last change [s].
     """
@@ -270,7 +270,7 @@ class PosePanel(Panel):
         """Show the editor's pose."""
         self._changed = self._now
         placement = self.editor.placement
-        self.viewer.show(Shown(Driver.POSE, placement.displacements, placement.poses))
+        self.viewer.show(FigureState(Driver.POSE, placement.displacements, placement.poses))
 
     def _history(self, command: str) -> None:
         match command:
@@ -324,7 +324,7 @@ class PosePanel(Panel):
         save_text(path, self.editor.text())
         self._files_read = -1e9
         self._name.value = name_in_folder(folder, path)  # which `Load` reads
-        self.viewer.tell("Pose saved", written_text(requested, path))
+        self.viewer.notify("Pose saved", written_text(requested, path))
 
     def _load(self) -> None:
         path = path_in_folder(self.viewer.content.folder, self._name.value, (POSE_FILE.suffix,))
@@ -355,7 +355,7 @@ class PosePanel(Panel):
 
     # -- changes by others
 
-    def shown_changed(self, shown: Shown) -> None:
+    def shown_changed(self, shown: FigureState) -> None:
         """Let the sliders follow."""
         self._is_stale = True
         if shown.driver is Driver.POSE and shown.displacements is not self.editor.displacements:

@@ -45,7 +45,7 @@ class FigureScene:
     """Meshes of the segments of a figure in the scene of a page.
 
     Attributes:
-        appearances: of the segments that have a surface.
+        appearances: appearances of the segments that have a surface.
         meshes: node of each of them, by segment.
         losses: segments that are not drawn as their files say.
     """
@@ -151,7 +151,7 @@ def _corners_across_smooth_edges(triangles: Indices, normals: Array) -> tuple[In
 
     Args:
         triangles: indices of vertices, shape (t, 3).
-        normals: of the faces of the triangles, shape (t, 3).
+        normals: normals of the faces of the triangles, shape (t, 3).
     """
     corner = np.arange(triangles.size).reshape(-1, 3)
     here, there = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()

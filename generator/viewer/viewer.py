@@ -47,14 +47,15 @@ class Driver(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class FigureState:
     """The state of the figure that the page shows.
 
     Attributes:
         driver: what moves the figure.
-        displacements: of the joints [rad or m]; with a free root those of the detached figure.
-        poses: of the segments in the world, shape (4, 4).
-        time: of the motion or the simulation [s]; None for a pose.
+        displacements: displacements of the joints [rad or m]; with a free root those of the
+            detached figure.
+        poses: poses of the segments in the world, shape (4, 4).
+        time: time of the motion or the simulation [s]; None for a pose.
     """
 
     driver: Driver
@@ -75,7 +76,7 @@ class Panel:
     def build(self) -> None:
         """Add the controls to the tab, and the nodes to the scene."""
 
-    def shown_changed(self, shown: Shown) -> None:
+    def shown_changed(self, shown: FigureState) -> None:
         """Follow a change of what the page shows."""
 
     def springs_changed(self, springs: SpringSet) -> None:
@@ -99,14 +100,14 @@ class Content:
     """Figure, springs and state that a page begins with.
 
     Attributes:
-        figure: in the pose of its file.
-        springs: of its joints.
+        figure: figure in the pose of its file.
+        springs: springs of its joints.
         placement: the first pose.
-        folder: of the files that the page reads and writes.
-        motion: to play, or None.
+        folder: folder of the files that the page reads and writes.
+        motion: motion to play, or None.
         ghost: a second motion, or None.
-        title: of the page.
-        springs_choice: of the springs, as for `read_springs`.
+        title: title of the page.
+        springs_choice: choice of the springs, as for `read_springs`.
     """
 
     figure: Figure
@@ -131,7 +132,7 @@ class Viewer:
         shown: the present state of the figure.
         segment: the selected segment, or None.
         joint: the selected joint, or None.
-        panels: in the order of their tabs.
+        panels: panels in the order of their tabs.
     """
 
     def __init__(
@@ -141,7 +142,7 @@ class Viewer:
         self.server, self.content, self.springs = server, content, content.springs
         self._actions: SimpleQueue[tuple[str | None, Action]] = SimpleQueue()
         self._stopped = False
-        server.notify = lambda text: self.post(lambda: self.tell("Error", text, is_error=True))
+        server.notify = lambda text: self.post(lambda: self.notify("Error", text, is_error=True))
         self.segment: str | None = None
         self.joint: str | None = None
         self.scene = FigureScene(server.scene, content.figure)
@@ -166,7 +167,7 @@ class Viewer:
         """The figure."""
         return self.content.figure
 
-    def show(self, shown: Shown) -> None:
+    def show(self, shown: FigureState) -> None:
         """Show another state of the figure."""
         self.shown = shown
         with self.server.atomic():
@@ -258,7 +259,7 @@ class Viewer:
         """
         self._actions.put((key, action))
 
-    def tell(self, title: str, text: str, *, is_error: bool = False) -> None:
+    def notify(self, title: str, text: str, *, is_error: bool = False) -> None:
         """Show a message in a corner of all pages."""
         for client in self.server.get_clients().values():
             client.add_notification(
@@ -267,7 +268,7 @@ class Viewer:
 
     def tell_error(self, failure: Exception) -> None:
         """Show the sentence of an error."""
-        self.tell("Error", error_text(failure, self.content.folder), is_error=True)
+        self.notify("Error", error_text(failure, self.content.folder), is_error=True)
 
     def run(self) -> None:
         """Take actions and call panels until `stop`."""
@@ -305,7 +306,7 @@ class Viewer:
             self.tell_error(failure)
         except Exception as failure:  # a defect: the page stays, the terminal has the traceback
             traceback.print_exc(file=sys.stderr)
-            self.tell("Internal error", f"{type(failure).__name__}: {failure}", is_error=True)
+            self.notify("Internal error", f"{type(failure).__name__}: {failure}", is_error=True)
 
     def stop(self) -> None:
         """End `run` after the present tick."""
@@ -327,7 +328,7 @@ def error_text(failure: Exception, folder: Path) -> str:
 
     Args:
         failure: the error.
-        folder: of the page's files, left out of their names.
+        folder: folder of the page's files, left out of their names.
     """
     text = str(failure)
     if isinstance(failure, InputError):
@@ -347,9 +348,9 @@ def _camera_of_page(points: Array, width: int, height: int) -> tuple[Array, Arra
     return camera_position(points, width / height, covered)
 
 
-def _shown_pose(placement: Placement) -> Shown:
+def _shown_pose(placement: Placement) -> FigureState:
     """Return the state of a pose."""
-    return Shown(Driver.POSE, placement.displacements, placement.poses)
+    return FigureState(Driver.POSE, placement.displacements, placement.poses)
 
 
 def html_lines(lines: Sequence[str]) -> str:

@@ -1,8 +1,5 @@
 """Bodies in contact against closed forms: impact, friction, rolling, tipping, and energy."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -13,14 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Recording
-from plots.canvas import (
-    BLACK,
-    LINE_STYLES,
-    LineStyle,
-    add_footer,
-    create_canvas,
-    plot_style,
-)
+from plots.canvas import BLACK, LINE_STYLES, LineStyle, Look, create_canvas, draw_line
 from plots.contact_cases import (
     BODY,
     FIRM,
@@ -46,7 +36,8 @@ from plots.contact_cases import (
     tipping_rod,
     tumbling_block,
 )
-from plots.plate import Claim, Plate
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 
 DAMPINGS = (0.5, 1.0, 2.0)
@@ -79,14 +70,6 @@ ROD_ANGLES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.81)
 EXUDYN_AGREEMENT = 1e-8
 """Largest relative difference of the accelerations from those of the Exudyn model."""
 
-_REFERENCES = (
-    "K. H. Hunt & F. R. E. Crossley, Coefficient of restitution interpreted as damping in "
-    "vibroimpact, J. Appl. Mech. 42:440-445, 1975; doi:10.1115/1.3423596",
-)
-_SIGN = (
-    "Lines are closed forms, symbols simulated motions. Slopes are against the horizontal; "
-    "velocities and accelerations are positive downhill and in the direction of sliding."
-)
 _CAPTION = (
     f"Bodies of {MASS:g} kg with one to eight contact spheres, free in space, simulated by the "
     "compiled integrator. Restitution without gravity [1], circles for a surface of 3e4 N/m, "
@@ -103,15 +86,15 @@ class Cases:
     """Simulated motions with their closed forms, by parameter.
 
     Attributes:
-        impacts: by damping [s/m], speed [m/s] and stiffness [N/m].
+        impacts: impacts by damping [s/m], speed [m/s] and stiffness [N/m].
         peaks: largest forces of impacts without damping, by speed [m/s].
-        creeping: by slope [deg].
-        slipping: by slope [deg].
-        balls: on inclined planes, by slope [deg].
+        creeping: creeping by slope [deg].
+        slipping: slipping by slope [deg].
+        balls: balls on inclined planes, by slope [deg].
         turned: the same balls on a horizontal plane in turned gravity.
-        stopping: by initial speed [m/s].
+        stopping: stopping by initial speed [m/s].
         beginning: ball that begins to roll, by initial speed [m/s].
-        rod: in the order of `ROD_ANGLES`.
+        rod: rod in the order of `ROD_ANGLES`.
         resting: block at rest.
         tumbling: block that is thrown on the plane.
     """
@@ -165,25 +148,6 @@ def simulate_cases() -> Cases:
         rod=tipping_rod(ROD_START, ROD_ANGLES),
         resting=resting_block(),
         tumbling=tumbling_block(),
-    )
-
-
-def contact() -> Plate:
-    """Draw the plate."""
-    return build_plate(simulate_cases())
-
-
-def build_plate(cases: Cases) -> Plate:
-    """Draw the plate of simulated motions."""
-    return Plate(
-        name="contact",
-        title="Contact: closed forms",
-        caption=_CAPTION,
-        sign=_SIGN,
-        figure=_draw(cases),
-        claims=tuple(_claims(cases)),
-        tables=_tables(cases),
-        references=_REFERENCES,
     )
 
 
@@ -289,16 +253,14 @@ def _impulse_gap(run: Recording) -> float:
 
 
 def _draw(cases: Cases) -> Figure:
-    with plot_style():
-        figure = create_canvas(5.8)
-        panels: list[Axes] = list(figure.subplots(2, 3).flat)
-        _draw_restitution(panels[0], cases)
-        _draw_creep(panels[1], cases)
-        _draw_acceleration(panels[2], cases)
-        _draw_stopping(panels[3], cases)
-        _draw_rod(panels[4], cases)
-        _draw_energy(panels[5], cases.tumbling)
-        add_footer(figure, _SIGN, _REFERENCES)
+    figure = create_canvas(5.8)
+    panels: list[Axes] = list(figure.subplots(2, 3).flat)
+    _draw_restitution(panels[0], cases)
+    _draw_creep(panels[1], cases)
+    _draw_acceleration(panels[2], cases)
+    _draw_stopping(panels[3], cases)
+    _draw_rod(panels[4], cases)
+    _draw_energy(panels[5], cases.tumbling)
     return figure
 
 
@@ -310,8 +272,9 @@ def _draw_restitution(axes: Axes, cases: Cases) -> None:
         for stiffness, marker, size in zip(STIFFNESSES, ("o", "."), (6.0, 4.0), strict=True):
             measured = [cases.impacts[damping, speed, stiffness] for speed in IMPACT_SPEEDS]
             _draw_measured(axes, IMPACT_SPEEDS, measured, LineStyle(pen.colour, "", marker), size)
-    _finish(axes, "impact", "speed of approach [m/s]", "restitution [1]")
-    axes.set_ylim(0.0, 1.05)
+    axes.set(
+        title="impact", xlabel="speed of approach [m/s]", ylabel="restitution [1]", ylim=(0.0, 1.05)
+    )
     axes.legend(fontsize=7.0)
 
 
@@ -322,16 +285,9 @@ def _draw_creep(axes: Axes, cases: Cases) -> None:
     axes.semilogy(slopes, closed, color=pen.colour, lw=1.2)
     _draw_measured(axes, CREEP_SLOPES, cases.creeping.values(), pen, scale=1e3)
     axes.axvline(degrees(np.arctan(FIRM.friction)), color=BLACK, lw=1.0, ls=(0, (1, 1)))
-    _finish(axes, "block creeps", "slope [deg]", "speed [mm/s]")
-    axes.text(
-        0.93,
-        0.04,
-        "friction angle",
-        rotation=90,
-        transform=axes.transAxes,
-        fontsize=7.0,
-        ha="right",
-    )
+    axes.set(title="block creeps", xlabel="slope [deg]", ylabel="speed [mm/s]")
+    look: Look = {"rotation": 90, "transform": axes.transAxes, "fontsize": 7.0, "ha": "right"}
+    axes.text(0.93, 0.04, "friction angle", **look)
 
 
 def _draw_acceleration(axes: Axes, cases: Cases) -> None:
@@ -344,7 +300,7 @@ def _draw_acceleration(axes: Axes, cases: Cases) -> None:
     axes.plot(steep, closed, block.dash, color=block.colour, lw=1.2, label="block")
     _draw_measured(axes, BALL_SLOPES, cases.balls.values(), ball)
     _draw_measured(axes, SLIP_SLOPES, cases.slipping.values(), block)
-    _finish(axes, "down an incline", "slope [deg]", "acceleration [m/s²]")
+    axes.set(title="down an incline", xlabel="slope [deg]", ylabel="acceleration [m/s²]")
     axes.legend(loc="upper left", fontsize=7.0)
 
 
@@ -354,7 +310,7 @@ def _draw_stopping(axes: Axes, cases: Cases) -> None:
     closed = [stopping_distance(speed, FIRM) for speed in speeds.tolist()]
     axes.plot(speeds, closed, color=pen.colour, lw=1.2)
     _draw_measured(axes, SLIDING_SPEEDS, cases.stopping.values(), pen)
-    _finish(axes, "block slides to rest", "initial speed [m/s]", "distance [m]")
+    axes.set(title="block slides to rest", xlabel="initial speed [m/s]", ylabel="distance [m]")
 
 
 def _draw_rod(axes: Axes, cases: Cases) -> None:
@@ -363,7 +319,9 @@ def _draw_rod(axes: Axes, cases: Cases) -> None:
     closed = [tipping_rate(ROD_START, angle) for angle in angles.tolist()]
     axes.plot(angles, closed, color=pen.colour, lw=1.2)
     _draw_measured(axes, ROD_ANGLES, cases.rod, pen)
-    _finish(axes, "rod tips", "angle from the vertical [rad]", "angular velocity [rad/s]")
+    axes.set(
+        title="rod tips", xlabel="angle from the vertical [rad]", ylabel="angular velocity [rad/s]"
+    )
 
 
 def _draw_energy(axes: Axes, run: Recording) -> None:
@@ -377,7 +335,7 @@ def _draw_energy(axes: Axes, run: Recording) -> None:
         axes.plot(run.times, energy, pen.dash, color=pen.colour, lw=1.2, label=label)
     total = np.sum(list(kinds.values()), axis=0) + run.energy["contact"]
     axes.plot(run.times, total, color=BLACK, lw=1.8, label="sum of all")
-    _finish(axes, "thrown block", "time [s]", "energy [J]")
+    axes.set(title="thrown block", xlabel="time [s]", ylabel="energy [J]")
     axes.set_ylim(0.0, 1.45 * float(total.max()))
     axes.legend(loc="upper right", ncols=2, fontsize=7.0)
 
@@ -391,21 +349,9 @@ def _draw_measured(
     scale: float = 1.0,
 ) -> None:
     """Draw measured numbers over a parameter, in another unit by a scale."""
-    axes.plot(
-        parameters,
-        [scale * case.measured for case in cases],
-        linestyle="none",
-        marker=pen.marker,
-        ms=size,
-        mfc="white" if pen.marker != "." else pen.colour,
-        color=pen.colour,
-    )
-
-
-def _finish(axes: Axes, title: str, x: str, y: str) -> None:
-    axes.set_title(title, loc="left")
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    fill = "white" if pen.marker != "." else pen.colour
+    measured = [scale * case.measured for case in cases]
+    draw_line(axes, parameters, measured, pen, ls="none", ms=size, mfc=fill)
 
 
 def _tables(cases: Cases) -> dict[str, Mapping[str, Array]]:
@@ -438,3 +384,20 @@ def _compared(cases: Iterable[ContactCase], unit: str) -> dict[str, Array]:
         f"measured [{unit or 1}]": np.array([case.measured for case in listed]),
         f"closed form [{unit or 1}]": np.array([case.closed_form for case in listed]),
     }
+
+
+contact = PlateDefinition(
+    name="contact",
+    title="Contact: closed forms",
+    sign="Lines are closed forms, symbols simulated motions. Slopes are against the horizontal; "
+    "velocities and accelerations are positive downhill and in the direction of sliding.",
+    references=(
+        "K. H. Hunt & F. R. E. Crossley, Coefficient of restitution interpreted as damping in "
+        "vibroimpact, J. Appl. Mech. 42:440-445, 1975; doi:10.1115/1.3423596",
+    ),
+    collect=simulate_cases,
+    caption=_CAPTION,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

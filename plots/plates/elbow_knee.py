@@ -3,12 +3,7 @@
 from collections.abc import Iterator
 from math import degrees, radians
 
-from plots.joint_curve import (
-    JointCurve,
-    difference_claim,
-    range_end_claim,
-    same_direction_claim,
-)
+from plots.joint_curve import JointCurve, difference_claim, range_end_claims, same_direction_claim
 from plots.joint_plate import JointPlate, Window
 from plots.literature import Literature, published_curve, single_angle_curve
 from plots.plate import Claim
@@ -16,14 +11,12 @@ from plots.plate import Claim
 
 def _elbow_claims(curve: JointCurve, _: Literature) -> Iterator[Claim]:
     edge = degrees(curve.dead_zone[1])
-    for end in curve.range_ends:
-        remark = (
-            f"the dead zone ends at {edge:.1f} deg, an estimate of the thesis's author: this elbow "
-            "bends less than a real one"
-            if end is curve.high
-            else "the thesis's data are of hyperextension, where its ten men resisted later"
-        )
-        yield range_end_claim(curve, end, remark)
+    yield from range_end_claims(
+        curve,
+        "the thesis's data are of hyperextension, where its ten men resisted later",
+        f"the dead zone ends at {edge:.1f} deg, an estimate of the thesis's author: this elbow "
+        "bends less than a real one",
+    )
 
 
 elbow = JointPlate(
@@ -48,8 +41,7 @@ def _knee_claims(
 ) -> Iterator[Claim]:
     edge = degrees(curve.dead_zone[1])
     stop = f"the dead zone ends at {edge:.1f} deg as printed: this knee bends less than a real one"
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end, stop if end is curve.high else "")
+    yield from range_end_claims(curve, high=stop)
     straight = "the thesis's knee resists only beyond 0 deg; stretched calf muscles resist before"
     dummy = "the dummy's knee has a stiff stop where a real one bends further"
     for measured in (pointed, drawn_up, *others[:2]):

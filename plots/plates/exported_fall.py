@@ -1,10 +1,7 @@
 """A fall of the prototype here, and of the files of it that MuJoCo and OpenSim read."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import radians
 
@@ -18,7 +15,6 @@ from generator import Plan, Recording, read_figure, simulate
 from generator.figure import Figure as Body
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
-from generator.scene import Scene
 from plots.canvas import (
     BLACK,
     BLUE,
@@ -26,16 +22,20 @@ from plots.canvas import (
     PALE,
     VERMILION,
     LineStyle,
-    add_footer,
+    Look,
     create_panels,
-    plot_style,
+    draw_line,
+    draw_outline,
+    draw_strip,
+    draw_strip_labels,
 )
-from plots.figure_image import SKIN, Strip, View, draw_moments
+from plots.figure_image import SKIN, Strip, View
 from plots.figure_image import Body as Surfaces
-from plots.literature import Measurements, read_measurements
-from plots.plate import Claim, ClaimKind, Plate
+from plots.literature import Measurements, read_measurements, thesis_reference
+from plots.plate import Claim, ClaimKind
+from plots.plate_definition import PlateDefinition
+from plots.whole_body import posture_in_radians
 from springs.backends import Array
-from springs.published import tables as published
 
 RUN_TOLERANCE = 1e-6
 """Tolerance of the run made for the plate [rad]."""
@@ -81,11 +81,6 @@ _STRIP = Strip(
     top=2.1,
     floor=None,
     scale=160.0,
-)
-
-_SIGN = (
-    "The distance is the largest of any site of the figure between the motion here and that of the "
-    "other program. The angle of a joint is the magnitude of its rotation vector."
 )
 
 
@@ -153,32 +148,10 @@ def simulate_fall() -> Fall:
     measured = read_measurements("exports_motion")
     times = measured.select_rows(program=MUJOCO).column("time [s]")
     body = read_figure("prototype")
-    start = {name: tuple(map(radians, angles)) for name, angles in START_ANGLES.items()}
-    plan = Plan(
-        stop=float(times[-1]), frame=float(times[1]), tolerance=RUN_TOLERANCE, displacements=start
-    )
+    start = posture_in_radians(START_ANGLES)
+    stop, frame = float(times[-1]), float(times[1])
+    plan = Plan(stop=stop, frame=frame, tolerance=RUN_TOLERANCE, displacements=start)
     return Fall(body, simulate(body, plan), measured)
-
-
-def exported_fall() -> Plate:
-    """Draw the plate."""
-    return build_plate(simulate_fall())
-
-
-def build_plate(fall: Fall) -> Plate:
-    """Draw the plate of a simulated fall."""
-    thesis = published.publication("otani_1989").reference
-    references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
-    return Plate(
-        name="exported_fall",
-        title="The same fall here, in MuJoCo and in OpenSim",
-        caption=_caption(fall),
-        sign=_SIGN,
-        figure=_draw(fall, references),
-        claims=tuple(_claims(fall)),
-        tables=_tables(fall),
-        references=references,
-    )
 
 
 def _caption(fall: Fall) -> str:
@@ -221,53 +194,34 @@ def _claims(fall: Fall) -> Iterator[Claim]:
     )
 
 
-def _draw(fall: Fall, references: tuple[str, ...]) -> Figure:
-    with plot_style():
-        figure, panels = create_panels(7.8, 3, 1, (2.1, 1.0, 1.0))
-        strip, angles, distance = (row[0] for row in panels)
-        _draw_strip(strip, fall)
-        _draw_angles(angles, fall)
-        _draw_distances(distance, fall)
-        for axes in (angles, distance):
-            axes.grid(visible=False, axis="x")
-            for time in _MOMENTS:
-                axes.axvline(time, color=PALE, lw=0.8, zorder=0.5)
-        distance.set_xlim(0.0, float(fall.run.times[-1]))
-        distance.set_xlabel("time [s]")
-        figure.align_ylabels([angles, distance])
-        add_footer(figure, _SIGN, references)
+def _draw(fall: Fall) -> Figure:
+    figure, panels = create_panels(7.8, 3, 1, (2.1, 1.0, 1.0))
+    strip, angles, distance = (row[0] for row in panels)
+    _draw_strip(strip, fall)
+    _draw_angles(angles, fall)
+    _draw_distances(distance, fall)
+    for axes in (angles, distance):
+        axes.grid(visible=False, axis="x")
+        for time in _MOMENTS:
+            axes.axvline(time, color=PALE, lw=0.8, zorder=0.5)
+    distance.set(xlim=(0.0, float(fall.run.times[-1])), xlabel="time [s]")
+    figure.align_ylabels([angles, distance])
     return figure
 
 
 def _draw_strip(axes: Axes, fall: Fall) -> None:
     """Draw the moments; the panel does not share the times of those below."""
     frames = [int(np.argmin(np.abs(fall.run.times - time))) for time in _MOMENTS]
-    surfaces, nothing = Surfaces.of_figure(fall.body, SKIN[:3]), Scene()
-    pictures = [
-        draw_moments(
-            surfaces,
-            [{name: each[frame] for name, each in poses.items()} for frame in frames],
-            _STRIP,
-            nothing,
-        )
+    surfaces = Surfaces.of_figure(fall.body, SKIN[:3])
+    own, other = (
+        [{name: each[frame] for name, each in poses.items()} for frame in frames]
         for poses in (fall.run.poses, fall.poses[MUJOCO])
-    ]
-    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(frames)), _STRIP.bottom, _STRIP.top)
+    )
     inner = axes.inset_axes((-0.08, 0.0, 1.1, 1.0))
     axes.set_axis_off()
-    inner.set_axis_off()
-    inner.imshow(pictures[0], extent=extent, interpolation="none")
-    inner.contour(
-        pictures[1][::-1, :, 3].astype(float),
-        [127.0],
-        extent=extent,
-        colors=[VERMILION],
-        linewidths=0.9,
-    )
-    for place, time in enumerate(_MOMENTS):
-        inner.text(
-            place * _STRIP.spacing, _STRIP.bottom, f"{time:.1f} s", ha="center", fontsize=7.5
-        )
+    draw_strip(inner, _STRIP, surfaces, own)
+    draw_outline(inner, _STRIP, surfaces, other, VERMILION, 0.9)
+    draw_strip_labels(inner, _STRIP, (f"{time:.1f} s" for time in _MOMENTS), fontsize=7.5)
     inner.legend(
         handles=[
             Patch(color=SKIN[:3], label="this program"),
@@ -280,47 +234,30 @@ def _draw_strip(axes: Axes, fall: Fall) -> None:
     )
 
 
+_ANGLE_LOOK: Look = {"lw": 0.9, "mfc": "none", "ms": 3.0}
+
+
 def _draw_angles(axes: Axes, fall: Fall) -> None:
+    mujoco, _ = _STYLES[MUJOCO]
     for joint, dash in zip(_JOINTS, ("-", "--", "-.", ":"), strict=True):
         label = joint.replace("_", " ").removesuffix(" joint")
         own = fall.joint_angles("", joint)
         axes.plot(fall.run.times, own, dash, color=BLACK, lw=1.2, label=label)
-        axes.plot(
-            fall.run.times,
-            fall.joint_angles(MUJOCO, joint),
-            dash,
-            color=VERMILION,
-            lw=0.9,
-            marker="s",
-            markevery=_MARKED_FRAMES,
-            mfc="none",
-            ms=3.0,
-            label="_",
-        )
-    axes.plot([], [], "s-", color=VERMILION, mfc="none", ms=3.0, lw=0.9, label="in MuJoCo")
-    axes.set_ylim(0.0, 1.35 * axes.get_ylim()[1])
-    axes.set_ylabel("angle [deg]")
+        look: Look = {"ls": dash, "markevery": _MARKED_FRAMES, **_ANGLE_LOOK}
+        draw_line(axes, fall.run.times, fall.joint_angles(MUJOCO, joint), mujoco, **look)
+    draw_line(axes, [], [], mujoco, "in MuJoCo", **_ANGLE_LOOK)
+    axes.set(ylim=(0.0, 1.35 * axes.get_ylim()[1]), ylabel="angle [deg]")
     axes.legend(loc="upper center", fontsize=7.0, ncols=5)
 
 
 def _draw_distances(axes: Axes, fall: Fall) -> None:
+    axes.set_yscale("log")
     for program, (style, label) in _STYLES.items():
-        axes.semilogy(
-            fall.run.times[1:],
-            1e3 * np.maximum(fall.distances(program)[1:], 1e-9),
-            style.dash,
-            color=style.colour,
-            marker=style.marker,
-            markevery=_MARKED_FRAMES,
-            ms=4.0,
-            mfc="white",
-            lw=1.2,
-            label=label,
-        )
+        distances = 1e3 * np.maximum(fall.distances(program)[1:], 1e-9)
+        draw_line(axes, fall.run.times[1:], distances, style, label, markevery=_MARKED_FRAMES)
     axes.axhline(1e3 * FIT_BOUND, color=BLACK, lw=0.8)
     axes.text(fall.run.times[-1], 0.9e3 * FIT_BOUND, "10 mm ", ha="right", va="top", fontsize=7.0)
-    axes.set_ylabel("largest distance\nof a site [mm]")
-    axes.set_ylim(1e-4, 1e4)
+    axes.set(ylabel="largest distance\nof a site [mm]", ylim=(1e-4, 1e4))
     axes.set_yticks([1e-3, 1e-1, 1e1, 1e3], ["0.001", "0.1", "10", "1000"])
     axes.legend(loc="upper center", fontsize=7.0, ncols=3)
 
@@ -330,3 +267,17 @@ def _tables(fall: Fall) -> dict[str, Mapping[str, Array]]:
         f"{program}: largest distance of a site [m]": fall.distances(program) for program in _STYLES
     }
     return {"exported_fall": {"time [s]": fall.run.times, **distances}}
+
+
+exported_fall = PlateDefinition(
+    name="exported_fall",
+    title="The same fall here, in MuJoCo and in OpenSim",
+    sign="The distance is the largest of any site of the figure between the motion here and that "
+    "of the other program. The angle of a joint is the magnitude of its rotation vector.",
+    references=(thesis_reference("appendix A, the figure and its springs"),),
+    collect=simulate_fall,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -1,34 +1,27 @@
 """Energy of the falling prototype, and the error of the integrator."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from math import radians
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, Recording, read_figure, simulate
-from generator.figure import Figure as Body
 from generator.recording import ENERGY_KINDS
-from generator.simulation.plan import resolve_springs
 from plots.canvas import (
     BLACK,
     GREY,
     LINE_STYLES,
     THESIS_STYLE,
     LineStyle,
-    add_footer,
     create_panels,
-    plot_style,
+    draw_line,
 )
-from plots.plate import Claim, Plate
-from springs import SpringSet
+from plots.literature import thesis_reference
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
+from plots.whole_body import on_both_sides, posture_in_radians
 from springs.backends import Array
-from springs.published import tables as published
 
 STEP_SIZES = (2e-3, 1e-3, 5e-4)
 """Step sizes of the runs [s]."""
@@ -54,10 +47,6 @@ ENERGY_BOUND = 1e-4
 ERROR_RATIO_BOUNDS = (3.5, 4.5)
 """Bounds of the ratio of errors of two steps, one twice the other; 4 for small steps."""
 
-_SIGN = (
-    "Energies of the whole figure, as changes since the start. The dissipated energy is that of "
-    "damping, and only grows. The error is the sum of all changes: positive if energy is gained."
-)
 _CAPTION = (
     "The prototype, bent and at rest, falls about its pinned pelvis without loads. Above: energies "
     "at the finest step. Below: error of their sum for three fixed steps, and the bound. Until the "
@@ -74,7 +63,7 @@ class Falls:
     """The same fall with several steps.
 
     Attributes:
-        runs: by step [s].
+        runs: runs by step [s].
         breakpoint_frame: last frame before a joint reaches a breakpoint of its curve.
     """
 
@@ -108,46 +97,20 @@ class Falls:
 def simulate_falls() -> Falls:
     """Simulate the fall of the prototype with all step sizes."""
     body = read_figure("prototype")
-    start = {
-        name: tuple(map(radians, angles))
-        for joint, angles in _INITIAL_ANGLES.items()
-        for name in (f"left_{joint}", f"right_{joint}")
-    }
+    start = posture_in_radians(on_both_sides(_INITIAL_ANGLES))
     plans = {
         step: Plan(stop=STOP_TIME, frame=FRAME_INTERVAL, step=step, displacements=start)
         for step in STEP_SIZES
     }
     runs = {step: simulate(body, plan) for step, plan in plans.items()}
-    springs = resolve_springs(body, plans[min(STEP_SIZES)])
-    return Falls(runs, _first_breakpoint_frame(body, springs, runs[min(STEP_SIZES)]))
+    return Falls(runs, _first_breakpoint_frame(runs[min(STEP_SIZES)]))
 
 
-def fall_energy() -> Plate:
-    """Draw the plate."""
-    return build_plate(simulate_falls())
-
-
-def build_plate(falls: Falls) -> Plate:
-    """Draw the plate of simulated falls."""
-    thesis = published.publication("otani_1989").reference
-    references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
-    return Plate(
-        name="fall_energy",
-        title="Energy of the falling prototype",
-        caption=_CAPTION,
-        sign=_SIGN,
-        figure=_draw(falls, references),
-        claims=tuple(_claims(falls)),
-        tables=_tables(falls),
-        references=references,
-    )
-
-
-def _first_breakpoint_frame(body: Body, springs: SpringSet, run: Recording) -> int:
+def _first_breakpoint_frame(run: Recording) -> int:
     """Index of the last frame before a spring's angle crosses a breakpoint of its law."""
-    first = len(run.times)
-    for name, joint in springs.joints.items():
-        chain = body.joints[name].chain
+    first, model = len(run.times), run.require_model()
+    for name, joint in model.springs.joints.items():
+        chain = model.figure.joints[name].chain
         for spring in joint.axes:
             if len(chain) == 1:
                 along = float(np.dot(spring.direction, chain[0].axis))
@@ -160,56 +123,47 @@ def _first_breakpoint_frame(body: Body, springs: SpringSet, run: Recording) -> i
     return first
 
 
-def _claims(falls: Falls) -> list[Claim]:
+def _claims(falls: Falls) -> Iterator[Claim]:
     finest, exchanged = min(STEP_SIZES), falls.exchanged_energy
     mechanical = np.sum([falls.finest_run.energy[kind] for kind in ENERGY_KINDS[:3]], axis=0)
-    low, high = ERROR_RATIO_BOUNDS
     crossing = falls.finest_run.times[falls.breakpoint_frame]
-    claims = [
-        Claim(
-            f"With steps of {1e3 * finest:g} ms the energy error stays below 1e-4 of the energy "
-            f"exchanged, {exchanged:.4g} J",
-            float(np.abs(falls.energy_errors(finest)).max()),
-            "J",
-            at_most=ENERGY_BOUND * exchanged,
-        ),
-        Claim(
-            "Without loads the sum of kinetic, gravitational and spring energy never grows from "
-            "one frame to the next",
-            float(np.diff(mechanical).max()),
-            "J",
-            at_most=0.0,
-        ),
-        Claim(
-            "The dissipated energy never decreases",
-            float(np.diff(falls.finest_run.energy["dissipated"]).min()),
-            "J",
-            at_least=0.0,
-        ),
-    ]
+    yield Claim(
+        f"With steps of {1e3 * finest:g} ms the energy error stays below 1e-4 of the energy "
+        f"exchanged, {exchanged:.4g} J",
+        float(np.abs(falls.energy_errors(finest)).max()),
+        "J",
+        at_most=ENERGY_BOUND * exchanged,
+    )
+    yield Claim(
+        "Without loads the sum of kinetic, gravitational and spring energy never grows from "
+        "one frame to the next",
+        float(np.diff(mechanical).max()),
+        "J",
+        at_most=0.0,
+    )
+    yield Claim(
+        "The dissipated energy never decreases",
+        float(np.diff(falls.finest_run.energy["dissipated"]).min()),
+        "J",
+        at_least=0.0,
+    )
+    halved = "Halving the step from {:g} ms divides the largest energy error by"
     for step in STEP_SIZES[:-1]:
-        halved = f"Halving the step from {1e3 * step:g} ms divides the largest energy error by 4"
-        claims.append(
-            Claim(
-                f"{halved}, up to {crossing:.2f} s, when the first joint reaches a breakpoint of "
-                "its curve",
-                falls.error_ratio(step, falls.breakpoint_frame + 1),
-                at_least=low,
-                at_most=high,
-            )
+        yield Claim(
+            f"{halved.format(1e3 * step)} 4, up to {crossing:.2f} s, when the first joint reaches "
+            "a breakpoint of its curve",
+            falls.error_ratio(step, falls.breakpoint_frame + 1),
+            "",
+            *ERROR_RATIO_BOUNDS,
         )
     for step in STEP_SIZES[:-1]:
-        claims.append(
-            Claim(
-                f"Halving the step from {1e3 * step:g} ms divides the largest energy error by 2 at "
-                "least, over the whole fall, breakpoints included",
-                falls.error_ratio(step),
-                at_least=2.0,
-                remark="a step across a breakpoint has an error of its own; runs with a tolerance "
-                "end their steps at the breakpoints",
-            )
+        yield Claim(
+            f"{halved.format(1e3 * step)} 2 at least, over the whole fall, breakpoints included",
+            falls.error_ratio(step),
+            at_least=2.0,
+            remark="a step across a breakpoint has an error of its own; runs with a tolerance "
+            "end their steps at the breakpoints",
         )
-    return claims
 
 
 _LINE_STYLES: Mapping[str, LineStyle] = {
@@ -220,49 +174,36 @@ _LINE_STYLES: Mapping[str, LineStyle] = {
 }
 
 
-def _draw(falls: Falls, references: tuple[str, ...]) -> Figure:
+def _draw(falls: Falls) -> Figure:
     times = falls.finest_run.times
-    with plot_style():
-        figure, ((upper,), (lower,)) = create_panels(6.4, 2, 1, (1.4, 1.0))
-        for kind, pen in _LINE_STYLES.items():
-            energy = _energy_change(falls.finest_run, kind)
-            upper.plot(times, energy, pen.dash, color=pen.colour, label=kind)
-        upper.plot(
-            times,
-            falls.energy_errors(min(STEP_SIZES)),
-            color=THESIS_STYLE.colour,
-            lw=2.2,
-            label="sum: the error",
+    figure, ((upper,), (lower,)) = create_panels(6.4, 2, 1, (1.4, 1.0))
+    for kind, pen in _LINE_STYLES.items():
+        draw_line(upper, times, _energy_change(falls.finest_run, kind), pen, kind, lw=1.6)
+    error = falls.energy_errors(min(STEP_SIZES))
+    draw_line(upper, times, error, THESIS_STYLE, "sum: the error", lw=2.2)
+    title = f"Exudyn, steps of {1e3 * min(STEP_SIZES):g} ms"
+    upper.set(ylabel="change of energy [J]", title=title)
+    upper.legend(loc="lower left", ncols=2)
+    lower.set_yscale("log")
+    for step, pen in zip(STEP_SIZES, LINE_STYLES, strict=False):
+        error, label = np.abs(falls.energy_errors(step)), f"steps of {1e3 * step:g} ms"
+        draw_line(lower, times[1:], error[1:], pen, label, marker="")
+    bound = ENERGY_BOUND * falls.exchanged_energy
+    lower.axhline(bound, color=BLACK, lw=1.0, ls=(0, (1, 1)), label=f"bound, {bound:.2g} J")
+    time = float(times[falls.breakpoint_frame])
+    for axes in (upper, lower):
+        axes.axvline(time, color=GREY, lw=0.8)
+        axes.annotate(
+            " first breakpoint of a curve",
+            (time, 1.0),
+            xycoords=("data", "axes fraction"),
+            va="top",
+            fontsize=7.0,
+            color=GREY,
         )
-        upper.set_ylabel("change of energy [J]")
-        upper.set_title(f"Exudyn, steps of {1e3 * min(STEP_SIZES):g} ms", loc="left")
-        upper.legend(loc="lower left", ncols=2)
-        for step, pen in zip(STEP_SIZES, LINE_STYLES, strict=False):
-            error = np.abs(falls.energy_errors(step))
-            label = f"steps of {1e3 * step:g} ms"
-            lower.semilogy(times[1:], error[1:], pen.dash, color=pen.colour, lw=1.2, label=label)
-        bound = ENERGY_BOUND * falls.exchanged_energy
-        lower.axhline(bound, color=BLACK, lw=1.0, ls=(0, (1, 1)), label=f"bound, {bound:.2g} J")
-        for axes in (upper, lower):
-            _mark_breakpoint(axes, float(times[falls.breakpoint_frame]))
-        lower.set_ylim(1e-7, 1.0)
-        lower.set_ylabel("absolute error [J]")
-        lower.set_xlabel("time [s]")
-        lower.legend(loc="lower right", ncols=4)
-        add_footer(figure, _SIGN, references)
+    lower.set(ylim=(1e-7, 1.0), ylabel="absolute error [J]", xlabel="time [s]")
+    lower.legend(loc="lower right", ncols=4)
     return figure
-
-
-def _mark_breakpoint(axes: Axes, time: float) -> None:
-    axes.axvline(time, color=GREY, lw=0.8)
-    axes.annotate(
-        " first breakpoint of a curve",
-        (time, 1.0),
-        xycoords=("data", "axes fraction"),
-        va="top",
-        fontsize=7.0,
-        color=GREY,
-    )
 
 
 def _energy_change(run: Recording, kind: str) -> Array:
@@ -277,3 +218,18 @@ def _tables(falls: Falls) -> dict[str, dict[str, Array]]:
         f"energy error, {1e3 * step:g} ms [J]": falls.energy_errors(step) for step in falls.runs
     }
     return {"energy": time | energies, "error": time | errors}
+
+
+fall_energy = PlateDefinition(
+    name="fall_energy",
+    title="Energy of the falling prototype",
+    sign="Energies of the whole figure, as changes since the start. The dissipated energy is that "
+    "of damping, and only grows. The error is the sum of all changes: positive if energy is "
+    "gained.",
+    references=(thesis_reference("appendix A, the figure and its springs"),),
+    collect=simulate_falls,
+    caption=_CAPTION,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

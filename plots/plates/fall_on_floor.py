@@ -1,8 +1,5 @@
 """Collapse of the standing prototype on a floor: reaction, height, energy, sensitivity."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,27 +10,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, Recording, read_figure, simulate
-from generator.contact_record import ContactRecord
+from generator.contact.record import ContactRecord
+from generator.contact.scene import Scene
 from generator.figure import Figure as Body
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.motion_files import motion_from_recording
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from generator.scene import Scene
-from plots.canvas import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    PALE,
-    VERMILION,
-    add_footer,
-    create_panels,
-    plot_style,
-)
+from plots.canvas import BLACK, BLUE, GREEN, GREY, PALE, VERMILION, Look, create_panels
 from plots.figure_image import Strip, View, strip_image
-from plots.plate import Claim, Plate
+from plots.literature import thesis_reference
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
+from plots.whole_body import centre_velocities, posture_in_radians
 from springs.backends import Array
-from springs.published import tables as published
 
 STOP_TIME, FRAME_INTERVAL, SHOWN_TIME = 4.0, 0.005, 2.0
 """End and frame interval of the run, and end of the time axes [s]."""
@@ -67,12 +56,6 @@ _STRIP = Strip(
 _GROUP_TIME = 0.08
 """Time between first contacts that share a mark [s]."""
 
-_SIGN = (
-    "The reaction is the vertical force of the floor on the whole figure, upwards positive, over "
-    "its weight. Gravity's energy is zero at its lowest in the run. The error is the largest "
-    "rotation between the joints of two runs."
-)
-
 
 @dataclass(frozen=True)
 class Collapse:
@@ -81,7 +64,7 @@ class Collapse:
     Attributes:
         body: the figure.
         run: that is drawn.
-        fine_run: with `FINE_TOLERANCE`.
+        fine_run: fine run with `FINE_TOLERANCE`.
         scene: the floor.
     """
 
@@ -137,14 +120,8 @@ class Collapse:
 
 def _momentum(body: Body, run: Recording) -> Array:
     """Linear momentum of a figure, shape (n, 3) [N s]."""
-    kinematics = motion_from_recording(run, body).tree.kinematics
-    rates = kinematics.displacement_vector(run.velocities)
-    twists = kinematics.twists(kinematics.displacement_vector(run.displacements)) * rates[..., None]
-    masses, momentum = segment_masses(body), np.zeros((len(run.times), 3))
-    for name, centre_in_segment in zip(masses.segments, masses.centres_in_segment, strict=True):
-        pose, velocity = run.poses[name], twists[:, kinematics.motion_masks[name]].sum(axis=1)
-        centre = pose[:, :3, :3] @ centre_in_segment + pose[:, :3, 3]
-        linear = velocity[:, 3:] + np.cross(velocity[:, :3], centre)
+    motion, momentum = motion_from_recording(run), np.zeros((len(run.times), 3))
+    for name, _, _, linear in centre_velocities(motion, run.poses, run.velocities):
         momentum += (body.segments[name].mass or 0.0) * linear
     return momentum
 
@@ -160,33 +137,10 @@ def simulate_collapse() -> Collapse:
         free_root=True,
         height=0.0,
         scene=scene,
-        displacements={
-            name: tuple(map(radians, angles)) for name, angles in _INITIAL_ANGLES.items()
-        },
+        displacements=posture_in_radians(_INITIAL_ANGLES),
     )
     fine = simulate(body, replace(plan, tolerance=FINE_TOLERANCE))
     return Collapse(body, simulate(body, plan), fine, scene)
-
-
-def fall_on_floor() -> Plate:
-    """Draw the plate."""
-    return build_plate(simulate_collapse())
-
-
-def build_plate(fall: Collapse) -> Plate:
-    """Draw the plate of a simulated collapse."""
-    thesis = published.publication("otani_1989").reference
-    references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
-    return Plate(
-        name="fall_on_floor",
-        title="The standing prototype collapses on a floor",
-        caption=_caption(fall),
-        sign=_SIGN,
-        figure=_draw(fall, references),
-        claims=tuple(_claims(fall)),
-        tables={"fall_on_floor": _table(fall)},
-        references=references,
-    )
 
 
 def _caption(fall: Collapse) -> str:
@@ -274,26 +228,22 @@ _HEIGHTS = (1.3, 1.35, 0.75, 1.35, 1.1)
 """Relative heights of the panels."""
 
 
-def _draw(fall: Collapse, references: tuple[str, ...]) -> Figure:
-    with plot_style():
-        figure, panels = create_panels(9.2, len(_HEIGHTS), 1, _HEIGHTS)
-        strip, reaction, height, energy, error = (row[0] for row in panels)
-        _draw_strip(strip, fall)
-        _draw_reaction(reaction, fall)
-        height.plot(fall.run.times, fall.run.centre_of_mass[:, 1], color=BLACK, lw=1.4)
-        height.set_ylim(0.0, None)
-        height.set_ylabel("height of the\ncentre of mass [m]")
-        _draw_energy(energy, fall)
-        _draw_errors(error, fall)
-        error.set_xlim(0.0, SHOWN_TIME)
-        error.set_xlabel("time [s]")
+def _draw(fall: Collapse) -> Figure:
+    figure, panels = create_panels(9.2, len(_HEIGHTS), 1, _HEIGHTS)
+    strip, *below = (row[0] for row in panels)
+    reaction, height, energy, error = below
+    _draw_strip(strip, fall)
+    _draw_reaction(reaction, fall)
+    height.plot(fall.run.times, fall.run.centre_of_mass[:, 1], color=BLACK, lw=1.4)
+    height.set(ylim=(0.0, None), ylabel="height of the\ncentre of mass [m]")
+    _draw_energy(energy, fall)
+    _draw_errors(error, fall)
+    error.set(xlim=(0.0, SHOWN_TIME), xlabel="time [s]")
+    for axes in below:
         for time in _MOMENTS:
-            for axes in (reaction, height, energy, error):
-                axes.axvline(time, color=PALE, lw=0.8, zorder=0.5)
-        for axes in (reaction, height, energy, error):
-            axes.grid(visible=False, axis="x")
-        figure.align_ylabels([reaction, height, energy, error])
-        add_footer(figure, _SIGN, references)
+            axes.axvline(time, color=PALE, lw=0.8, zorder=0.5)
+        axes.grid(visible=False, axis="x")
+    figure.align_ylabels(below)
     return figure
 
 
@@ -301,17 +251,13 @@ def _draw_strip(axes: Axes, fall: Collapse) -> None:
     """Draw the moments; the panel does not share the times of those below."""
     frames = [round(time / FRAME_INTERVAL) for time in _MOMENTS]
     inner = axes.inset_axes((-0.115, 0.0, 1.115, 1.0))
-    axes.set_axis_off()
-    inner.set_axis_off()
-    inner.imshow(
-        strip_image(fall.body, fall.run, frames, _STRIP, fall.scene),
-        extent=(_STRIP.left, _STRIP.left + _STRIP.width(len(frames)), _STRIP.bottom, _STRIP.top),
-        interpolation="none",
-    )
+    for each in (axes, inner):
+        each.set_axis_off()
+    image = strip_image(fall.body, fall.run, frames, _STRIP, fall.scene)
+    inner.imshow(image, extent=_STRIP.extent(len(frames)), interpolation="none")
     for place, time in enumerate(_MOMENTS):
-        inner.text(
-            place * _STRIP.spacing, _STRIP.bottom + 0.08, f"{time:.1f} s", ha="center", fontsize=7.5
-        )
+        at = (place * _STRIP.spacing, _STRIP.bottom + 0.08)
+        inner.text(*at, f"{time:.1f} s", ha="center", fontsize=7.5)
 
 
 def contact_groups(contact: ContactRecord) -> Iterator[tuple[float, list[str]]]:
@@ -342,18 +288,12 @@ def _draw_reaction(axes: Axes, fall: Collapse) -> None:
     for time, names in contact_groups(fall.contact):
         axes.axvline(time, ymax=0.97, color=VERMILION, lw=0.8, ls=":")
         axes.plot([time], [0.0], "^", color=VERMILION, ms=4.0, clip_on=False, zorder=4)
-        axes.text(
-            time + 0.008,
-            0.98 * top,
-            "\n".join(names),
-            va="top",
-            fontsize=6.5,
-            linespacing=1.1,
-            color=VERMILION,
-        )
-    axes.set_ylim(0.0, top)
-    axes.set_ylabel("vertical reaction\n/ body weight")
+        look: Look = {"va": "top", "fontsize": 6.5, "linespacing": 1.1, "color": VERMILION}
+        axes.text(time + 0.008, 0.98 * top, "\n".join(names), **look)
+    axes.set(ylim=(0.0, top), ylabel="vertical reaction\n/ body weight")
 
+
+_LEGEND: Look = {"loc": "lower right", "fontsize": 6.5}
 
 _STACK = (
     ("kinetic", BLUE, "kinetic"),
@@ -380,15 +320,9 @@ def _draw_energy(axes: Axes, fall: Collapse) -> None:
     )
     total = np.sum(energies, axis=0)
     (line,) = axes.plot(run.times, total, color=BLACK, lw=1.0, label="sum: constant")
-    axes.set_ylim(0.0, 1.02 * float(total.max()))
-    axes.set_ylabel("energy [J]")
-    axes.legend(
-        handles=[line, *reversed(layers)],
-        loc="lower right",
-        fontsize=6.5,
-        labelspacing=0.25,
-        handlelength=1.2,
-    )
+    axes.set(ylim=(0.0, 1.02 * float(total.max())), ylabel="energy [J]")
+    handles = [line, *reversed(layers)]
+    axes.legend(handles=handles, labelspacing=0.25, handlelength=1.2, **_LEGEND)
 
 
 def _draw_errors(axes: Axes, fall: Collapse) -> None:
@@ -401,9 +335,8 @@ def _draw_errors(axes: Axes, fall: Collapse) -> None:
         axes.semilogy(times, np.maximum(values, 1e-12), dash, color=colour, lw=1.2, label=label)
     axes.axhline(TOLERANCE, color=BLACK, lw=0.8)
     axes.text(SHOWN_TIME, TOLERANCE, "tolerance ", ha="right", va="bottom", fontsize=7.0)
-    axes.set_ylim(1e-11, 10.0)
-    axes.set_ylabel("joint angles\n[rad]")
-    axes.legend(loc="lower right", fontsize=6.5, labelspacing=0.25)
+    axes.set(ylim=(1e-11, 10.0), ylabel="joint angles\n[rad]")
+    axes.legend(labelspacing=0.25, **_LEGEND)
 
 
 def _table(fall: Collapse) -> dict[str, Array]:
@@ -417,3 +350,18 @@ def _table(fall: Collapse) -> dict[str, Array]:
         "difference from the fine run [rad]": fall.errors,
         "change from a start 0.001 rad off [rad]": _sensitivity(fall),
     }
+
+
+fall_on_floor = PlateDefinition(
+    name="fall_on_floor",
+    title="The standing prototype collapses on a floor",
+    sign="The reaction is the vertical force of the floor on the whole figure, upwards positive, "
+    "over its weight. Gravity's energy is zero at its lowest in the run. The error is the largest "
+    "rotation between the joints of two runs.",
+    references=(thesis_reference("appendix A, the figure and its springs"),),
+    collect=simulate_collapse,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=lambda fall: {"fall_on_floor": _table(fall)},
+)

@@ -1,8 +1,5 @@
 """Falls of the free prototype on a floor from ten starts, beside engines with their own contact."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -11,19 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, Recording, read_figure, simulate
-from generator.scene import Scene, floor_prop
-from plots.canvas import (
-    BLACK,
-    GREY,
-    LINE_STYLES,
-    PALE,
-    LineStyle,
-    add_footer,
-    create_canvas,
-    plot_style,
-)
+from generator.contact.scene import Scene, floor_prop
+from plots.canvas import BLACK, GREY, LINE_STYLES, PALE, LineStyle, Look, create_canvas, draw_line
 from plots.literature import Measurements, read_measurements
-from plots.plate import Claim, ClaimKind, Plate
+from plots.plate import Claim, ClaimKind
+from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 from springs.published.reference import Reference, Sureness
 
@@ -60,12 +49,12 @@ class Quantity:
     """A number that is read off each fall, in the unit in which it is drawn.
 
     Attributes:
-        header: in the table.
-        name: above its panel.
-        description: in claims.
-        unit: of the axis.
-        factor: from the table's unit.
-        remark: on its comparison.
+        header: header in the table.
+        name: name above its panel.
+        description: description in claims.
+        unit: unit of the axis.
+        factor: factor from the table's unit.
+        remark: remark on its comparison.
     """
 
     header: str
@@ -99,13 +88,6 @@ QUANTITIES = (
 )
 """Quantities of the collapse that are compared."""
 
-_SIGN = (
-    "Heights are those of the centre of mass above the floor, forces normal to it. Each small mark "
-    "is a fall, the upright dash the mean of ten, the line one standard deviation to each side. "
-    "Below 0.6 m, 0.25 m: time at which the centre of mass is; at rest: mean of the last 0.2 s; "
-    "drift: horizontal. The largest force in the collapse is averaged over 10 ms, that "
-    "on pelvis and thigh, of the side with the larger one, is at any step."
-)
 _CAPTION = (
     "The free prototype without muscles, with its own springs, falls from standing for 3 s. Ten "
     "starts differ by random angles of all joints (standard deviation 0.05 rad), the same in all "
@@ -120,22 +102,17 @@ _CAPTION = (
 )
 
 
-def floor_falls() -> Plate:
-    """Draw the plate."""
-    falls, heights, starts = (
-        read_measurements(name) for name in ("falls", "falls_heights", "falls_starts")
-    )
-    references = (str(HIP_FORCE),)
-    return Plate(
-        name="floor_falls",
-        title="Falls on a floor in three engines, each with its own contact",
-        caption=_CAPTION + falls.origin,
-        sign=_SIGN,
-        figure=_draw(falls, heights, references),
-        claims=(*_rerun_claims(heights, starts), *_claims(falls)),
-        tables=_tables(falls),
-        references=references,
-    )
+@dataclass(frozen=True)
+class FallTables:
+    """Numbers of the falls, heights over time, and starts."""
+
+    falls: Measurements
+    heights: Measurements
+    starts: Measurements
+
+
+def _read_tables() -> FallTables:
+    return FallTables(*map(read_measurements, ("falls", "falls_heights", "falls_starts")))
 
 
 def contacts(falls: Measurements) -> list[tuple[str, str]]:
@@ -233,24 +210,23 @@ def _pushed_falls(falls: Measurements) -> list[str]:
     return [fall for fall in falls.values("fall") if fall != COLLAPSE]
 
 
-def _draw(falls: Measurements, heights: Measurements, references: tuple[str, ...]) -> Figure:
+def _draw(data: FallTables) -> Figure:
+    falls = data.falls
     every = contacts(falls)
     styles = _engine_styles(falls)
-    with plot_style():
-        figure = create_canvas(7.4)
-        grid = figure.add_gridspec(2, 1, height_ratios=(1.2, 1.0))
-        upper, lower = (figure.add_subfigure(grid[row, 0]) for row in range(2))
-        _draw_heights(upper.add_subplot(1, 2, 1), heights, styles)
-        _draw_hip_forces(upper.add_subplot(1, 2, 2), falls, styles)
-        for number, quantity in enumerate(QUANTITIES, start=1):
-            axes = lower.add_subplot(1, len(QUANTITIES), number)
-            for row, contact in enumerate(every):
-                values = quantity.read(select_fall(falls, COLLAPSE, contact))
-                _draw_distribution(axes, values, row, styles[contact[0]])
-            axes.set_title(f"collapse:\n{quantity.name}", loc="left", fontsize=7.5)
-            axes.set_xlabel(f"[{quantity.unit}]")
-            _set_rows(axes, every, named=quantity is QUANTITIES[0])
-        add_footer(figure, _SIGN, references)
+    figure = create_canvas(7.4)
+    grid = figure.add_gridspec(2, 1, height_ratios=(1.2, 1.0))
+    upper, lower = (figure.add_subfigure(grid[row, 0]) for row in range(2))
+    _draw_heights(upper.add_subplot(1, 2, 1), data.heights, styles)
+    _draw_hip_forces(upper.add_subplot(1, 2, 2), falls, styles)
+    for number, quantity in enumerate(QUANTITIES, start=1):
+        axes = lower.add_subplot(1, len(QUANTITIES), number)
+        for row, contact in enumerate(every):
+            values = quantity.read(select_fall(falls, COLLAPSE, contact))
+            _draw_distribution(axes, values, row, styles[contact[0]])
+        axes.set_title(f"collapse:\n{quantity.name}", fontsize=7.5)
+        axes.set_xlabel(f"[{quantity.unit}]")
+        _set_rows(axes, every, named=quantity is QUANTITIES[0])
     return figure
 
 
@@ -266,20 +242,11 @@ def _draw_heights(axes: Axes, heights: Measurements, styles: Mapping[str, LineSt
         table = some.select_rows(contact=contact)
         label = f"{engine}, {contact}"
         for header in (key for key in table.rows[0] if key.startswith("start ")):
-            axes.plot(
-                table.column("time [s]"),
-                table.column(header),
-                style.dash,
-                color=style.colour,
-                lw=0.7,
-                alpha=0.8,
-                label=label,
-            )
+            x, y = table.column("time [s]"), table.column(header)
+            draw_line(axes, x, y, style, label, marker="", lw=0.7, alpha=0.8)
             label = "_"
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("height [m]")
-    axes.set_title("collapse: height of the centre of mass", loc="left", fontsize=8.0)
+    axes.set(ylim=(0.0, None), xlabel="time [s]", ylabel="height [m]")
+    axes.set_title("collapse: height of the centre of mass", fontsize=8.0)
     axes.legend(loc="upper right", fontsize=7.0)
 
 
@@ -298,15 +265,8 @@ def _draw_hip_forces(axes: Axes, falls: Measurements, styles: Mapping[str, LineS
             values = 1e-3 * select_fall(falls, fall, contact).column(PEAK_HIP_FORCE)
             _draw_distribution(axes, values, row + offset, styles[contact[0]])
             if row == 0:
-                place = (0.99, offset)
-                axes.annotate(
-                    fall,
-                    place,
-                    xycoords=("axes fraction", "data"),
-                    ha="right",
-                    va="center",
-                    fontsize=6.5,
-                )
+                look: Look = {"ha": "right", "va": "center", "fontsize": 6.5}
+                axes.annotate(fall, (0.99, offset), xycoords=("axes fraction", "data"), **look)
     axes.set_xscale("log")
     axes.set_xticks([1, 2, 4, 10, 20, 40], ["1", "2", "4", "10", "20", "40"])
     axes.minorticks_off()
@@ -315,7 +275,6 @@ def _draw_hip_forces(axes: Axes, falls: Measurements, styles: Mapping[str, LineS
     axes.set_title(
         f"three falls to the left; grey: estimated from falls\nof people [1], "
         f"{HIP_FORCE_MEAN:g} (SD {HIP_FORCE_SD:g}) kN",
-        loc="left",
         fontsize=7.5,
     )
 
@@ -323,16 +282,8 @@ def _draw_hip_forces(axes: Axes, falls: Measurements, styles: Mapping[str, LineS
 def _draw_distribution(axes: Axes, values: Array, row: float, style: LineStyle) -> None:
     """Draw the values of ten starts on a row, with their mean and standard deviation."""
     mean, spread = float(np.mean(values)), float(np.std(values, ddof=1))
-    axes.plot(
-        values,
-        np.full(len(values), row),
-        style.marker,
-        ms=3.5,
-        mfc="none",
-        mec=style.colour,
-        mew=0.7,
-        alpha=0.8,
-    )
+    look: Look = {"ls": "none", "ms": 3.5, "mfc": "none", "mew": 0.7, "alpha": 0.8}
+    draw_line(axes, values, np.full(len(values), row), style, **look)
     axes.plot([mean - spread, mean + spread], [row, row], color=BLACK, lw=0.9)
     axes.plot([mean], [row], "|", color=BLACK, ms=9.0, mew=1.6)
 
@@ -345,12 +296,25 @@ def _set_rows(axes: Axes, every: list[tuple[str, str]], *, named: bool) -> None:
     axes.grid(visible=False, axis="y")
 
 
-def _tables(falls: Measurements) -> dict[str, Mapping[str, Array]]:
-    headers = [key for key in falls.rows[0] if key not in ("fall", "engine", "contact")]
-    tables: dict[str, Mapping[str, Array]] = {}
-    for fall in falls.values("fall"):
-        for contact in contacts(falls):
-            table = select_fall(falls, fall, contact)
-            name = "".join(c if c.isalnum() else "-" for c in " ".join((fall, *contact)).lower())
-            tables[name] = {header: table.column(header) for header in headers}
-    return tables
+def _tables(data: FallTables) -> dict[str, dict[str, Array]]:
+    return {
+        "".join(c if c.isalnum() else "-" for c in " ".join(cells).lower()): rows.numbers()
+        for cells, rows in data.falls.groups("fall", "engine", "contact").items()
+    }
+
+
+floor_falls = PlateDefinition(
+    name="floor_falls",
+    title="Falls on a floor in three engines, each with its own contact",
+    sign="Heights are those of the centre of mass above the floor, forces normal to it. Each small "
+    "mark is a fall, the upright dash the mean of ten, the line one standard deviation to each "
+    "side. Below 0.6 m, 0.25 m: time at which the centre of mass is; at rest: mean of the last 0.2 "
+    "s; drift: horizontal. The largest force in the collapse is averaged over 10 ms, that on "
+    "pelvis and thigh, of the side with the larger one, is at any step.",
+    references=(str(HIP_FORCE),),
+    collect=_read_tables,
+    caption=lambda data: _CAPTION + data.falls.origin,
+    draw=_draw,
+    claims=lambda data: (*_rerun_claims(data.heights, data.starts), *_claims(data.falls)),
+    tables=_tables,
+)

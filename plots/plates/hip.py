@@ -12,15 +12,11 @@ from plots.joint_curve import (
     difference_claim,
     first_zero_crossing,
     range_end_claim,
+    range_end_claims,
     same_direction_claim,
 )
 from plots.joint_plate import JointPlate, Window
-from plots.literature import (
-    Literature,
-    literature_from_points,
-    published_curve,
-    single_angle_curve,
-)
+from plots.literature import Literature, literature_from_points, published_curve, single_angle_curve
 from plots.plate import Claim
 from springs.published import tables as published
 
@@ -138,8 +134,8 @@ def _abduction_claims(curve: JointCurve, _: Literature, cadavers: Literature) ->
     first, last = cadavers.points[0].tolist()
     late = "ligaments without muscles resist abduction 17 deg earlier"
     yield _moment_angle_claim(curve, cadavers, (first, last), late)
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end, "adduction stops beyond the clinical limit")
+    beyond = "adduction stops beyond the clinical limit"
+    yield from range_end_claims(curve, beyond, beyond)
 
 
 hip_abduction = JointPlate(
@@ -163,8 +159,7 @@ def _rotation_claims(curve: JointCurve, cadavers: Literature, _: Literature) -> 
     angles = np.radians(np.arange(-36.0, 36.0, 0.01))
     loose = angles[np.abs(cadavers.torque(angles)) <= AGREEMENT_TORQUE]
     yield _moment_angle_claim(curve, cadavers, (float(loose[0]), float(loose[-1])))
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end)
+    yield from range_end_claims(curve)
 
 
 hip_rotation = JointPlate(

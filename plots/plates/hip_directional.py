@@ -14,14 +14,15 @@ from plots.canvas import (
     LINE_STYLES,
     PALE,
     THESIS_STYLE,
-    add_footer,
+    Look,
     create_panels,
+    draw_line,
     draw_points,
     draw_zero_line,
-    plot_style,
 )
-from plots.literature import YOON_MANSOUR
-from plots.plate import Claim, Plate
+from plots.literature import YOON_MANSOUR, thesis_reference
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
 from springs import AxisSpring, Damping, JointSprings, SpringSet
 from springs.backends import Array
 from springs.elastic import describe_extrapolation
@@ -44,9 +45,10 @@ class Cycle:
 
     Attributes:
         angle: hip flexion at the middle of each interval, shape (n,) [rad].
-        angle_change: over each interval, shape (n,) [rad].
+        angle_change: angle change over each interval, shape (n,) [rad].
         torque: passive torque on the thigh without the brake, shape (n,) [N m].
-        dissipated_energy: of the joint in Exudyn's energy balance, without the brake [J].
+        dissipated_energy: dissipated energy of the joint in Exudyn's energy balance, without the
+            brake [J].
     """
 
     angle: Array
@@ -144,10 +146,6 @@ def _midpoints(values: Array) -> Array:
     return 0.5 * (values[1:] + values[:-1])
 
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-
 CURVE_DISTANCE_RANGE = (5.0, 10.0)
 """Distance of the two curves according to the thesis [N m]."""
 
@@ -170,11 +168,6 @@ corners of the loop.
 MEDIAN_BOUND = 8.0
 """The thesis's bound of the deviation from the median, in percent of the total range."""
 
-_SIGN = (
-    "The moment acts on the thigh and is positive towards flexion: it resists where it is positive "
-    "in extension and negative in flexion. Hip flexion is positive, 0 standing; in measurements "
-    "the knee is at 15 deg."
-)
 _CAPTION = (
     "Yoon & Mansour measured two curves of the hip, 5 to 10 N m apart; their data are not public. "
     "The thesis's cubic is fitted to the curve of increasing extension. The curve of increasing "
@@ -197,52 +190,25 @@ def simulate_cycle() -> Cycle:
     return drive_hip(hysteresis_law(), np.radians(MIN_ANGLE), np.radians(MAX_ANGLE))
 
 
-def hip_directional() -> Plate:
-    """Draw the plate."""
-    return build_plate(simulate_cycle())
-
-
-def build_plate(cycle: Cycle) -> Plate:
-    """Draw the plate of a cycle."""
-    thesis = published.publication("otani_1989").reference
-    references = (
-        str(replace(thesis, place="section 4.2.4, figure 4.7 and appendix A")),
-        YOON_MANSOUR,
-        str(published.curve("silder_2007/hip_knee_15").reference),
-    )
+def _caption(cycle: Cycle) -> str:
     known = published.curve("otani_1989/hip_y").valid_range
-    return Plate(
-        name="hip_directional",
-        title="Hip moment towards flexion and extension (the thesis's figure 4.7)",
-        caption=_CAPTION.format(known=describe_extrapolation(known, cycle.low, cycle.high)),
-        sign=_SIGN,
-        figure=_draw(cycle, references),
-        claims=tuple(_claims(cycle)),
-        tables=_tables(cycle),
-        references=references,
-    )
+    return _CAPTION.format(known=describe_extrapolation(known, cycle.low, cycle.high))
 
 
 def _claims(cycle: Cycle) -> list[Claim]:
     at = np.radians(_COMPARED_ANGLES)
     difference = cycle.torque_on_branch(at, -1) - cycle.torque_on_branch(at, +1)
     loss = hysteresis_law().cycle_loss(cycle.low, cycle.high)
-    low, high = CURVE_DISTANCE_RANGE
     where = f"from {_COMPARED_ANGLES[0]:g} to {_COMPARED_ANGLES[-1]:g} deg of hip flexion"
     return [
-        Claim(
-            f"Smallest difference of the two moments {where}",
-            float(difference.min()),
-            "N m",
-            at_least=low,
-            at_most=high,
-        ),
-        Claim(
-            f"Largest difference of the two moments {where}",
-            float(difference.max()),
-            "N m",
-            at_least=low,
-            at_most=high,
+        *(
+            Claim(
+                f"{name} difference of the two moments {where}",
+                float(extreme),
+                "N m",
+                *CURVE_DISTANCE_RANGE,
+            )
+            for name, extreme in (("Smallest", difference.min()), ("Largest", difference.max()))
         ),
         Claim("A cycle of the hip dissipates energy", cycle.energy_loss, "J", at_least=0.0),
         Claim(
@@ -268,59 +234,38 @@ def _claims(cycle: Cycle) -> list[Claim]:
     ]
 
 
-def _draw(cycle: Cycle, references: tuple[str, ...]) -> Picture:
+def _draw(cycle: Cycle) -> Picture:
     both = hysteresis_law()
     angles = np.radians(np.arange(-10.0, 90.1, 0.5))
     at = np.degrees(angles)
-    extension = np.asarray(both.decreasing.torque(angles))
-    flexion = np.asarray(both.increasing.torque(angles))
     hip, silder = np.array(published.curve("silder_2007/hip_knee_15").printed.points).T
     inside = (hip >= at[0]) & (hip <= at[-1])
-    with plot_style():
-        figure, ((upper,), (lower,)) = create_panels(6.6, 2, 1, (3.0, 1.0))
-        upper.plot(
-            at,
-            extension,
-            color=THESIS_STYLE.colour,
-            lw=2.2,
-            label="thesis [1]: increasing extension",
-        )
-        label = f"{HYSTERESIS_WIDTH:g} N m below: increasing flexion"
-        upper.plot(at, flexion, "--", color=THESIS_STYLE.colour, lw=1.4, label=label)
-        order = np.append(np.arange(len(cycle.angle)), 0)
-        upper.fill(np.degrees(cycle.angle), cycle.torque, color=PALE, lw=0.0)
-        upper.plot(
-            np.degrees(cycle.angle)[order],
-            cycle.torque[order],
-            "-",
-            marker="o",
-            markevery=25,
-            ms=4.0,
-            mfc="white",
-            lw=1.0,
-            color=BLUE,
-            label=f"Exudyn, one cycle: {cycle.energy_loss:.1f} J lost",
-        )
-        draw_points(
-            upper,
-            hip[inside],
-            silder[inside],
-            LINE_STYLES[1],
-            "substitute [3]: Silder, knee at 15 deg",
-        )
-        _mark_directions(upper, cycle)
-        draw_zero_line(upper)
-        upper.set_ylabel("hip moment [N m]")
-        upper.legend(loc="upper right")
-        for sign, dash, name in ((-1, "-", "extension"), (+1, "--", "flexion")):
-            chosen = np.sign(cycle.angle_change) == sign
-            rest = np.where(chosen, cycle.torque - _curve_of_direction(cycle), np.nan)
-            lower.plot(np.degrees(cycle.angle), rest, dash, color=BLUE, label=f"increasing {name}")
-        draw_zero_line(lower)
-        lower.set_ylabel("Exudyn - curve [N m]")
-        lower.set_xlabel("hip flexion [deg]")
-        lower.legend(loc="upper center")
-        add_footer(figure, _SIGN, references)
+    figure, ((upper,), (lower,)) = create_panels(6.6, 2, 1, (3.0, 1.0))
+    extension, flexion = (
+        np.asarray(each.torque(angles)) for each in (both.decreasing, both.increasing)
+    )
+    draw_line(upper, at, extension, THESIS_STYLE, "thesis [1]: increasing extension", lw=2.2)
+    label = f"{HYSTERESIS_WIDTH:g} N m below: increasing flexion"
+    draw_line(upper, at, flexion, THESIS_STYLE, label, ls="--", lw=1.4)
+    order = np.append(np.arange(len(cycle.angle)), 0)
+    loop = np.degrees(cycle.angle)
+    upper.fill(loop, cycle.torque, color=PALE, lw=0.0)
+    label = f"Exudyn, one cycle: {cycle.energy_loss:.1f} J lost"
+    look: Look = {"markevery": 25, "lw": 1.0}
+    draw_line(upper, loop[order], cycle.torque[order], LINE_STYLES[0], label, **look)
+    label = "substitute [3]: Silder, knee at 15 deg"
+    draw_points(upper, hip[inside], silder[inside], LINE_STYLES[1], label)
+    _mark_directions(upper, cycle)
+    for sign, dash, name in ((-1, "-", "extension"), (+1, "--", "flexion")):
+        chosen = np.sign(cycle.angle_change) == sign
+        rest = np.where(chosen, cycle.torque - _curve_of_direction(cycle), np.nan)
+        lower.plot(loop, rest, dash, color=BLUE, label=f"increasing {name}")
+    for axes in (upper, lower):
+        draw_zero_line(axes)
+    upper.legend(loc="upper right")
+    lower.legend(loc="upper center")
+    upper.set_ylabel("hip moment [N m]")
+    lower.set(ylabel="Exudyn - curve [N m]", xlabel="hip flexion [deg]")
     return figure
 
 
@@ -353,3 +298,22 @@ def _tables(cycle: Cycle) -> dict[str, dict[str, Array]]:
             "curve of the direction [N m]": _curve_of_direction(cycle),
         }
     }
+
+
+hip_directional = PlateDefinition(
+    name="hip_directional",
+    title="Hip moment towards flexion and extension (the thesis's figure 4.7)",
+    sign="The moment acts on the thigh and is positive towards flexion: it resists where it is "
+    "positive in extension and negative in flexion. Hip flexion is positive, 0 standing; in "
+    "measurements the knee is at 15 deg.",
+    references=(
+        thesis_reference("section 4.2.4, figure 4.7 and appendix A"),
+        YOON_MANSOUR,
+        str(published.curve("silder_2007/hip_knee_15").reference),
+    ),
+    collect=simulate_cycle,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -1,7 +1,7 @@
 """The hip rotated about axes between its own: two readings of the thesis's eq. 4.4 compared."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -10,17 +10,18 @@ from matplotlib.figure import Figure
 
 from generator import Plan, read_figure, static_torques
 from generator.rotations import RotationSequence, cross_matrix, matrix_from_rotation_vector
-from generator.simulation.plan import resolve_springs
+from generator.springs_file.read import read_springs
 from plots.canvas import (
     GREY,
     LINE_STYLES,
     THESIS_STYLE,
-    add_footer,
     create_canvas,
+    draw_line,
     draw_zero_line,
-    plot_style,
 )
-from plots.plate import Claim, Plate
+from plots.literature import thesis_reference
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
 from springs import AxisSpring, Cubic, Joining, SpringSet, total_torque
 from springs.backends import Array
 from springs.coupled import gauss_nodes
@@ -55,8 +56,8 @@ class PathWork:
     """Work of a joint along a path, shape (n,) each.
 
     Attributes:
-        path_length: in the space of rotation vectors [rad].
-        work: on the leg since the start [J].
+        path_length: path length in the space of rotation vectors [rad].
+        work: work on the leg since the start [J].
     """
 
     path_length: Array
@@ -69,7 +70,7 @@ class ObliqueHip:
     def __init__(self) -> None:
         """Load the figure and the springs of the hip."""
         self._body = read_figure("prototype")
-        self._springs = resolve_springs(self._body, Plan()).joints[HIP_JOINT]
+        self._springs = read_springs(None, self._body).joints[HIP_JOINT]
         self._sequence = RotationSequence(
             tuple(factor.axis for factor in self._body.joints[HIP_JOINT].chain)
         )
@@ -143,10 +144,6 @@ def _rotation_jacobian(rotation_vectors: Array) -> Array:
     return np.eye(3) + (1.0 - np.cos(a)) / a**2 * k + (a - np.sin(a)) / a**3 * (k @ k)
 
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-
 ROTATION_ANGLE = np.radians(60.0)
 """Rotation of the leg about axes between abduction and flexion [rad]."""
 
@@ -168,11 +165,6 @@ WORK_BOUND = 1e-6
 _DIRECTIONS = np.radians(np.linspace(0.0, 90.0, 37))
 _ON_AXIS_ANGLES = np.radians(np.arange(-90.0, 91.0, 15.0))
 _LINE_STYLES = {Joining.CONSERVATIVE: LINE_STYLES[0], Joining.WEIGHTED: LINE_STYLES[1]}
-_SIGN = (
-    "Torques act on the leg: positive along the axis in the sense of the rotation, and across it "
-    "from abduction towards flexion, in the frame half-way between pelvis and leg. Work is "
-    "positive if the joint drives the leg. Left hip; abduction is about x, flexion about y."
-)
 _CAPTION = (
     "Left: the leg is rotated by 60 deg about axes from abduction (0 deg) to flexion (90 deg). All "
     "points were read out of Exudyn with the prototype at rest; the thin line is eq. 4.4 of the "
@@ -186,31 +178,37 @@ _CAPTION = (
 )
 
 
-def off_axis() -> Plate:
-    """Draw the plate."""
+@dataclass(frozen=True)
+class ObliqueRotations:
+    """Torques about oblique axes and work round the loop, by law.
+
+    Attributes:
+        hip: Hip with its springs.
+        torques: Torques at `_DIRECTIONS`.
+        as_printed: The same by eq. 4.4.
+        path_work: Work along `LOOP`.
+    """
+
+    hip: ObliqueHip
+    torques: Mapping[Joining, ObliqueTorques]
+    as_printed: ObliqueTorques
+    path_work: Mapping[Joining, PathWork]
+
+
+def rotate_hip() -> ObliqueRotations:
+    """Read the torques of the hip out of Exudyn."""
     hip = ObliqueHip()
-    torques = {
-        joining: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, joining) for joining in Joining
-    }
-    path_work = {joining: hip.work_along_path(LOOP, joining) for joining in Joining}
-    thesis = published.publication("otani_1989").reference
-    references = (
-        str(replace(thesis, place="eq. 4.4, and appendix A, records of the left hip")),
-        hip.spring_about("flexion").reference,
-        hip.spring_about("abduction").reference,
+    return ObliqueRotations(
+        hip,
+        {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in Joining},
+        printed_torques(hip),
+        {law: hip.work_along_path(LOOP, law) for law in Joining},
     )
-    as_printed = printed_torques(hip)
+
+
+def _caption(_: ObliqueRotations) -> str:
     known = published.curve("otani_1989/hip_y").valid_range
-    return Plate(
-        name="off_axis",
-        title="A hip rotated about oblique axes (the thesis's eq. 4.4)",
-        caption=_CAPTION.format(known=describe_extrapolation(known, 0.0, ROTATION_ANGLE)),
-        sign=_SIGN,
-        figure=_draw(torques, as_printed, path_work, references),
-        claims=tuple(_claims(hip, path_work)),
-        tables=_tables(torques, as_printed, path_work),
-        references=references,
-    )
+    return _CAPTION.format(known=describe_extrapolation(known, 0.0, ROTATION_ANGLE))
 
 
 def printed_torques(hip: ObliqueHip) -> ObliqueTorques:
@@ -241,92 +239,58 @@ def max_on_axis_difference(hip: ObliqueHip, joining: Joining) -> float:
     return max(differences)
 
 
-def _claims(hip: ObliqueHip, path_work: Mapping[Joining, PathWork]) -> list[Claim]:
-    claims = [
-        Claim(
+def _claims(made: ObliqueRotations) -> Iterator[Claim]:
+    for joining in Joining:
+        yield Claim(
             f"Rotated by -90 to 90 deg about each of its axes, the hip with the {joining.value} "
             "law in Exudyn has the torque of the axis's own law",
-            max_on_axis_difference(hip, joining),
+            max_on_axis_difference(made.hip, joining),
             "N m",
             at_most=TORQUE_BOUND,
         )
-        for joining in Joining
-    ]
-    conservative, weighted = (
-        float(path_work[joining].work[-1]) for joining in (Joining.CONSERVATIVE, Joining.WEIGHTED)
+    yield Claim(
+        "The conservative law does no work round a closed loop of orientations",
+        float(made.path_work[Joining.CONSERVATIVE].work[-1]),
+        "J",
+        at_least=-WORK_BOUND,
+        at_most=WORK_BOUND,
     )
-    claims.append(
-        Claim(
-            "The conservative law does no work round a closed loop of orientations",
-            conservative,
-            "J",
-            at_least=-WORK_BOUND,
-            at_most=WORK_BOUND,
-        )
+    yield Claim(
+        "The weighted law is not the gradient of an energy: round the same loop it does work",
+        float(made.path_work[Joining.WEIGHTED].work[-1]),
+        "J",
+        at_least=1.0,
+        remark="the other way round it removes as much",
     )
-    claims.append(
-        Claim(
-            "The weighted law is not the gradient of an energy: round the same loop it does work",
-            weighted,
-            "J",
-            at_least=1.0,
-            remark="the other way round it removes as much",
-        )
-    )
-    return claims
 
 
-def _draw(
-    torques: Mapping[Joining, ObliqueTorques],
-    as_printed: ObliqueTorques,
-    path_work: Mapping[Joining, PathWork],
-    references: tuple[str, ...],
-) -> Figure:
-    with plot_style():
-        figure = create_canvas(7.0)
-        panels = figure.subplot_mosaic(
-            [["along", "loop"], ["across", "work"], ["difference", "work"]],
-            height_ratios=(1.2, 1.2, 0.9),
-        )
-        for name in ("along", "across"):
-            _draw_torques(panels[name], torques, as_printed, name)
-        _draw_difference(panels["difference"], torques)
-        for name in ("along", "across", "difference"):
-            panels[name].set_xticks(range(0, 91, 15))
-            panels[name].tick_params(labelbottom=name == "difference")
-            draw_zero_line(panels[name])
-        panels["difference"].set_xlabel("axis of rotation [deg]: 0 abduction, 90 flexion")
-        panels["along"].set_title("rotated by 60 deg", loc="left")
-        panels["along"].legend(loc="lower right")
-        _draw_loop(panels["loop"])
-        _draw_work(panels["work"], path_work)
-        add_footer(figure, _SIGN, references)
+def _draw(made: ObliqueRotations) -> Figure:
+    figure = create_canvas(7.0)
+    panels = figure.subplot_mosaic(
+        [["along", "loop"], ["across", "work"], ["difference", "work"]],
+        height_ratios=(1.2, 1.2, 0.9),
+    )
+    for name in ("along", "across"):
+        _draw_torques(panels[name], made, name)
+    _draw_difference(panels["difference"], made.torques)
+    for name in ("along", "across", "difference"):
+        panels[name].set_xticks(range(0, 91, 15))
+        panels[name].tick_params(labelbottom=name == "difference")
+        draw_zero_line(panels[name])
+    panels["difference"].set_xlabel("axis of rotation [deg]: 0 abduction, 90 flexion")
+    panels["along"].set_title("rotated by 60 deg")
+    panels["along"].legend(loc="lower right")
+    _draw_loop(panels["loop"])
+    _draw_work(panels["work"], made.path_work)
     return figure
 
 
-def _draw_torques(
-    axes: Axes, torques: Mapping[Joining, ObliqueTorques], as_printed: ObliqueTorques, name: str
-) -> None:
-    at = np.degrees(_DIRECTIONS)
-    axes.plot(
-        at,
-        getattr(as_printed, name),
-        color=THESIS_STYLE.colour,
-        lw=0.9,
-        label="thesis, eq. 4.4 as printed",
-    )
+def _draw_torques(axes: Axes, made: ObliqueRotations, name: str) -> None:
+    at, label = np.degrees(_DIRECTIONS), "thesis, eq. 4.4 as printed"
+    draw_line(axes, at, getattr(made.as_printed, name), THESIS_STYLE, label, lw=0.9)
     for joining, pen in _LINE_STYLES.items():
-        axes.plot(
-            at,
-            getattr(torques[joining], name),
-            pen.dash,
-            marker=pen.marker,
-            markevery=3,
-            ms=4.0,
-            mfc="white",
-            color=pen.colour,
-            label=f"{joining.value}, Exudyn",
-        )
+        torque, label = getattr(made.torques[joining], name), f"{joining.value}, Exudyn"
+        draw_line(axes, at, torque, pen, label, markevery=3, lw=1.6)
     axes.set_ylabel(f"torque {name} [N m]")
 
 
@@ -337,8 +301,7 @@ def _draw_difference(axes: Axes, torques: Mapping[Joining, ObliqueTorques]) -> N
     across = weighted.across - conservative.across
     axes.plot(at, along, "-", color=GREY, label="along")
     axes.plot(at, across, "--", color=GREY, label="across")
-    axes.set_ylabel("weighted -\nconservative [N m]")
-    axes.set_ylim(-65.0, 110.0)
+    axes.set(ylabel="weighted -\nconservative [N m]", ylim=(-65.0, 110.0))
     axes.legend(loc="upper left", ncols=2)
 
 
@@ -354,37 +317,24 @@ def _draw_loop(axes: Axes) -> None:
             fontsize=8.0,
             bbox={"boxstyle": "circle", "fc": "white", "ec": GREY},
         )
-    axes.set_xlim(-10.0, 70.0)
-    axes.set_ylim(-10.0, 70.0)
-    axes.set_aspect("equal")
+    axes.set(xlim=(-10.0, 70.0), ylim=(-10.0, 70.0), aspect="equal")
     axes.set_xticks(range(0, 61, 20))
     axes.set_yticks(range(0, 61, 20))
-    axes.set_xlabel("abduction [deg]")
-    axes.set_ylabel("flexion [deg]")
-    axes.set_title("loop of rotation vectors", loc="left")
+    axes.set(xlabel="abduction [deg]", ylabel="flexion [deg]", title="loop of rotation vectors")
 
 
 def _draw_work(axes: Axes, path_work: Mapping[Joining, PathWork]) -> None:
     for joining, pen in _LINE_STYLES.items():
         path, work = np.degrees(path_work[joining].path_length), path_work[joining].work
-        axes.plot(
-            path,
-            work,
-            pen.dash,
-            marker=pen.marker,
-            ms=3.5,
-            mfc="white",
-            color=pen.colour,
-            label=f"{joining.value}, Exudyn:\n{_format_total_work(float(work[-1]))}",
-        )
+        label = f"{joining.value}, Exudyn:\n{_format_total_work(float(work[-1]))}"
+        draw_line(axes, path, work, pen, label, ms=3.5, lw=1.6)
     for number, end in enumerate(np.degrees(ROTATION_ANGLE) * np.arange(1, len(LOOP)), start=1):
         axes.axvline(end, color=GREY, lw=0.8)
         place = (end - 0.5 * np.degrees(ROTATION_ANGLE), 0.02)
         axes.annotate(str(number), place, xycoords=("data", "axes fraction"), ha="center")
     draw_zero_line(axes)
     axes.set_xticks(range(0, 241, 60))
-    axes.set_xlabel("path along the loop [deg]")
-    axes.set_ylabel("work on the leg [J]")
+    axes.set(xlabel="path along the loop [deg]", ylabel="work on the leg [J]")
     axes.legend(loc="upper left")
 
 
@@ -392,16 +342,35 @@ def _format_total_work(work: float) -> str:
     return f"{work:+.2f} J in total" if abs(work) > WORK_BOUND else "none in total"
 
 
-def _tables(
-    torques: Mapping[Joining, ObliqueTorques],
-    as_printed: ObliqueTorques,
-    path_work: Mapping[Joining, PathWork],
-) -> dict[str, dict[str, Array]]:
+def _tables(made: ObliqueRotations) -> dict[str, dict[str, Array]]:
+    loop = {"way [deg]": np.degrees(made.path_work[Joining.CONSERVATIVE].path_length)}
     oblique = {"axis from abduction to flexion [deg]": np.degrees(_DIRECTIONS)}
-    oblique |= {"eq. 4.4 along [N m]": as_printed.along, "eq. 4.4 across [N m]": as_printed.across}
-    loop = {"way [deg]": np.degrees(path_work[Joining.CONSERVATIVE].path_length)}
+    rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in Joining}}
+    for name, torques in rows.items():
+        oblique |= {f"{name} along [N m]": torques.along, f"{name} across [N m]": torques.across}
     for joining in Joining:
-        oblique[f"{joining.value} along [N m]"] = torques[joining].along
-        oblique[f"{joining.value} across [N m]"] = torques[joining].across
-        loop[f"work, {joining.value} [J]"] = path_work[joining].work
+        loop[f"work, {joining.value} [J]"] = made.path_work[joining].work
     return {"oblique": oblique, "loop": loop}
+
+
+def _springs_references() -> tuple[str, ...]:
+    hip = ObliqueHip()
+    return tuple(hip.spring_about(motion).reference for motion in ("flexion", "abduction"))
+
+
+off_axis = PlateDefinition(
+    name="off_axis",
+    title="A hip rotated about oblique axes (the thesis's eq. 4.4)",
+    sign="Torques act on the leg: positive along the axis in the sense of the rotation, and across "
+    "it from abduction towards flexion, in the frame half-way between pelvis and leg. Work is "
+    "positive if the joint drives the leg. Left hip; abduction is about x, flexion about y.",
+    references=(
+        thesis_reference("eq. 4.4, and appendix A, records of the left hip"),
+        *_springs_references(),
+    ),
+    collect=rotate_hip,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

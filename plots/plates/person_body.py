@@ -1,8 +1,5 @@
 """Moments of inertia, centre of mass and dimensions of a whole person beside measured ones."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,20 +13,22 @@ from generator.inertia import MassProperties
 from generator.person.measures import Sex, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.survey import survey
-from generator.scene import Scene
 from plots.canvas import (
     BLACK,
     LINE_STYLES,
     PALE,
-    add_footer,
+    LineStyle,
     create_canvas,
+    draw_marks,
+    draw_range,
+    draw_strip,
     draw_zero_line,
-    plot_style,
 )
-from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
+from plots.figure_image import SKIN, Poses, Strip, View
 from plots.figure_image import Body as Surfaces
 from plots.person_facts import MeasuredMan, person_facts
-from plots.plate import Claim, ClaimKind, Plate, incomparable_claim
+from plots.plate import Claim, ClaimKind, incomparable_claim
+from plots.plate_definition import PlateDefinition
 from plots.whole_body import (
     Posture,
     mass_properties,
@@ -200,32 +199,6 @@ def compare_whole_bodies() -> Comparison:
     )
 
 
-_SIGN = (
-    "Ratios are those of a person to the measured value, differences the person less the measured "
-    "value."
-)
-
-
-def person_body() -> Plate:
-    """Draw the plate."""
-    return build_plate(compare_whole_bodies())
-
-
-def build_plate(made: Comparison) -> Plate:
-    """Draw the plate of a comparison."""
-    references = (*person_facts().references("santschi_1963"), str(survey().reference))
-    return Plate(
-        name="person_body",
-        title="Whole persons beside measured ones",
-        caption=_caption(made),
-        sign=_SIGN,
-        figure=_draw(made, references),
-        claims=tuple(_claims(made)),
-        tables=_tables(made),
-        references=references,
-    )
-
-
 def _caption(made: Comparison) -> str:
     man = made.mean(Sex.MALE)
     out = np.mean(
@@ -263,7 +236,7 @@ def _claims(made: Comparison) -> Iterator[Claim]:
             float(person.whole({}).centre[1]) / person.stature,
         )
     for posture in MEASURED_POSTURES:
-        words, ratios = posture.replace("_", " "), made.inertia_ratios(posture).mean(axis=0)
+        words, ratios = _words(posture), made.inertia_ratios(posture).mean(axis=0)
         for axis, ratio in zip(_AXES, ratios.tolist(), strict=True):
             yield facts["body_inertia_ratio"].compare(
                 f"{words.capitalize()}: moment of inertia about the {axis} axis over the measured "
@@ -293,7 +266,7 @@ def _dimension_claim(name: str, sex: Sex, difference: float, error: float) -> Cl
         "sitting_height": "it is measured on flesh that no seat compresses",
     }.get(name, "")
     return Claim(
-        f"{name.replace('_', ' ').capitalize()} of the mean {_WORDS[sex]} less that of the survey, "
+        f"{_words(name).capitalize()} of the mean {_WORDS[sex]} less that of the survey, "
         "within its standard error",
         difference,
         "mm",
@@ -316,41 +289,34 @@ _STRIP = Strip(
 )
 
 
-def _draw(made: Comparison, references: tuple[str, ...]) -> Figure:
-    with plot_style():
-        figure = create_canvas(8.2)
-        grid = figure.add_gridspec(3, 2, height_ratios=(1.25, 1.0, 1.0))
-        _draw_postures(figure.add_subplot(grid[0, :]), made.mean(Sex.MALE))
-        _draw_ratios(figure.add_subplot(grid[1, :]), made)
-        _draw_centres(figure.add_subplot(grid[2, 0]), made)
-        _draw_dimensions(figure.add_subplot(grid[2, 1]), made)
-        add_footer(figure, _SIGN, references)
+def _draw(made: Comparison) -> Figure:
+    figure = create_canvas(8.2)
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.25, 1.0, 1.0))
+    _draw_postures(figure.add_subplot(grid[0, :]), made.mean(Sex.MALE))
+    _draw_ratios(figure.add_subplot(grid[1, :]), made)
+    _draw_centres(figure.add_subplot(grid[2, 0]), made)
+    _draw_dimensions(figure.add_subplot(grid[2, 1]), made)
     return figure
 
 
 def _draw_postures(axes: Axes, person: WholePerson) -> None:
-    axes.set_axis_off()
     postures = {**MEASURED_POSTURES, "sitting": SITTING}
-    moments = [person.poses(posture) for posture in postures.values()]
-    image = draw_moments(person.surfaces, moments, _STRIP, Scene())
-    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(moments)), _STRIP.bottom, _STRIP.top)
-    axes.imshow(image, extent=extent, interpolation="none")
+    draw_strip(axes, _STRIP, person.surfaces, [person.poses(each) for each in postures.values()])
     for place, (name, posture) in enumerate(postures.items()):
         axes.text(
-            place * _STRIP.spacing,
-            _STRIP.bottom,
-            name.replace("_", " "),
-            ha="center",
-            va="top",
-            fontsize=8.0,
+            place * _STRIP.spacing, _STRIP.bottom, _words(name), ha="center", va="top", fontsize=8.0
         )
         x, y, _ = _STRIP.view.axes @ person.whole(posture).centre
-        axes.plot([x + place * _STRIP.spacing], [y], "o", color=BLACK, mfc="white", ms=5.0)
+        draw_marks(axes, [x + place * _STRIP.spacing], [y], LineStyle(BLACK, "", "o"))
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def _draw_ratios(axes: Axes, made: Comparison) -> None:
     fact = person_facts().facts["body_inertia_ratio"]
-    axes.axhspan(fact.low, fact.high, color=PALE, lw=0.0, zorder=0.5)
+    draw_range(axes, fact.low, fact.high)
     axes.axhline(1.0, color=BLACK, lw=0.8)
     places: list[float] = []
     for group, posture in enumerate(MEASURED_POSTURES):
@@ -358,45 +324,29 @@ def _draw_ratios(axes: Axes, made: Comparison) -> None:
         x = 3.5 * group + np.arange(len(_AXES))
         places += x.tolist()
         for (man, _), row, style in zip(made.men, ratios, LINE_STYLES, strict=False):
-            axes.plot(
-                x,
-                row,
-                linestyle="none",
-                marker=style.marker,
-                color=style.colour,
-                mfc="white",
-                ms=5.0,
-                label=f"man of {man.stature:.2f} m, {man.mass:.0f} kg" if not group else "_",
-            )
-        axes.text(x[1], 1.19, posture.replace("_", " "), ha="center", va="top", fontsize=8.0)
+            label = f"man of {man.stature:.2f} m, {man.mass:.0f} kg" if not group else "_"
+            draw_marks(axes, x, row, style, label)
+        axes.text(x[1], 1.19, _words(posture), ha="center", va="top", fontsize=8.0)
     labels = [name.replace("-", "-\n") for name in _AXES]
     axes.set_xticks(places, labels * len(MEASURED_POSTURES), fontsize=7.0)
-    axes.set_xlim(-0.8, places[-1] + 2.4)
-    axes.set_ylim(0.6, 1.2)
-    axes.set_ylabel("moment of inertia\nover the measured one")
+    axes.set(
+        xlim=(-0.8, places[-1] + 2.4),
+        ylim=(0.6, 1.2),
+        ylabel="moment of inertia\nover the measured one",
+    )
     axes.grid(visible=False, axis="x")
     axes.legend(loc="lower right", fontsize=6.5)
 
 
 def _draw_centres(axes: Axes, made: Comparison) -> None:
     fact = person_facts().facts["centre_of_mass_difference"]
-    axes.axhspan(fact.low, fact.high, color=PALE, lw=0.0, zorder=0.5)
+    draw_range(axes, fact.low, fact.high)
     draw_zero_line(axes)
     for place, posture in enumerate(MEASURED_POSTURES):
         for value, style in zip(made.centre_differences(posture), LINE_STYLES, strict=False):
-            axes.plot(
-                [place],
-                [value],
-                linestyle="none",
-                marker=style.marker,
-                color=style.colour,
-                mfc="white",
-                ms=5.0,
-            )
+            draw_marks(axes, [place], [value], style)
     axes.set_xlim(-0.5, len(MEASURED_POSTURES) - 0.5)
-    axes.set_xticks(
-        range(len(MEASURED_POSTURES)), [name.replace("_", " ") for name in MEASURED_POSTURES]
-    )
+    axes.set_xticks(range(len(MEASURED_POSTURES)), list(map(_words, MEASURED_POSTURES)))
     axes.set_ylabel("centre of mass below the\ntop: difference [% of stature]")
 
 
@@ -411,17 +361,10 @@ def _draw_dimensions(axes: Axes, made: Comparison) -> None:
             axes.fill_between(
                 [place + side - 0.12, place + side + 0.12], -error, error, color=PALE, lw=0.0
             )
-            axes.plot(
-                place + side + np.array([-0.07, 0.0, 0.07]),
-                1e3 * values,
-                linestyle="none",
-                marker=style.marker,
-                color=style.colour,
-                mfc="white",
-                ms=4.5,
-                label=("men" if sex is Sex.MALE else "women") if place == 0 else "_",
-            )
-    axes.set_xticks(range(len(DIMENSIONS)), [name.replace("_", " ") for name in DIMENSIONS])
+            label = ("men" if sex is Sex.MALE else "women") if place == 0 else "_"
+            x = place + side + np.array([-0.07, 0.0, 0.07])
+            draw_marks(axes, x, 1e3 * values, style, label, 4.5)
+    axes.set_xticks(range(len(DIMENSIONS)), list(map(_words, DIMENSIONS)))
     axes.set_ylabel("difference from\nthe survey [mm]")
     axes.legend(fontsize=6.5)
 
@@ -429,7 +372,7 @@ def _draw_dimensions(axes: Axes, made: Comparison) -> None:
 def _tables(made: Comparison) -> dict[str, Mapping[str, Array]]:
     return {
         "postures": {
-            f"{posture.replace('_', ' ')}: {quantity}": values
+            f"{_words(posture)}: {quantity}": values
             for posture in MEASURED_POSTURES
             for quantity, values in (
                 *(
@@ -440,8 +383,22 @@ def _tables(made: Comparison) -> dict[str, Mapping[str, Array]]:
             )
         },
         "dimensions": {
-            f"{_WORDS[sex]}: {name.replace('_', ' ')}, difference [m]": values
+            f"{_WORDS[sex]}: {_words(name)}, difference [m]": values
             for name in DIMENSIONS
             for sex, values in made.dimension_differences(name).items()
         },
     }
+
+
+person_body = PlateDefinition(
+    name="person_body",
+    title="Whole persons beside measured ones",
+    sign="Ratios are those of a person to the measured value, differences the person less the "
+    "measured value.",
+    references=(*person_facts().references("santschi_1963"), str(survey().reference)),
+    collect=compare_whole_bodies,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -1,9 +1,6 @@
 """Knee, elbow and leg of a person swinging freely, beside measured swings."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
 
@@ -17,24 +14,27 @@ from generator.identification.swing import Swing
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_rotation_vector
-from generator.scene import Scene
 from plots.canvas import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
-    PALE,
     VERMILION,
     LineStyle,
-    add_footer,
+    Look,
     create_canvas,
+    draw_line,
+    draw_outline,
+    draw_range,
+    draw_strip,
+    draw_strip_labels,
     draw_zero_line,
-    plot_style,
 )
-from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
+from plots.figure_image import SKIN, Poses, Strip, View
 from plots.figure_image import Body as Surfaces
 from plots.person_facts import person_facts
-from plots.plate import Claim, Plate, incomparable_claim
+from plots.plate import Claim, incomparable_claim
+from plots.plate_definition import PlateDefinition
 from plots.whole_body import Posture, on_both_sides, posture_in_radians
 from springs.backends import Array
 
@@ -54,9 +54,9 @@ class Case:
 
     Attributes:
         figure: name of the figure.
-        words: for the person.
+        words: words for the person.
         springs: choice of its springs; None for those of the figure.
-        style: of its curves.
+        style: style of its curves.
     """
 
     figure: str
@@ -77,12 +77,12 @@ class Setup:
     """A joint that is released, everything else fixed.
 
     Attributes:
-        joint: of the figure.
+        joint: joint of the figure.
         axis: index of its displacement.
         start: displacement at the release [deg].
         down: direction of gravity in the axes of the standing figure.
         stop: end of the run [s].
-        posture: of the other joints.
+        posture: posture of the other joints.
         turn: rotation vector that lays the figure as people lay [rad].
     """
 
@@ -137,7 +137,7 @@ class Swings:
 
     Attributes:
         man: the figure that is drawn.
-        swings: by name of the setup and words of the case.
+        swings: swings by name of the setup and words of the case.
     """
 
     man: Body
@@ -181,34 +181,6 @@ def simulate_swings() -> Swings:
     return Swings(bodies[MAN.figure], swings)
 
 
-def person_pendulums() -> Plate:
-    """Draw the plate."""
-    return build_plate(simulate_swings())
-
-
-_SOURCES = ("kim_1996", "knee_trace", "child_trace", "son_1993", "doke_2005")
-
-_SIGN = (
-    "Angles are from the angle of rest, positive in flexion. The relaxation index is the first "
-    "swing over the drop from start to rest: 2 without damping, 1 without overshoot."
-)
-
-
-def build_plate(made: Swings) -> Plate:
-    """Draw the plate of simulated swings."""
-    references = person_facts().references(*_SOURCES)
-    return Plate(
-        name="person_pendulums",
-        title="Knee, elbow and leg of a person as pendulums",
-        caption=_caption(made),
-        sign=_SIGN,
-        figure=_draw(made, references),
-        claims=tuple(_claims(made)),
-        tables=_tables(made),
-        references=references,
-    )
-
-
 def _caption(made: Swings) -> str:
     knees = ", ".join(
         f"{np.degrees(made.swing('knee', case).rest):.0f} deg ({case.words})"
@@ -248,18 +220,21 @@ def _compare(key: str, sentence: str, measured: float, remark: str = "") -> Clai
 
 def _knee_claims(words: str, swing: Swing, reason: str = "") -> Iterator[Claim]:
     """Compare a knee; the reason explains what differs, by default the drop where rates do."""
-    start = f"Knee of the {words}"
     for key, sentence, measured in (
         ("knee_ratio", "relaxation index", swing.relaxation_index),
         ("knee_period", "period, mean of the first three", swing.period()),
         ("knee_swings", "number of swings beyond 2 deg", swing.swings(SWING_AMPLITUDE)),
     ):
-        yield _compare(key, f"{start}: {sentence}", measured, reason)
+        yield _compare(key, f"Knee of the {words}: {sentence}", measured, reason)
+    yield from _peak_claims("knee", words, swing, reason)
+
+
+def _peak_claims(joint: str, words: str, swing: Swing, reason: str = "") -> Iterator[Claim]:
     for place, name in enumerate(("first", "second")):
-        key = f"knee_{name}_velocity"
+        key, peak = f"{joint}_{name}_velocity", float(swing.peak_rates[place])
         remark = reason or _drop_remark(key, place, swing)
-        peak = float(swing.peak_rates[place])
-        yield _compare(key, f"{start}: {name} peak of the rate", peak, remark)
+        sentence = f"{joint.capitalize()} of the {words}: {name} peak of the rate"
+        yield _compare(key, sentence, peak, remark)
 
 
 def _drop_remark(key: str, place: int, swing: Swing) -> str:
@@ -279,11 +254,7 @@ def _elbow_claims(swing: Swing) -> Iterator[Claim]:
         f"{index.value_text})",
         "the damping was chosen between that of a model and that of these adults",
     )
-    for place, name in enumerate(("first", "second")):
-        key = f"elbow_{name}_velocity"
-        remark = _drop_remark(key, place, swing)
-        peak = float(swing.peak_rates[place])
-        yield _compare(key, f"Elbow of the man: {name} peak of the rate", peak, remark)
+    yield from _peak_claims("elbow", MAN.words, swing)
 
 
 def _leg_claims(made: Swings) -> Iterator[Claim]:
@@ -314,58 +285,39 @@ _STRIP = Strip(
 _PLACES = ("supine: knee", "prone: elbow", "standing: leg")
 
 
-def _draw(made: Swings, references: tuple[str, ...]) -> Figure:
-    with plot_style():
-        figure = create_canvas(8.6)
-        grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 1.0, 1.0, 0.9))
-        _draw_setups(figure.add_subplot(grid[0, :]), made)
-        angles: list[Axes] = []
-        for row, name, stop in ((1, "knee", 6.0), (2, "elbow", 4.0)):
-            angle, rate = (figure.add_subplot(grid[row, column]) for column in range(2))
-            _draw_angles(angle, _cases(made, name), name, stop)
-            _draw_rates(rate, _cases(made, name), name)
-            angles.append(angle)
-        _draw_trace(angles[0])
-        leg = figure.add_subplot(grid[3, :])
-        _draw_angles(leg, _cases(made, "leg"), "leg", LEG.stop)
-        _draw_leg_periods(leg)
-        leg.set_xlabel("time [s]")
-        for axes in figure.axes[3:5]:
-            axes.set_xlabel("time [s]")
-        figure.align_ylabels([*angles, leg])
-        add_footer(figure, _SIGN, references)
+def _draw(made: Swings) -> Figure:
+    figure = create_canvas(8.6)
+    grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 1.0, 1.0, 0.9))
+    _draw_setups(figure.add_subplot(grid[0, :]), made)
+    angles: list[Axes] = []
+    for row, name, stop in ((1, "knee", 6.0), (2, "elbow", 4.0)):
+        angle, rate = (figure.add_subplot(grid[row, column]) for column in range(2))
+        _draw_angles(angle, _cases(made, name), name, stop)
+        _draw_rates(rate, _cases(made, name), name)
+        angles.append(angle)
+    _draw_trace(angles[0])
+    leg = figure.add_subplot(grid[3, :])
+    _draw_angles(leg, _cases(made, "leg"), "leg", LEG.stop)
+    _draw_leg_periods(leg)
+    for axes in (leg, *figure.axes[3:5]):
+        axes.set_xlabel("time [s]")
+    figure.align_ylabels([*angles, leg])
     return figure
 
 
 def _draw_setups(axes: Axes, made: Swings) -> None:
     """Draw the figures at rest, with outlines at the release and across from it."""
-    axes.set_axis_off()
     surfaces = Surfaces.of_figure(made.man, SKIN[:3])
     swings = [(SETUPS[name][0], made.swing(name, MAN)) for name in ("knee", "elbow", "leg")]
-    turns = {
-        "rest": [swing.rest for _, swing in swings],
-        "release": [swing.start for _, swing in swings],
-        "across": [float(swing.turning_angles[0]) for _, swing in swings],
-    }
-    pictures = {
-        name: draw_moments(
-            surfaces,
-            [
-                _turned_poses(made.man, setup, angle)
-                for (setup, _), angle in zip(swings, angles, strict=True)
-            ],
-            _STRIP,
-            Scene(),
-        )
-        for name, angles in turns.items()
-    }
-    extent = (_STRIP.left, _STRIP.left + _STRIP.width(len(swings)), _STRIP.bottom, _STRIP.top)
-    axes.imshow(pictures["rest"], extent=extent, interpolation="none")
-    for name, colour in (("release", BLACK), ("across", GREY)):
-        alpha = pictures[name][::-1, :, 3].astype(float)
-        axes.contour(alpha, [127.0], extent=extent, colors=[colour], linewidths=0.7)
-    for place, text in enumerate(_PLACES):
-        axes.text(place * _STRIP.spacing, _STRIP.bottom, text, ha="center", fontsize=7.5)
+
+    def poses(angle: Callable[[Swing], float]) -> list[Poses]:
+        return [_turned_poses(made.man, setup, angle(swing)) for setup, swing in swings]
+
+    draw_strip(axes, _STRIP, surfaces, poses(lambda swing: swing.rest))
+    draw_outline(axes, _STRIP, surfaces, poses(lambda swing: swing.start), BLACK, 0.7)
+    across = poses(lambda swing: float(swing.turning_angles[0]))
+    draw_outline(axes, _STRIP, surfaces, across, GREY, 0.7)
+    draw_strip_labels(axes, _STRIP, _PLACES, fontsize=7.5)
 
 
 def _turned_poses(body: Body, setup: Setup, angle: float) -> Poses:
@@ -391,18 +343,13 @@ def _cases(made: Swings, panel: str) -> list[tuple[Case, Swing]]:
 def _draw_angles(axes: Axes, swings: Sequence[tuple[Case, Swing]], name: str, stop: float) -> None:
     draw_zero_line(axes)
     for case, swing in swings:
-        axes.plot(
-            swing.times,
-            np.degrees(swing.angles - swing.rest),
-            case.style.dash,
-            color=case.style.colour,
-            lw=1.3,
-            label=case.words.removeprefix("man with "),
-        )
-    axes.set_xlim(0.0, stop)
-    axes.set_ylabel(f"{name}: angle\nfrom rest [deg]")
+        angles, label = swing.angles - swing.rest, case.words.removeprefix("man with ")
+        draw_line(axes, swing.times, np.degrees(angles), case.style, label, lw=1.3)
+    axes.set(xlim=(0.0, stop), ylabel=f"{name}: angle\nfrom rest [deg]")
     axes.legend(loc="upper right", fontsize=6.5)
 
+
+_TRACE = LineStyle(BLACK, "none", "o")
 
 TRACE_HALF_PERIOD = 0.55
 """Half of the period of the traced knee [s]."""
@@ -412,16 +359,9 @@ TRACE_TURNS = ((0, -1.06), (1, 0.94), (2, -0.53), (3, 0.60), (5, 0.38), (7, 0.26
 
 
 def _draw_trace(axes: Axes) -> None:
-    axes.plot(
-        [TRACE_HALF_PERIOD * count for count, _ in TRACE_TURNS],
-        np.degrees([angle for _, angle in TRACE_TURNS]),
-        "o",
-        color=BLACK,
-        mfc="white",
-        ms=4.0,
-        label="one adult [2]",
-        zorder=4,
-    )
+    counts, angles = np.array(TRACE_TURNS).T
+    look: Look = {"label": "one adult [2]", "zorder": 4}
+    draw_line(axes, TRACE_HALF_PERIOD * counts, np.degrees(angles), _TRACE, **look)
     axes.set_ylim(-95.0, 150.0)
     axes.legend(loc="upper right", ncols=2, fontsize=6.5)
 
@@ -436,23 +376,14 @@ def _draw_rates(axes: Axes, swings: Sequence[tuple[Case, Swing]], name: str) -> 
     for key, sign in (("first", 1.0), ("second", -1.0)):
         fact = facts[f"{name}_{key}_velocity"]
         low, high = sorted((sign * fact.low, sign * fact.high))
-        axes.axhspan(low, high, color=PALE, lw=0.0, zorder=0.5)
+        draw_range(axes, low, high)
         axes.axhline(sign * fact.value, xmax=_RATES_SHOWN / _RATES_END, color=BLACK, lw=0.8)
-        text = f"{key}\npeak"
-        axes.text(
-            _RATES_END, sign * fact.value, text, ha="right", va="center", fontsize=7.0, zorder=3
-        )
+        look: Look = {"ha": "right", "va": "center", "fontsize": 7.0, "zorder": 3}
+        axes.text(_RATES_END, sign * fact.value, f"{key}\npeak", **look)
     for case, swing in swings:
         shown = swing.times <= _RATES_SHOWN
-        axes.plot(
-            swing.times[shown],
-            swing.rates[shown],
-            case.style.dash,
-            color=case.style.colour,
-            lw=1.3,
-        )
-    axes.set_xlim(0.0, _RATES_END)
-    axes.set_ylabel(f"{name}: rate [rad/s]")
+        draw_line(axes, swing.times[shown], swing.rates[shown], case.style, lw=1.3)
+    axes.set(xlim=(0.0, _RATES_END), ylabel=f"{name}: rate [rad/s]")
 
 
 def _draw_leg_periods(axes: Axes) -> None:
@@ -460,15 +391,9 @@ def _draw_leg_periods(axes: Axes) -> None:
     fact = person_facts().facts["leg_frequency"]
     for count in range(1, 4):
         axes.axvline(count / fact.value, color=BLACK, lw=0.8, ls=":")
-    bottom = axes.get_ylim()[0]
-    axes.text(
-        1.02 / fact.value,
-        bottom,
-        "period of 0.64 Hz [5]",
-        fontsize=7.0,
-        va="bottom",
-        bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.0},
-    )
+    place = (1.02 / fact.value, axes.get_ylim()[0])
+    box = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0}
+    axes.text(*place, "period of 0.64 Hz [5]", fontsize=7.0, va="bottom", bbox=box)
 
 
 def _tables(made: Swings) -> dict[str, Mapping[str, Array]]:
@@ -487,3 +412,19 @@ def _tables(made: Swings) -> dict[str, Mapping[str, Array]]:
         }
         for name, (_, cases) in SETUPS.items()
     }
+
+
+person_pendulums = PlateDefinition(
+    name="person_pendulums",
+    title="Knee, elbow and leg of a person as pendulums",
+    sign="Angles are from the angle of rest, positive in flexion. The relaxation index is the "
+    "first swing over the drop from start to rest: 2 without damping, 1 without overshoot.",
+    references=person_facts().references(
+        "kim_1996", "knee_trace", "child_trace", "son_1993", "doke_2005"
+    ),
+    collect=simulate_swings,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -1,8 +1,5 @@
 """A person standing as people stand, and relaxed without gravity."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import asin, radians
@@ -12,33 +9,35 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, read_figure
+from generator.contact.scene import Scene
 from generator.figure import Figure as Body
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.person.survey import Sex, survey
 from generator.rotations import matrix_from_rotation_vector
-from generator.scene import Scene
 from plots.canvas import (
     BLACK,
     BLUE,
     PALE,
     VERMILION,
     LineStyle,
-    add_footer,
     create_canvas,
-    plot_style,
+    draw_marks,
+    draw_strip,
 )
 from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
 from plots.figure_image import Body as Surfaces
 from plots.person_facts import person_facts
-from plots.plate import Claim, Plate
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
 from plots.whole_body import mass_properties
 from springs.backends import Array
 
 PERSONS = {"male50": "man", "female50": "woman"}
 """Words for the figures."""
 
-_STYLES = {"male50": LineStyle(BLUE, "-", "o"), "female50": LineStyle(VERMILION, "--", "s")}
+_STYLES = {"male50": LineStyle(BLUE, "-", "D"), "female50": LineStyle(VERMILION, "--", "s")}
+_LANDMARK = LineStyle(BLACK, "", "o")
 
 RELAXED_CASES: Mapping[str, tuple[str, str | None]] = {
     "man": ("male50", None),
@@ -62,7 +61,7 @@ class Standing:
 
     Attributes:
         body: the figure.
-        poses: of its segments; the ankles are at z = 0.
+        poses: poses of its segments; the ankles are at z = 0.
         landmarks: places in the sagittal plane, forward and up, by name [m].
     """
 
@@ -88,8 +87,8 @@ class Relaxed:
 
     Attributes:
         body: the figure.
-        displacements: of its joints [rad].
-        poses: of its segments.
+        displacements: displacements of its joints [rad].
+        poses: poses of its segments.
     """
 
     body: Body
@@ -118,8 +117,8 @@ class Postures:
     """Both postures.
 
     Attributes:
-        standing: by name of the figure.
-        relaxed: by words of the case.
+        standing: standing by name of the figure.
+        relaxed: relaxed by words of the case.
     """
 
     standing: Mapping[str, Standing]
@@ -213,29 +212,6 @@ def find_postures() -> Postures:
     )
 
 
-def person_posture() -> Plate:
-    """Draw the plate."""
-    return build_plate(find_postures())
-
-
-_SIGN = "Distances are forward of the ankles; angles are zero standing upright, arms down."
-
-
-def build_plate(made: Postures) -> Plate:
-    """Draw the plate of postures."""
-    references = person_facts().references("woodhull_1985", "neutral_posture", "mount_2003")
-    return Plate(
-        name="person_posture",
-        title="A person standing, and relaxed without gravity",
-        caption=_caption(made),
-        sign=_SIGN,
-        figure=_draw(made, references),
-        claims=tuple(_claims(made)),
-        tables=_tables(made),
-        references=references,
-    )
-
-
 _REPORTED = (
     ("left_hip_joint", 2, "hip flexed"),
     ("left_hip_joint", 1, "hip abducted"),
@@ -307,32 +283,25 @@ _RELAXED_STRIP = Strip(
 )
 
 
-def _draw(made: Postures, references: tuple[str, ...]) -> Figure:
-    with plot_style():
-        figure = create_canvas(5.2)
-        grid = figure.add_gridspec(1, 3, width_ratios=(0.75, 1.0, 2.4))
-        standing = figure.add_subplot(grid[0, 0])
-        _draw_standing(standing, made.standing["male50"])
-        _draw_offsets(figure.add_subplot(grid[0, 1]), made)
-        _draw_relaxed(figure.add_subplot(grid[0, 2]), made)
-        add_footer(figure, _SIGN, references)
+def _draw(made: Postures) -> Figure:
+    figure = create_canvas(5.2)
+    grid = figure.add_gridspec(1, 3, width_ratios=(0.75, 1.0, 2.4))
+    _draw_standing(figure.add_subplot(grid[0, 0]), made.standing["male50"])
+    _draw_offsets(figure.add_subplot(grid[0, 1]), made)
+    _draw_relaxed(figure.add_subplot(grid[0, 2]), made)
     return figure
 
 
 def _draw_standing(axes: Axes, standing: Standing) -> None:
-    axes.set_axis_off()
     surfaces = Surfaces.of_figure(standing.body, SKIN[:3])
-    strip = _STANDING_STRIP
-    image = draw_moments(surfaces, [standing.poses], strip, Scene())
-    extent = (strip.left, strip.left + strip.width(1), strip.bottom, strip.top)
-    axes.imshow(image, extent=extent, interpolation="none")
+    draw_strip(axes, _STANDING_STRIP, surfaces, [standing.poses])
     axes.axvline(0.0, color=BLACK, lw=0.8, ls=":")
     for forward, up in standing.landmarks.values():
-        axes.plot([forward], [up], "o", color=BLACK, mfc="white", ms=4.5)
+        draw_marks(axes, [forward], [up], _LANDMARK, size=4.5)
     for below in (_BELOW_KNEE, _BELOW_HIP):
         forward, up = standing.centre_above(below)
         axes.plot([forward], [up], "D", color=BLACK, ms=4.0)
-    axes.set_title("man, standing", loc="left")
+    axes.set_title("man, standing")
 
 
 def _draw_offsets(axes: Axes, made: Postures) -> None:
@@ -343,36 +312,25 @@ def _draw_offsets(axes: Axes, made: Postures) -> None:
     for name in LANDMARKS[1:]:
         fact, height = facts[f"{name}_before_ankle"], man.landmarks[name][1]
         axes.plot([fact.low, fact.high], [height, height], color=BLACK, lw=1.0)
-        axes.plot([fact.value], [height], "o", color=BLACK, mfc="white", ms=4.5)
+        draw_marks(axes, [fact.value], [height], _LANDMARK, size=4.5)
         axes.text(fact.high + 0.3, height, name, va="center", fontsize=7.5)
     for landmark, below in (("knee", _BELOW_KNEE), ("hip", _BELOW_HIP)):
         fact, start = facts[f"centre_before_{landmark}"], 100.0 * man.landmarks[landmark][0]
         height = man.centre_above(below)[1]
-        axes.fill_betweenx(
-            [height - 0.025, height + 0.025],
-            start + fact.low,
-            start + fact.high,
-            color=PALE,
-            lw=0.0,
-        )
-        axes.text(
-            start + fact.high + 0.3, height, f"all above\nthe {landmark}", va="center", fontsize=7.5
-        )
+        low, high = start + fact.low, start + fact.high
+        axes.fill_betweenx([height - 0.025, height + 0.025], low, high, color=PALE, lw=0.0)
+        axes.text(high + 0.3, height, f"all above\nthe {landmark}", va="center", fontsize=7.5)
         for name, style in _STYLES.items():
             standing = made.standing[name]
-            axes.plot(
-                [start + standing.centre_in_front(landmark)],
-                [height],
-                style.marker if style.marker != "o" else "D",
-                color=style.colour,
-                mfc="white",
-                ms=5.0,
-                label=PERSONS[name] if landmark == "knee" else "_",
-            )
-    axes.set_xlim(-1.0, 12.0)
-    axes.set_ylim(_STANDING_STRIP.bottom, _STANDING_STRIP.top)
-    axes.set_xlabel("in front of the ankle [cm]")
-    axes.set_ylabel("height [m]")
+            label = PERSONS[name] if landmark == "knee" else "_"
+            at = start + standing.centre_in_front(landmark)
+            draw_marks(axes, [at], [height], style, label)
+    axes.set(
+        xlim=(-1.0, 12.0),
+        ylim=(_STANDING_STRIP.bottom, _STANDING_STRIP.top),
+        xlabel="in front of the ankle [cm]",
+        ylabel="height [m]",
+    )
     axes.legend(loc="lower right", fontsize=7.0)
 
 
@@ -388,9 +346,9 @@ def _draw_relaxed(axes: Axes, made: Postures) -> None:
         axes.imshow(image, extent=extent, interpolation="none")
         text = f"{word}\ntrunk to thigh {relaxed.trunk_to_thigh:.0f} deg"
         axes.text(left + 0.5 * width, 0.0, text, ha="center", va="top", fontsize=7.0)
-    axes.set_xlim(0.0, len(made.relaxed) * width)
-    axes.set_ylim(-0.15, height)
-    axes.set_title("relaxed without gravity", loc="left")
+    axes.set(
+        xlim=(0.0, len(made.relaxed) * width), ylim=(-0.15, height), title="relaxed without gravity"
+    )
 
 
 def _tables(made: Postures) -> dict[str, Mapping[str, Array]]:
@@ -409,3 +367,16 @@ def _tables(made: Postures) -> dict[str, Mapping[str, Array]]:
             for joint, axis, words in _REPORTED
         },
     }
+
+
+person_posture = PlateDefinition(
+    name="person_posture",
+    title="A person standing, and relaxed without gravity",
+    sign="Distances are forward of the ankles; angles are zero standing upright, arms down.",
+    references=person_facts().references("woodhull_1985", "neutral_posture", "mount_2003"),
+    collect=find_postures,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

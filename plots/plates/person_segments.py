@@ -1,8 +1,5 @@
 """Masses and moments of inertia of a person's segments beside those measured."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -11,9 +8,10 @@ from matplotlib.figure import Figure
 
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, build_body
 from generator.person.measures import Sex, estimate_measures
-from plots.canvas import BLACK, LINE_STYLES, PALE, add_footer, create_panels, plot_style
+from plots.canvas import BLACK, LINE_STYLES, create_panels, draw_marks, draw_range
 from plots.person_facts import SegmentMeans, person_facts
-from plots.plate import Claim, Plate
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 
 SEGMENTS = (*reversed(TRUNK_SEGMENTS), *LIMB_SEGMENTS)
@@ -33,8 +31,6 @@ _AXES: Mapping[str, tuple[int, int, int]] = {"hand": (1, 0, 2), "foot": (2, 1, 0
 
 _LARGEST_SHOWN = 12.0
 """Largest difference on the axis [%]."""
-
-_SIGN = "A difference is that of a person from the published mean, positive where it is larger."
 
 _CAPTION = (
     "A person is built for the stature and mass of the two mean bodies, and its segments are "
@@ -63,24 +59,11 @@ def differences(sex: Sex, means: SegmentMeans) -> Differences:
     return found
 
 
-def person_segments() -> Plate:
-    """Draw the plate."""
-    facts = person_facts()
-    found = {sex: differences(sex, means) for sex, means in facts.segments.items()}
-    references = facts.references("zatsiorsky_2002")
-    return Plate(
-        name="person_segments",
-        title="A person's segments beside measured ones",
-        caption=_caption(),
-        sign=_SIGN,
-        figure=_draw(found, references),
-        claims=tuple(claim for sex in found for claim in claims(sex, found[sex])),
-        tables=_tables(found),
-        references=references,
-    )
+def _collect() -> Mapping[Sex, Differences]:
+    return {sex: differences(sex, means) for sex, means in person_facts().segments.items()}
 
 
-def _caption() -> str:
+def _caption(_: Mapping[Sex, Differences]) -> str:
     factors = [
         f"{100.0 * abs(factor - 1.0):.1f} % {'longer' if factor > 1.0 else 'shorter'} in the {word}"
         for sex, word in _WORDS.items()
@@ -136,24 +119,23 @@ def _remark(
     return f"beyond it: {', '.join(beyond)}" if beyond else ""
 
 
-def _draw(found: Mapping[Sex, Differences], references: tuple[str, ...]) -> Figure:
+def _draw(found: Mapping[Sex, Differences]) -> Figure:
     bound = person_facts().facts["segment_difference"].high
-    with plot_style():
-        figure, (panels,) = create_panels(4.4, 1, len(found))
-        for axes, (sex, rows) in zip(panels, found.items(), strict=True):
-            means = person_facts().segments[sex]
-            axes.axvspan(-bound, bound, color=PALE, lw=0.0, zorder=0.5)
-            axes.axvline(0.0, color=BLACK, lw=0.8)
-            _draw_rows(axes, rows)
-            axes.set_title(f"{_WORDS[sex]}, {means.stature:.3f} m, {means.mass:.1f} kg", loc="left")
-            axes.set_xlabel("difference from the measured mean [%]")
-            axes.set_xlim(-1.05 * _LARGEST_SHOWN, 1.05 * _LARGEST_SHOWN)
-        panels[0].set_yticks(
-            range(len(SEGMENTS)), [name.replace("_", " ") for name in reversed(SEGMENTS)]
+    figure, (panels,) = create_panels(4.4, 1, len(found))
+    for axes, (sex, rows) in zip(panels, found.items(), strict=True):
+        means = person_facts().segments[sex]
+        draw_range(axes, -bound, bound, across=True)
+        axes.axvline(0.0, color=BLACK, lw=0.8)
+        _draw_rows(axes, rows)
+        axes.set(
+            title=f"{_WORDS[sex]}, {means.stature:.3f} m, {means.mass:.1f} kg",
+            xlabel="difference from the measured mean [%]",
+            xlim=(-1.05 * _LARGEST_SHOWN, 1.05 * _LARGEST_SHOWN),
         )
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=4, fontsize=7.5)
-        add_footer(figure, _SIGN, references)
+    names = [name.replace("_", " ") for name in reversed(SEGMENTS)]
+    panels[0].set_yticks(range(len(SEGMENTS)), names)
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper left", ncols=4, fontsize=7.5)
     return figure
 
 
@@ -161,16 +143,8 @@ def _draw_rows(axes: Axes, rows: Differences) -> None:
     places = np.arange(len(SEGMENTS))[::-1]
     for index, (quantity, style) in enumerate(zip(_QUANTITIES, LINE_STYLES, strict=False)):
         values = np.array([rows[name][index] for name in SEGMENTS])
-        axes.plot(
-            np.clip(values, -_LARGEST_SHOWN, _LARGEST_SHOWN),
-            places + 0.14 * (1.5 - index),
-            linestyle="none",
-            marker=style.marker,
-            color=style.colour,
-            ms=4.5,
-            mfc="white",
-            label=quantity,
-        )
+        shown = np.clip(values, -_LARGEST_SHOWN, _LARGEST_SHOWN)
+        draw_marks(axes, shown, places + 0.14 * (1.5 - index), style, quantity, 4.5)
 
 
 def _tables(found: Mapping[Sex, Differences]) -> dict[str, Mapping[str, Array]]:
@@ -184,3 +158,16 @@ def _tables(found: Mapping[Sex, Differences]) -> dict[str, Mapping[str, Array]]:
             for index, quantity in enumerate(_QUANTITIES)
         }
     }
+
+
+person_segments = PlateDefinition(
+    name="person_segments",
+    title="A person's segments beside measured ones",
+    sign="A difference is that of a person from the published mean, positive where it is larger.",
+    references=person_facts().references("zatsiorsky_2002"),
+    collect=_collect,
+    caption=_caption,
+    draw=_draw,
+    claims=lambda found: (claim for sex in found for claim in claims(sex, found[sex])),
+    tables=_tables,
+)

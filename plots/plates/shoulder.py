@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from plots.joint_curve import JointCurve, range_end_claim, range_width_claim
+from plots.joint_curve import JointCurve, range_end_claim, range_end_claims, range_width_claim
 from plots.joint_plate import JointPlate, Window
 from plots.literature import Literature, published_curve
 from plots.plate import Claim
@@ -39,10 +39,9 @@ shoulder_abduction = JointPlate(
 )
 
 
-def _flexion_claims(curve: JointCurve, _: Literature) -> Iterator[Claim]:
+def _width_claims(curve: JointCurve, _: Literature) -> Iterator[Claim]:
     yield range_width_claim(curve, "whatever the zero is, the cubic is firm within too few degrees")
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end, obstacle=_ZERO)
+    yield from range_end_claims(curve, obstacle=_ZERO)
 
 
 shoulder_flexion = JointPlate(
@@ -52,15 +51,9 @@ shoulder_flexion = JointPlate(
     motion="flexion",
     literature=(_elevation_limit("sagittal"),),
     window=Window(angles=(-75.0, 180.0), torques=(-80.0, 80.0), residuals=(-80.0, 40.0)),
-    claims=_flexion_claims,
+    claims=_width_claims,
     comment=_COMMENT,
 )
-
-
-def _rotation_claims(curve: JointCurve, _: Literature) -> Iterator[Claim]:
-    yield range_width_claim(curve, "whatever the zero is, the cubic is firm within too few degrees")
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end, obstacle=_ZERO)
 
 
 shoulder_rotation = JointPlate(
@@ -76,7 +69,7 @@ shoulder_rotation = JointPlate(
         ),
     ),
     window=Window(angles=(-120.0, 90.0), torques=(-60.0, 40.0), residuals=(-40.0, 40.0)),
-    claims=_rotation_claims,
+    claims=_width_claims,
     comment=f"{_COMMENT} In a figure of Engin's earlier study the forearm is rotated inwards by 45 "
     "deg at zero; whether this holds for the data of 1980 is unknown.",
 )

@@ -12,17 +12,16 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from generator.study.run_case import run_case
 from generator.study.sensitivity import INDICES_NAME, IndexKind, StudyIndices, read_indices
 from generator.study.study_file import STUDY_FILE, read_study
-from plots.canvas import BLUE, GREY, add_footer, create_panels, plot_style
+from plots.canvas import BLUE, GREY, create_panels
 from plots.plate import Claim, Plate
+from plots.plate_definition import PlateDefinition
 from plots.study_plate import StudyRuns, read_runs, sensitivity_plates
 from springs.backends import Array
-
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
 
 DATA = Path(__file__).parents[1] / "data"
 """Folder of the tables."""
@@ -92,43 +91,40 @@ def study_falls() -> Plate:
     )
 
 
-def study_falls_stiffness() -> Plate:
-    """Draw measures of a fall over the stiffness of all joints, beside those of people."""
-    people = read_runs(DATA / "study_falls")
-    runs = read_runs(DATA / "study_falls_stiffness")
-    stiffness = runs.parameters["stiffness"]
-    with plot_style():
-        figure, panels = create_panels(1.6 + 1.5 * len(SHOWN), len(SHOWN), 1)
-        for row, name in zip(panels, SHOWN, strict=True):
-            _draw_measure(row[0], stiffness, runs.measures[name], people.measures[name])
-            row[0].set_title(_TITLES[name], loc="left", fontsize=8.0, fontweight="bold")
-        panels[-1][0].set_xlabel("stiffness of all joints over the published one")
-        panels[0][0].legend(loc="lower left", fontsize=8.0)
-        sign = "Band: 5 % to 95 % of the men of the study of differences between people."
-        add_footer(figure, sign, ())
-    force, others = runs.measures["pelvis_force"], people.measures["pelvis_force"]
+Studies = tuple[StudyRuns, StudyRuns]
+"""Runs of the mean man with softer and stiffer joints, and those of people."""
+
+
+def _read_studies() -> Studies:
+    return read_runs(DATA / "study_falls_stiffness"), read_runs(DATA / "study_falls")
+
+
+def _draw_stiffness(studies: Studies) -> Figure:
+    runs, people = studies
+    figure, panels = create_panels(1.6 + 1.5 * len(SHOWN), len(SHOWN), 1)
+    for row, name in zip(panels, SHOWN, strict=True):
+        stiffness = runs.parameters["stiffness"]
+        _draw_measure(row[0], stiffness, runs.measures[name], people.measures[name])
+        row[0].set_title(_TITLES[name], fontsize=8.0, fontweight="bold")
+    panels[-1][0].set_xlabel("stiffness of all joints over the published one")
+    panels[0][0].legend(loc="lower left", fontsize=8.0)
+    return figure
+
+
+def _stiffness_claims(studies: Studies) -> Iterator[Claim]:
+    force, others = (runs.measures["pelvis_force"] for runs in studies)
     low, high = np.quantile(others, QUANTILES)
-    return Plate(
-        name="study_falls_stiffness",
-        title="The mean man falls with softer and stiffer joints",
-        caption=(
-            "The fall of `male50` with all passive springs from a quarter of the published "
-            "stiffness to four times as stiff; damping and limits stay. The forces change where "
-            "the fall takes another course, and more than they follow the stiffness."
-        ),
-        sign=sign,
-        figure=figure,
-        claims=(
-            Claim(
-                "Largest force on the pelvis: its range over the stiffnesses, as a share of that "
-                "between people (5 % to 95 %)",
-                float(np.ptp(force) / (high - low)),
-                at_most=1.0,
-            ),
-        ),
-        tables={"runs": {"stiffness": stiffness, **{name: runs.measures[name] for name in SHOWN}}},
-        references=(),
+    yield Claim(
+        "Largest force on the pelvis: its range over the stiffnesses, as a share of that "
+        "between people (5 % to 95 %)",
+        float(np.ptp(force) / (high - low)),
+        at_most=1.0,
     )
+
+
+def _stiffness_tables(studies: Studies) -> dict[str, dict[str, Array]]:
+    runs, _ = studies
+    return {"runs": {**runs.parameters, **{name: runs.measures[name] for name in SHOWN}}}
 
 
 def _draw_measure(axes: Axes, stiffness: Array, values: Array, people: Array) -> None:
@@ -180,3 +176,18 @@ def _repeated_run(name: str, runs: StudyRuns) -> Claim:
         at_most=REPEATED,
         is_repetition=True,
     )
+
+
+study_falls_stiffness = PlateDefinition(
+    name="study_falls_stiffness",
+    title="The mean man falls with softer and stiffer joints",
+    sign="Band: 5 % to 95 % of the men of the study of differences between people.",
+    references=(),
+    collect=_read_studies,
+    caption="The fall of `male50` with all passive springs from a quarter of the published "
+    "stiffness to four times as stiff; damping and limits stay. The forces change where the fall "
+    "takes another course, and more than they follow the stiffness.",
+    draw=_draw_stiffness,
+    claims=_stiffness_claims,
+    tables=_stiffness_tables,
+)

@@ -1,10 +1,9 @@
 """Hip moment at several knee angles: muscles that span both joints (the thesis's section 4.2.4)."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, read_figure, static_torques
@@ -12,23 +11,18 @@ from plots.canvas import (
     GREY,
     LINE_STYLES,
     THESIS_STYLE,
-    add_footer,
     create_panels,
     draw_curve,
+    draw_marks,
     draw_points,
     draw_zero_line,
-    plot_style,
 )
-from plots.literature import YOON_MANSOUR
-from plots.plate import Claim, ClaimKind, Plate
+from plots.literature import YOON_MANSOUR, thesis_reference
+from plots.plate import Claim, ClaimKind
+from plots.plate_definition import PlateDefinition
 from springs import CoupledAxis, CoupledSpring, SpringSet
 from springs.backends import Array
-from springs.coupled import (
-    ConservativeFit,
-    CoupledExponential,
-    loop_work,
-    nearest_conservative_law,
-)
+from springs.coupled import ConservativeFit, CoupledExponential, loop_work, nearest_conservative_law
 from springs.elastic import Range, describe_extrapolation
 from springs.published import tables as published
 
@@ -59,10 +53,6 @@ class TwoJointLeg:
         return tuple(read[axis.joint] @ np.array(axis.direction) for axis in _FLEXION_AXES)
 
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-
 KNEE_ANGLES = (15.0, 60.0, 90.0, 110.0)
 """Knee angles at which Silder et al. measured the hip [deg]."""
 
@@ -83,11 +73,6 @@ WORK_BOUND = 0.01
 
 _HIP_ANGLES = np.arange(-30.0, 110.1, 1.0)
 _SAMPLE_ANGLES = np.arange(-15.0, 100.1, 5.0)
-_SIGN = (
-    "The moment acts on the thigh and is positive towards flexion: it resists where it is positive "
-    "in extension and negative in flexion. Hip angle: 0 standing, flexion positive; knee angle: 0 "
-    "straight, flexion positive."
-)
 _CAPTION = (
     "The thesis's hip is independent of the knee; the measurements of Yoon & Mansour, its source, "
     "are not public. Left: points digitised from Silder et al. for four knee angles, as "
@@ -103,14 +88,20 @@ _CAPTION = (
 
 @dataclass(frozen=True)
 class HipMoments:
-    """Hip moments by knee angle [deg].
+    """Law and leg, and hip moments by knee angle [deg].
 
     Attributes:
+        law: Law of hip and knee.
+        leg: Leg with this law.
+        nearest: Nearest conservative law.
         silder: (hip angle [deg], moment [N m]) of each point, shape (n, 2).
         riener: read out of Exudyn at the hip angles of Silder's points [N m], shape (n,).
         at_sample_angles: read out of Exudyn at `_SAMPLE_ANGLES` [N m], shape (m,).
     """
 
+    law: CoupledExponential
+    leg: TwoJointLeg
+    nearest: ConservativeFit
     silder: Mapping[float, Array]
     riener: Mapping[float, Array]
     at_sample_angles: Mapping[float, Array]
@@ -123,46 +114,28 @@ def hip_knee_law() -> CoupledExponential:
     )
 
 
-def collect_hip_moments(leg: TwoJointLeg) -> HipMoments:
+def collect_hip_moments() -> HipMoments:
     """Collect Silder's points, and the moments of a leg at the same angles."""
+    law = hip_knee_law()
+    leg = TwoJointLeg(law)
     silder = {
         knee: np.array(published.curve(f"silder_2007/hip_knee_{knee:.0f}").printed.points)
         for knee in KNEE_ANGLES
     }
     return HipMoments(
+        law,
+        leg,
+        nearest_conservative_law(law, USABLE_RANGES),
         silder,
         {knee: _simulate_hip_moments(leg, points[:, 0], knee) for knee, points in silder.items()},
         {knee: _simulate_hip_moments(leg, _SAMPLE_ANGLES, knee) for knee in KNEE_ANGLES},
     )
 
 
-def two_joint_hip() -> Plate:
-    """Draw the plate."""
-    law = hip_knee_law()
-    leg = TwoJointLeg(law)
-    moments = collect_hip_moments(leg)
-    nearest = nearest_conservative_law(law, USABLE_RANGES)
-    thesis = published.publication("otani_1989").reference
-    references = (
-        str(replace(thesis, place="section 4.2.4 and appendix A")),
-        YOON_MANSOUR,
-        str(published.curve("silder_2007/hip_knee_15").reference),
-        str(published.coupled_law("riener_edrich_1999/leg").reference),
-    )
-    return Plate(
-        name="two_joint_hip",
-        title="Hip moment at several knee angles (the thesis's section 4.2.4)",
-        caption=_CAPTION.format(
-            beyond=describe_extrapolation(USABLE_RANGES[0], *np.radians(_HIP_ANGLES[[0, -1]])),
-            hip=nearest.rms_difference[0],
-            knee=nearest.rms_difference[1],
-        ),
-        sign=_SIGN,
-        figure=_draw(law, moments, nearest, references),
-        claims=tuple(_claims(law, leg, moments, nearest)),
-        tables=_tables(law, moments, nearest),
-        references=references,
-    )
+def _caption(made: HipMoments) -> str:
+    hip, knee = made.nearest.rms_difference
+    beyond = describe_extrapolation(USABLE_RANGES[0], *np.radians(_HIP_ANGLES[[0, -1]]))
+    return _CAPTION.format(beyond=beyond, hip=hip, knee=knee)
 
 
 def _simulate_hip_moments(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
@@ -171,34 +144,30 @@ def _simulate_hip_moments(leg: TwoJointLeg, hip: Array, knee: float) -> Array:
     return leg.torques((at, np.full_like(at, np.radians(knee))))[0]
 
 
-def _claims(
-    law: CoupledExponential, leg: TwoJointLeg, moments: HipMoments, nearest: ConservativeFit
-) -> list[Claim]:
-    claims = [
-        Claim(
-            "The hip moment read out of Exudyn is that of Riener & Edrich's equations, over all "
-            "angles drawn",
-            max(
-                float(np.abs(moments.at_sample_angles[knee] - _law_moments(law, knee)).max())
-                for knee in KNEE_ANGLES
-            ),
-            "N m",
-            at_most=TORQUE_BOUND,
-        )
-    ]
-    measured = {knee: dict(points) for knee, points in moments.silder.items()}
-    silder = {
-        end: {k: measured[k][end] for k in KNEE_ANGLES} for end in (EXTENDED_ANGLE, FLEXED_ANGLE)
-    }
-    knees = (0.0, *KNEE_ANGLES)
+def _claims(made: HipMoments) -> Iterator[Claim]:
+    yield Claim(
+        "The hip moment read out of Exudyn is that of Riener & Edrich's equations, over all "
+        "angles drawn",
+        max(
+            float(np.abs(made.at_sample_angles[knee] - _law_moments(made.law, knee)).max())
+            for knee in KNEE_ANGLES
+        ),
+        "N m",
+        at_most=TORQUE_BOUND,
+    )
+    measured = {knee: dict(points) for knee, points in made.silder.items()}
+    ends = (EXTENDED_ANGLE, FLEXED_ANGLE)
+    silder = {end: {knee: measured[knee][end] for knee in KNEE_ANGLES} for end in ends}
     riener = {
-        end: {knee: float(_simulate_hip_moments(leg, np.array([end]), knee)[0]) for knee in knees}
-        for end in (EXTENDED_ANGLE, FLEXED_ANGLE)
+        end: {
+            knee: float(_simulate_hip_moments(made.leg, np.array([end]), knee)[0])
+            for knee in (0.0, *KNEE_ANGLES)
+        }
+        for end in ends
     }
-    for name, ends in (("Silder's points", silder), ("Riener & Edrich's equations", riener)):
-        claims += _footnote_claims(f"The thesis's footnote 3 of chapter 4 and {name}", ends)
-    claims += _gradient_claims(law, leg, nearest)
-    return claims
+    for name, moments in (("Silder's points", silder), ("Riener & Edrich's equations", riener)):
+        yield from _footnote_claims(f"The thesis's footnote 3 of chapter 4 and {name}", moments)
+    yield from _gradient_claims(made)
 
 
 def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Claim]:
@@ -247,9 +216,8 @@ def _law_moments(law: CoupledExponential, knee: float) -> Array:
     return np.asarray(law.torques(at)[0])
 
 
-def _gradient_claims(
-    law: CoupledExponential, leg: TwoJointLeg, nearest: ConservativeFit
-) -> list[Claim]:
+def _gradient_claims(made: HipMoments) -> list[Claim]:
+    law, leg, nearest = made.law, made.leg, made.nearest
     loop = "round hip -15 to 100 and knee 0 to 135 deg"
     own = loop_work(law, USABLE_RANGES)
     scatter = published.curve("silder_2007/hip_knee_15").rms_error
@@ -279,74 +247,71 @@ def _gradient_claims(
     ]
 
 
-def _draw(
-    law: CoupledExponential,
-    moments: HipMoments,
-    nearest: ConservativeFit,
-    references: tuple[str, ...],
-) -> Figure:
-    with plot_style():
-        figure, ((points, equations), (residual, gradient)) = create_panels(7.2, 2, 2, (2.2, 1.0))
-        at = np.radians(_HIP_ANGLES)
-        thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(at))
-        label = "thesis [1]: knee at 15 deg"
-        equations.plot([], [], ":", color=GREY, lw=0.8, label="outside the usable range")
-        points.plot(_HIP_ANGLES, thesis, color=THESIS_STYLE.colour, lw=2.2, label=label)
-        for knee, pen in zip(KNEE_ANGLES, LINE_STYLES, strict=False):
-            hip, moment = moments.silder[knee].T
-            draw_points(points, hip, moment, pen, f"substitute [3]: knee at {knee:g} deg")
-            draw_points(residual, hip, moments.riener[knee] - moment, pen, "_")
-            angles = (at, np.full_like(at, np.radians(knee)))
-            torque = np.asarray(law.torques(angles)[0])
-            draw_curve(equations, _HIP_ANGLES, torque, USABLE_RANGES[0], pen, "_", 1.0)
-            equations.plot(
-                _SAMPLE_ANGLES,
-                moments.at_sample_angles[knee],
-                pen.marker,
-                ms=4.0,
-                mfc="white",
-                color=pen.colour,
-                label=f"Exudyn, knee at {knee:g} deg",
-            )
-            change = np.asarray(nearest.law.torques(angles)[0]) - torque
-            draw_curve(gradient, _HIP_ANGLES, change, USABLE_RANGES[0], pen, "_", 1.0)
-        points.set_title("thesis, and Silder's points", loc="left")
-        equations.set_title("substitute [4]: Riener & Edrich", loc="left")
-        _format_axes(points, residual, equations, gradient)
-        add_footer(figure, _SIGN, references)
-    return figure
-
-
-def _format_axes(points: Axes, residual: Axes, equations: Axes, gradient: Axes) -> None:
+def _draw(made: HipMoments) -> Figure:
+    figure, ((points, equations), (residual, gradient)) = create_panels(7.2, 2, 2, (2.2, 1.0))
+    at = np.radians(_HIP_ANGLES)
+    thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(at))
+    label = "thesis [1]: knee at 15 deg"
+    equations.plot([], [], ":", color=GREY, lw=0.8, label="outside the usable range")
+    points.plot(_HIP_ANGLES, thesis, color=THESIS_STYLE.colour, lw=2.2, label=label)
+    for knee, pen in zip(KNEE_ANGLES, LINE_STYLES, strict=False):
+        hip, moment = made.silder[knee].T
+        draw_points(points, hip, moment, pen, f"substitute [3]: knee at {knee:g} deg")
+        draw_points(residual, hip, made.riener[knee] - moment, pen, "_")
+        angles = (at, np.full_like(at, np.radians(knee)))
+        torque = np.asarray(made.law.torques(angles)[0])
+        draw_curve(equations, _HIP_ANGLES, torque, USABLE_RANGES[0], pen, "_", 1.0)
+        label = f"Exudyn, knee at {knee:g} deg"
+        draw_marks(equations, _SAMPLE_ANGLES, made.at_sample_angles[knee], pen, label, 4.0)
+        change = np.asarray(made.nearest.law.torques(angles)[0]) - torque
+        draw_curve(gradient, _HIP_ANGLES, change, USABLE_RANGES[0], pen, "_", 1.0)
     for axes in (points, residual, equations, gradient):
         draw_zero_line(axes)
         axes.set_xticks(range(-30, 121, 30))
     for axes in (points, equations):
         axes.set_ylim(-70.0, 100.0)
         axes.legend(loc="upper right")
-    points.set_ylabel("hip moment [N m]")
-    residual.set_ylabel("difference [N m]")
-    residual.set_title("Riener & Edrich in Exudyn - Silder", loc="left", fontsize=9.0)
-    gradient.set_title("nearest conservative law - Riener & Edrich", loc="left", fontsize=9.0)
+    points.set(title="thesis, and Silder's points", ylabel="hip moment [N m]")
+    equations.set_title("substitute [4]: Riener & Edrich")
+    residual.set(title="Riener & Edrich in Exudyn - Silder", ylabel="difference [N m]")
+    gradient.set_title("nearest conservative law - Riener & Edrich")
     for axes in (residual, gradient):
         axes.set_xlabel("hip flexion [deg]")
+    return figure
 
 
-def _tables(
-    law: CoupledExponential, moments: HipMoments, nearest: ConservativeFit
-) -> dict[str, dict[str, Array]]:
-    tables: dict[str, dict[str, Array]] = {"exudyn": {"hip flexion [deg]": _SAMPLE_ANGLES}}
+def _tables(made: HipMoments) -> dict[str, dict[str, Array]]:
+    exudyn = {"hip flexion [deg]": _SAMPLE_ANGLES}
+    tables = {"exudyn": exudyn}
     for knee in KNEE_ANGLES:
         column = f"knee {knee:g} deg [N m]"
-        tables["exudyn"][f"Exudyn, {column}"] = moments.at_sample_angles[knee]
-        tables["exudyn"][f"equations, {column}"] = _law_moments(law, knee)
-        tables["exudyn"][f"nearest gradient of its form, {column}"] = _law_moments(
-            nearest.law, knee
-        )
-        hip, moment = moments.silder[knee].T
+        exudyn[f"Exudyn, {column}"] = made.at_sample_angles[knee]
+        exudyn[f"equations, {column}"] = _law_moments(made.law, knee)
+        exudyn[f"nearest gradient of its form, {column}"] = _law_moments(made.nearest.law, knee)
+        hip, moment = made.silder[knee].T
         tables[f"silder_knee_{knee:.0f}"] = {
             "hip flexion [deg]": hip,
             "Silder [N m]": moment,
-            "Riener & Edrich in Exudyn [N m]": moments.riener[knee],
+            "Riener & Edrich in Exudyn [N m]": made.riener[knee],
         }
     return tables
+
+
+two_joint_hip = PlateDefinition(
+    name="two_joint_hip",
+    title="Hip moment at several knee angles (the thesis's section 4.2.4)",
+    sign="The moment acts on the thigh and is positive towards flexion: it resists where it is "
+    "positive in extension and negative in flexion. Hip angle: 0 standing, flexion positive; knee "
+    "angle: 0 straight, flexion positive.",
+    references=(
+        thesis_reference("section 4.2.4 and appendix A"),
+        YOON_MANSOUR,
+        str(published.curve("silder_2007/hip_knee_15").reference),
+        str(published.coupled_law("riener_edrich_1999/leg").reference),
+    ),
+    collect=collect_hip_moments,
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -1,10 +1,6 @@
 """One second of the prototype with its own springs, compiled and in five independent engines."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from math import radians
 
 import numpy as np
@@ -12,11 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, Recording, read_figure, simulate
-from plots.canvas import BLACK, LINE_STYLES, LineStyle, add_footer, create_panels, plot_style
-from plots.literature import Measurements, read_measurements
-from plots.plate import Claim, Plate
+from plots.canvas import BLACK, LINE_STYLES, LineStyle, Look, create_panels, draw_line
+from plots.literature import Measurements, read_measurements, thesis_reference
+from plots.plate import Claim
+from plots.plate_definition import PlateDefinition
+from plots.whole_body import Posture, posture_in_radians
 from springs.backends import Array
-from springs.published import tables as published
 
 AGREEMENT_TOLERANCE = 1e-8
 """Largest difference between the stored finest runs of the engines [rad]."""
@@ -27,7 +24,7 @@ RUN_TOLERANCE = 1e-9
 TABLE_TOLERANCE = 1e-8
 """Largest difference from the stored angles [rad]."""
 
-START_POSES: Mapping[str, Mapping[str, tuple[float, ...]]] = {
+START_POSES: Mapping[str, Posture] = {
     "standing": {},
     "striding": {
         "left_hip_joint": (5.0, 8.0, 40.0),
@@ -54,11 +51,6 @@ START_POSES: Mapping[str, Mapping[str, tuple[float, ...]]] = {
 _OWN_ENGINE = "this program"
 """Name of the compiled run in the tables."""
 
-_SIGN = (
-    "Differences are from Pinocchio's accelerations integrated by DOP853 at 1e-13, finer than all "
-    "other runs here: for joints the largest angle of R_a^T R_b over all joints, for energy the "
-    "change since the start. Angles drawn are magnitudes of the joints' rotation vectors."
-)
 _CAPTION = (
     "The prototype falls for one second about its pinned pelvis, from rest in three poses: "
     "standing; striding; and reaching with both arms, one knee bent beyond the edge of its dead "
@@ -81,54 +73,38 @@ _JOINT_DASHES = {
 """Joints whose angles are drawn, and their dashes."""
 
 
-def verification() -> Plate:
-    """Draw the plate."""
-    runs, motion = read_measurements("verification"), read_measurements("verification_motion")
-    thesis = published.publication("otani_1989").reference
-    references = (str(replace(thesis, place="appendix A, the figure and its springs")),)
-    return Plate(
-        name="verification",
-        title="The falling prototype in five engines",
-        caption=_CAPTION + _agreement_text(runs) + runs.origin,
-        sign=_SIGN,
-        figure=_draw(motion, references),
-        claims=tuple(_claims(motion)),
-        tables=_tables(motion),
-        references=references,
-    )
+def _caption(_: Measurements) -> str:
+    runs = read_measurements("verification")
+    return _CAPTION + _agreement_text(runs) + runs.origin
 
 
-def _claims(motion: Measurements) -> list[Claim]:
+def _claims(motion: Measurements) -> Iterator[Claim]:
     """Compare runs made now with the motions that the other engines had."""
-    claims: list[Claim] = []
+    engines = [name for name in motion.values("engine") if name != _OWN_ENGINE]
     for start, pose in START_POSES.items():
         run = _simulate_fall(pose, motion.select_rows(start=start, engine=_OWN_ENGINE))
-        engines = [name for name in motion.values("engine") if name != _OWN_ENGINE]
         differences = [
             float(np.abs(_angle_magnitudes(run, joint) - other.column(f"{joint} [deg]")).max())
             for other in (motion.select_rows(start=start, engine=name) for name in engines)
             for joint in _JOINT_DASHES
         ]
-        claims.append(
-            Claim(
-                f"The {start} fall, simulated now at {RUN_TOLERANCE:g} rad, has the joint angles "
-                f"drawn of {', '.join(engines[:-1])} and {engines[-1]}: largest difference",
-                radians(max(differences)),
-                "rad",
-                at_most=TABLE_TOLERANCE,
-            )
+        yield Claim(
+            f"The {start} fall, simulated now at {RUN_TOLERANCE:g} rad, has the joint angles "
+            f"drawn of {', '.join(engines[:-1])} and {engines[-1]}: largest difference",
+            radians(max(differences)),
+            "rad",
+            at_most=TABLE_TOLERANCE,
         )
-    return claims
 
 
-def _simulate_fall(pose: Mapping[str, tuple[float, ...]], table: Measurements) -> Recording:
+def _simulate_fall(pose: Posture, table: Measurements) -> Recording:
     """Simulate the prototype from a pose [deg], with the frames of a table."""
     times = table.column("time [s]")
     plan = Plan(
         stop=float(times[-1]),
         frame=float(times[1]),
         tolerance=RUN_TOLERANCE,
-        displacements={name: tuple(map(radians, angles)) for name, angles in pose.items()},
+        displacements=posture_in_radians(pose),
     )
     return simulate(read_figure("prototype"), plan)
 
@@ -145,7 +121,7 @@ def _agreement_text(runs: Measurements) -> str:
     quantities = (("joints", "rad"), ("centre of mass", "m"), ("energy", "J"))
     worst = [
         max(
-            _finest_value(runs, start, engine, f"{quantity} [{unit}]")
+            float(runs.select_rows(start=start, engine=engine).column(f"{quantity} [{unit}]")[-1])
             for start in runs.values("start")
             for engine in runs.values("engine")
         )
@@ -158,39 +134,23 @@ def _agreement_text(runs: Measurements) -> str:
     return f"The finest runs of all engines differ from the reference by at most {listed}. "
 
 
-def _select_runs(runs: Measurements, start: str, engine: str) -> Measurements:
-    return runs.select_rows(start=start, engine=engine)
-
-
-def _finest_value(runs: Measurements, start: str, engine: str, header: str) -> float:
-    return float(_select_runs(runs, start, engine).column(header)[-1])
-
-
-def _draw(motion: Measurements, references: tuple[str, ...]) -> Figure:
+def _draw(motion: Measurements) -> Figure:
     starts, engines = motion.values("start"), motion.values("engine")
-    with plot_style():
-        figure, panels = create_panels(6.6, 2, len(starts), (1.0, 1.2))
-        for (upper, lower), start in zip(zip(*panels, strict=True), starts, strict=True):
-            upper.set_title(start, loc="left")
-            for engine, pen in zip(engines, LINE_STYLES, strict=False):
-                _draw_motion(
-                    upper, lower, motion.select_rows(start=start, engine=engine), engine, pen
-                )
-            lower.axhline(
-                AGREEMENT_TOLERANCE,
-                color=BLACK,
-                lw=1.0,
-                ls=(0, (1, 1)),
-                label="1e-8 rad",
-            )
-            lower.set_ylim(1e-16, 1e-5)
-            lower.set_xlabel("time [s]")
-        panels[0][0].legend(loc="upper left", fontsize=7.0)
-        panels[0][0].set_ylabel("angle of four joints [deg]")
-        panels[1][0].set_ylabel("largest joint difference [rad]")
-        engine_lines = panels[1][-1].get_legend_handles_labels()
-        figure.legend(*engine_lines, loc="outside upper center", ncols=7, fontsize=7.0)
-        add_footer(figure, _SIGN, references)
+    figure, panels = create_panels(6.6, 2, len(starts), (1.0, 1.2))
+    for (upper, lower), start in zip(zip(*panels, strict=True), starts, strict=True):
+        upper.set_title(start)
+        lower.set_yscale("log")
+        for engine, pen in zip(engines, LINE_STYLES, strict=False):
+            run = motion.select_rows(start=start, engine=engine)
+            _draw_motion(upper, lower, run, engine, pen)
+        look: Look = {"color": BLACK, "lw": 1.0, "ls": (0, (1, 1)), "label": "1e-8 rad"}
+        lower.axhline(AGREEMENT_TOLERANCE, **look)
+        lower.set(ylim=(1e-16, 1e-5), xlabel="time [s]")
+    panels[0][0].legend(loc="upper left", fontsize=7.0)
+    panels[0][0].set_ylabel("angle of four joints [deg]")
+    panels[1][0].set_ylabel("largest joint difference [rad]")
+    engine_lines = panels[1][-1].get_legend_handles_labels()
+    figure.legend(*engine_lines, loc="outside upper center", ncols=7, fontsize=7.0)
     return figure
 
 
@@ -199,27 +159,27 @@ def _draw_motion(upper: Axes, lower: Axes, run: Measurements, engine: str, pen: 
     for joint, dash in _JOINT_DASHES.items():
         label = joint.replace("_", " ").removesuffix(" joint") if engine == _OWN_ENGINE else "_"
         upper.plot(time, run.column(f"{joint} [deg]"), dash, color=pen.colour, lw=1.0, label=label)
-    lower.semilogy(
-        time[1:],
-        run.column("joints [rad]")[1:],
-        pen.dash,
-        color=pen.colour,
-        marker=pen.marker,
-        markevery=10,
-        ms=3.0,
-        mfc="white",
-        lw=1.0,
-        label=engine,
-    )
+    differences = run.column("joints [rad]")[1:]
+    draw_line(lower, time[1:], differences, pen, engine, markevery=10, ms=3.0, lw=1.0)
 
 
-def _tables(motion: Measurements) -> dict[str, Mapping[str, Array]]:
-    headers = [key for key in motion.rows[0] if key not in ("start", "engine")]
-    tables: dict[str, Mapping[str, Array]] = {}
-    for start in motion.values("start"):
-        for engine in motion.values("engine"):
-            run = motion.select_rows(start=start, engine=engine)
-            tables[f"{start}-{engine.lower().replace(' ', '-')}"] = {
-                key: run.column(key) for key in headers
-            }
-    return tables
+def _tables(motion: Measurements) -> dict[str, dict[str, Array]]:
+    return {
+        f"{start}-{engine.lower().replace(' ', '-')}": rows.numbers()
+        for (start, engine), rows in motion.groups("start", "engine").items()
+    }
+
+
+verification = PlateDefinition(
+    name="verification",
+    title="The falling prototype in five engines",
+    sign="Differences are from Pinocchio's accelerations integrated by DOP853 at 1e-13, finer than "
+    "all other runs here: for joints the largest angle of R_a^T R_b over all joints, for energy "
+    "the change since the start. Angles drawn are magnitudes of the joints' rotation vectors.",
+    references=(thesis_reference("appendix A, the figure and its springs"),),
+    collect=lambda: read_measurements("verification_motion"),
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

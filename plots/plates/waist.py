@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from plots.joint_curve import JointCurve, range_end_claim
+from plots.joint_curve import JointCurve, range_end_claims
 from plots.joint_plate import JointPlate, Window
 from plots.literature import Literature, join_curves, mirror_to_both_sides, published_curve
 from plots.plate import Claim
@@ -19,13 +19,11 @@ _ANDERSON = "Anderson 1999, limits"
 
 
 def _range_claims(curve: JointCurve, *_: Literature) -> Iterator[Claim]:
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end)
+    return range_end_claims(curve)
 
 
 def _unsure_claims(curve: JointCurve, *_: Literature) -> Iterator[Claim]:
-    for end in curve.range_ends:
-        yield range_end_claim(curve, end, obstacle=_UNSURE)
+    return range_end_claims(curve, obstacle=_UNSURE)
 
 
 waist_bend = JointPlate(

@@ -1,23 +1,25 @@
 """A fall with both senses of the waist's flexion and twist, which the thesis leaves open."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import radians
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from generator import Plan, Recording, read_figure, simulate
-from generator.simulation.plan import resolve_springs
-from plots.canvas import LINE_STYLES, add_footer, create_panels, draw_zero_line, plot_style
-from plots.plate import Claim, ClaimKind, Plate
+from generator import Model, Plan, Recording, read_figure, simulate
+from plots.canvas import (
+    LINE_STYLES,
+    create_panels,
+    draw_line,
+    draw_zero_line,
+)
+from plots.literature import thesis_reference
+from plots.plate import Claim, ClaimKind
+from plots.plate_definition import PlateDefinition
 from plots.plates.verification import START_POSES
+from plots.whole_body import posture_in_radians
 from springs import Cubic, SpringSet
 from springs.backends import Array
-from springs.published import tables as published
 
 WAIST = "waist"
 FLEXION, TWIST = "flexion", "twist to the left"
@@ -39,10 +41,6 @@ STOP_TIME, FRAME_INTERVAL, TOLERANCE = 0.5, 0.01, 1e-3
 SAME_MOTION = 5.0
 """Difference in the trunk's orientation that is not seen in a figure [deg]."""
 
-_SIGN = (
-    "Angles are components of the waist's rotation vector: positive in flexion and in a twist to "
-    "the left. The trunk's orientation is that in the world."
-)
 _CAPTION = (
     "The thesis prints no sense for the moments of spherical joints. For the waist's flexion the "
     "chosen one is taken with odds of 60/40, for its twist of 50/50: neither the thesis nor the "
@@ -97,114 +95,79 @@ def simulate_falls(start: str, stop: float = STOP_TIME, tolerance: float = TOLER
     Args:
         start: name of the pose.
         stop: end of the runs [s].
-        tolerance: of the runs [rad].
+        tolerance: tolerance of the runs [rad].
     """
     body = read_figure("prototype")
     plan = Plan(
         stop=stop,
         frame=FRAME_INTERVAL,
         tolerance=tolerance,
-        displacements={
-            name: tuple(map(radians, angles)) for name, angles in START_POSES[start].items()
-        },
+        displacements=posture_in_radians(START_POSES[start]),
     )
-    springs = resolve_springs(body, plan)
+    model = Model.of(body)
     return WaistFalls(
         {
-            reading: simulate(body, replace(plan, springs=reading_springs(springs, motions)))
+            reading: simulate(Model(body, reading_springs(model.springs, motions)), plan)
             for reading, motions in READINGS.items()
         }
     )
 
 
-def waist_senses() -> Plate:
-    """Draw the plate."""
-    return build_plate({start: simulate_falls(start) for start in STARTS})
-
-
-def build_plate(falls: Mapping[str, WaistFalls]) -> Plate:
-    """Draw the plate of simulated falls, by start."""
-    thesis = published.publication("otani_1989").reference
-    references = (str(replace(thesis, place="appendix A and section 4.2.5")),)
+def _caption(falls: Mapping[str, WaistFalls]) -> str:
     ends = [
         float(fall.trunk_difference(reading)[-1])
         for fall in falls.values()
         for reading in READINGS
         if reading != "as chosen"
     ]
-    return Plate(
-        name="waist_senses",
-        title="A fall with both senses of the waist's flexion and twist",
-        caption=_CAPTION.format(
-            tolerance=TOLERANCE, stop=STOP_TIME, least=min(ends), most=max(ends)
-        ),
-        sign=_SIGN,
-        figure=_draw(falls, references),
-        claims=tuple(_claims(falls)),
-        tables=_tables(falls),
-        references=references,
-    )
+    return _CAPTION.format(tolerance=TOLERANCE, stop=STOP_TIME, least=min(ends), most=max(ends))
 
 
-def _claims(falls: Mapping[str, WaistFalls]) -> list[Claim]:
-    claims: list[Claim] = []
+def _claims(falls: Mapping[str, WaistFalls]) -> Iterator[Claim]:
     for start, fall in falls.items():
         errors = [run.accuracy.estimate for run in fall.runs.values()]
-        claims.append(
-            Claim(
-                f"The four falls from {start} are done to their tolerance: largest estimated error",
-                max(np.nan if error is None else error for error in errors),
-                "rad",
-                at_most=TOLERANCE,
-            )
+        yield Claim(
+            f"The four falls from {start} are done to their tolerance: largest estimated error",
+            max(np.nan if error is None else error for error in errors),
+            "rad",
+            at_most=TOLERANCE,
         )
         for reading in READINGS:
             if reading != "as chosen":
-                claims.append(
-                    Claim(
-                        f"From {start}, with {reading}, the trunk moves as with the chosen senses: "
-                        f"largest difference of its orientation within {STOP_TIME:g} s",
-                        float(fall.trunk_difference(reading).max()),
-                        "deg",
-                        at_most=SAME_MOTION,
-                        kind=ClaimKind.COMPARISON,
-                        remark="two readings of the thesis, neither of them measured",
-                    )
+                yield Claim(
+                    f"From {start}, with {reading}, the trunk moves as with the chosen senses: "
+                    f"largest difference of its orientation within {STOP_TIME:g} s",
+                    float(fall.trunk_difference(reading).max()),
+                    "deg",
+                    at_most=SAME_MOTION,
+                    kind=ClaimKind.COMPARISON,
+                    remark="two readings of the thesis, neither of them measured",
                 )
-    return claims
 
 
-def _draw(falls: Mapping[str, WaistFalls], references: tuple[str, ...]) -> Figure:
-    with plot_style():
-        figure, panels = create_panels(7.2, 3, len(falls))
-        for column, (start, fall) in zip(zip(*panels, strict=True), falls.items(), strict=True):
-            flexion, twist, trunk = column
-            flexion.set_title(f"from {start}", loc="left")
-            for reading, pen in zip(READINGS, LINE_STYLES, strict=False):
-                time = fall.runs[reading].times
-                look = {"color": pen.colour, "ls": pen.dash, "marker": pen.marker}
-                look |= {"markevery": 10, "ms": 4.0, "mfc": "white", "lw": 1.2}
-                angles = fall.waist_angles(reading)
-                flexion.plot(time, angles[:, 1], label=reading, **look)
-                twist.plot(time, angles[:, 2], **look)
-                difference = fall.trunk_difference(reading)
-                trunk.plot(time[: len(difference)], difference, **look)
-            for axes in column:
-                draw_zero_line(axes)
-            trunk.set_xlabel("time [s]")
-        for axes, label in zip(
-            (row[0] for row in panels),
-            (
-                "waist flexion [deg]",
-                "waist twist [deg]",
-                "change of the trunk's\norientation [deg]",
-            ),
-            strict=True,
-        ):
-            axes.set_ylabel(label)
-        names = panels[0][0].get_legend_handles_labels()
-        panels[1][0].legend(*names, loc="upper left", fontsize=7.5)
-        add_footer(figure, _SIGN, references)
+def _draw(falls: Mapping[str, WaistFalls]) -> Figure:
+    figure, panels = create_panels(7.2, 3, len(falls))
+    for column, (start, fall) in zip(zip(*panels, strict=True), falls.items(), strict=True):
+        flexion, twist, trunk = column
+        flexion.set_title(f"from {start}")
+        for reading, pen in zip(READINGS, LINE_STYLES, strict=False):
+            time, angles = fall.runs[reading].times, fall.waist_angles(reading)
+            draw_line(flexion, time, angles[:, 1], pen, reading, markevery=10)
+            draw_line(twist, time, angles[:, 2], pen, markevery=10)
+            difference = fall.trunk_difference(reading)
+            draw_line(trunk, time[: len(difference)], difference, pen, markevery=10)
+        for axes in column:
+            draw_zero_line(axes)
+        trunk.set_xlabel("time [s]")
+    labels = (
+        "waist flexion [deg]",
+        "waist twist [deg]",
+        "change of the trunk's\norientation [deg]",
+    )
+    for row, label in zip(panels, labels, strict=True):
+        row[0].set_ylabel(label)
+    names = panels[0][0].get_legend_handles_labels()
+    panels[1][0].legend(*names, loc="upper left", fontsize=7.5)
     return figure
 
 
@@ -222,3 +185,17 @@ def _tables(falls: Mapping[str, WaistFalls]) -> dict[str, dict[str, Array]]:
                 "trunk, from the chosen reading [deg]": difference,
             }
     return tables
+
+
+waist_senses = PlateDefinition(
+    name="waist_senses",
+    title="A fall with both senses of the waist's flexion and twist",
+    sign="Angles are components of the waist's rotation vector: positive in flexion and in a twist "
+    "to the left. The trunk's orientation is that in the world.",
+    references=(thesis_reference("appendix A and section 4.2.5"),),
+    collect=lambda: {start: simulate_falls(start) for start in STARTS},
+    caption=_caption,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -1,8 +1,5 @@
 """Wall time against error in several engines, and its growth with the size of the figure."""
 
-# Matplotlib leaves the types of its keyword arguments open.
-# pyright: reportUnknownMemberType=false
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, Recording, read_figure, simulate
-from generator.recording import Integrator
-from plots.canvas import BLACK, GREY, LINE_STYLES, LineStyle, add_footer, create_panels, plot_style
+from generator.run_options import Integrator
+from plots.canvas import BLACK, GREY, LINE_STYLES, LineStyle, create_panels, draw_line
 from plots.literature import Measurements, read_measurements
-from plots.plate import Claim, ClaimKind, Plate
+from plots.plate import Claim, ClaimKind
+from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 
 _OWN_ENGINE = "this program"
@@ -37,12 +35,6 @@ tolerances, for a method of order 8, is 1.78; one of order 2 needs 10."""
 MAX_TIME_RATIO = 0.05
 """Integration time of the compiled method over that of Exudyn's integrator."""
 
-_SIGN = (
-    "Wall time is that of integration alone, except for the whole call, the best of several "
-    "rounds of all runs of a kind; the error is the largest angle of R_a^T R_b over all joints at "
-    "the end. The cost at an error is that of the fastest run with at most this error. Ratios are "
-    "this program's cost over the other's."
-)
 _CAPTION = (
     "Left: one second of the reference figure, the prototype with (20 + 60 a^2) r and 0.08 N m "
     "s/rad in every joint, where a is the magnitude of the rotation vector r: all engines "
@@ -95,20 +87,9 @@ class BenchmarkTables:
     python_shares: Measurements
 
 
-def work_precision() -> Plate:
-    """Draw the plate."""
+def _read_tables() -> BenchmarkTables:
     names = ("work_precision", "chains", "startup", "python_share")
-    data = BenchmarkTables(*map(read_measurements, names))
-    return Plate(
-        name="work_precision",
-        title="Wall time against error",
-        caption=_CAPTION + _ratios_text(data) + data.costs.origin,
-        sign=_SIGN,
-        figure=_draw(data),
-        claims=tuple(_claims()),
-        tables=_tables(data),
-        references=(),
-    )
+    return BenchmarkTables(*map(read_measurements, names))
 
 
 def cheapest_wall_time(costs: Measurements, target: float) -> float:
@@ -117,7 +98,7 @@ def cheapest_wall_time(costs: Measurements, target: float) -> float:
     return float(fit.min()) if fit.size else nan
 
 
-def _claims() -> list[Claim]:
+def _claims(_: BenchmarkTables) -> list[Claim]:
     """Compare runs made now: steps are the method's matter, and times only as a ratio."""
     figure = read_figure("prototype")
     coarse, fine = (
@@ -209,79 +190,77 @@ def _ratios_text(data: BenchmarkTables) -> str:
 
 
 def _draw(data: BenchmarkTables) -> Figure:
-    with plot_style():
-        figure, ((left, middle, right),) = create_panels(4.8, 1, 3)
-        named: set[str] = set()
-        _draw_costs(
-            left,
-            data.costs.select_rows(figure="reference"),
-            "reference figure, native springs",
-            named,
-        )
-        _draw_costs(
-            middle, data.costs.select_rows(figure="prototype"), "prototype, its own curves", named
-        )
-        left.set_ylabel("wall time [s]")
-        for method, pen in _CHAIN_STYLES.items():
-            run = data.chains.select_rows(method=method)
-            if run.rows:
-                _draw_line(right, run.column("segments"), run.column("wall [s]"), pen, "_")
-        counts = data.chains.select_rows(method=_OWN_CHAIN).column("segments")
-        right.set_xscale("log")
-        right.set_xticks(counts, [f"{count:.0f}" for count in counts])
-        right.minorticks_off()
-        right.set_xlabel("segments of a chain")
-        right.set_title("chains, 0.1 s", loc="left", fontsize=8.0)
-        figure.legend(loc="outside upper center", ncols=3, fontsize=6.5)
-        add_footer(figure, _SIGN, ())
+    figure, ((left, middle, right),) = create_panels(4.8, 1, 3)
+    named: set[str] = set()
+    for axes, name, title in (
+        (left, "reference", "reference figure, native springs"),
+        (middle, "prototype", "prototype, its own curves"),
+    ):
+        _draw_costs(axes, data.costs.select_rows(figure=name), named)
+        axes.set_title(title, fontsize=8.0)
+    left.set_ylabel("wall time [s]")
+    for method, pen in _CHAIN_STYLES.items():
+        run = data.chains.select_rows(method=method)
+        if run.rows:
+            _draw_line(right, run, "segments", pen)
+    counts = data.chains.select_rows(method=_OWN_CHAIN).column("segments")
+    right.set_xscale("log")
+    right.set_xticks(counts, [f"{count:.0f}" for count in counts])
+    right.minorticks_off()
+    right.set_xlabel("segments of a chain")
+    right.set_title("chains, 0.1 s", fontsize=8.0)
+    figure.legend(loc="outside upper center", ncols=3, fontsize=6.5)
     return figure
 
 
-def _draw_costs(axes: Axes, costs: Measurements, title: str, named: set[str]) -> None:
+def _draw_costs(axes: Axes, costs: Measurements, named: set[str]) -> None:
     """Draw the methods; add those to the legend that it lacks."""
     for (engine, method), pen in _METHOD_STYLES.items():
         run = costs.select_rows(engine=engine, method=method)
         if run.rows:
             label = f"{engine}, {method}"
-            shown = "_" if label in named else label
-            _draw_line(axes, run.column("error [rad]"), run.column("wall [s]"), pen, shown)
+            _draw_line(axes, run, "error [rad]", pen, "_" if label in named else label)
             named.add(label)
     axes.set_xscale("log")
     axes.invert_xaxis()
     axes.set_xlabel("error [rad]")
-    axes.set_title(title, loc="left", fontsize=8.0)
 
 
-def _draw_line(axes: Axes, x: Array, y: Array, style: LineStyle, label: str) -> None:
-    axes.plot(
-        x,
-        y,
-        style.dash,
-        color=style.colour,
-        marker=style.marker,
-        ms=3.0,
-        mfc="white",
-        lw=1.0,
-        label=label,
-    )
+def _draw_line(
+    axes: Axes, run: Measurements, header: str, style: LineStyle, label: str = "_"
+) -> None:
+    draw_line(axes, run.column(header), run.column("wall [s]"), style, label, ms=3.0, lw=1.0)
     axes.set_yscale("log")
 
 
-def _tables(data: BenchmarkTables) -> dict[str, Mapping[str, Array]]:
-    tables: dict[str, Mapping[str, Array]] = {}
+def _tables(data: BenchmarkTables) -> dict[str, dict[str, Array]]:
+    tables: dict[str, dict[str, Array]] = {}
     for figure in data.costs.values("figure"):
         for engine, method in _METHOD_STYLES:
             run = data.costs.select_rows(figure=figure, engine=engine, method=method)
             if run.rows:
-                tables[_slug(f"{figure} {engine} {method}")] = {
-                    key: run.column(key) for key in ("setting", "error [rad]", "wall [s]")
-                }
-    for method in data.chains.values("method"):
-        run = data.chains.select_rows(method=method)
-        headers = ("segments", "wall [s]", "build [s]")
-        tables[_slug(f"chains {method}")] = {key: run.column(key) for key in headers}
+                columns = run.numbers("setting", "error [rad]", "wall [s]")
+                tables[_slug(f"{figure} {engine} {method}")] = columns
+    for (method,), run in data.chains.groups("method").items():
+        tables[_slug(f"chains {method}")] = run.numbers("segments", "wall [s]", "build [s]")
     return tables
 
 
 def _slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", text.lower())
+
+
+work_precision = PlateDefinition(
+    name="work_precision",
+    title="Wall time against error",
+    sign="Wall time is that of integration alone, except for the whole call, the best of several "
+    "rounds of all runs of a kind; the error is the largest angle of R_a^T R_b over all joints at "
+    "the end. The cost at an error is that of the fastest run with at most this error. Ratios are "
+    "this program's cost over the other's.",
+    references=(),
+    collect=_read_tables,
+    caption=lambda data: _CAPTION + _ratios_text(data) + data.costs.origin,
+    draw=_draw,
+    claims=_claims,
+    tables=_tables,
+)

@@ -33,7 +33,7 @@ class _TorqueGrid:
     """A law on an even grid over its range.
 
     Attributes:
-        law: over several angles.
+        law: law over several angles.
     """
 
     law: CoupledExponential

@@ -183,7 +183,7 @@ def lint_curve(
     """Check the elastic laws and the damping about one axis.
 
     Args:
-        spring: with one elastic law at least.
+        spring: spring with one elastic law at least.
         low: lower end of the normal range of motion, where one is known.
         high: upper end likewise.
     """
@@ -432,10 +432,10 @@ def lint_symmetry(
 
     Args:
         joint: name of the joint.
-        spring: about one of its axes.
+        spring: spring about one of its axes.
         joints: all springs.
-        mirrors: of the figure; None where it is not known: names then tell the other side, and
-            positive angles are mirror images.
+        mirrors: mirrors of the figure; None where it is not known: names then tell the other side,
+            and positive angles are mirror images.
     """
     if mirrors is None:
         name, image = other_side(joint), None

@@ -56,7 +56,7 @@ class Finding:
     Attributes:
         kind: what it is about.
         is_doubt: whether it is unlikely of a passive joint, and not only worth knowing.
-        sentence: for people.
+        sentence: sentence for people.
         angles: where [rad]; see `Kind`.
         values: how much; see `Kind`.
     """

@@ -57,7 +57,7 @@ def report_coupled(
     """Lint every law over several joints.
 
     Args:
-        springs: of a figure.
+        springs: springs of a figure.
         replacements: laws that stand for others.
     """
     groups: list[list[CoupledSpring]] = []
@@ -189,8 +189,8 @@ def report_curves(
     """Lint every axis that has an elastic law.
 
     Args:
-        springs: of a figure.
-        mirrors: as of `lint_symmetry`.
+        springs: springs of a figure.
+        mirrors: mirrors as of `lint_symmetry`.
         publications: those of `normal_range`.
     """
     reports: list[CurveReport] = []

@@ -28,7 +28,7 @@ class PrintedCurve:
     Attributes:
         coefficients: coefficients by their printed names, in the printed units.
         points: pairs of angle and moment in the printed units, for a curve given so.
-        dead_zone: in the printed angle unit, or None.
+        dead_zone: dead zone in the printed angle unit, or None.
         angle_unit: the printed angle unit [rad].
         moment_unit: the printed moment unit [N m].
         valid_range: range in which the curve is known to hold, in its printed sense [rad], or None.

@@ -46,7 +46,7 @@ class RangeEnd:
 
     Attributes:
         motion: the direction in which it lies ("elbow hyperextension").
-        angle: in the sense of the motion asked for, so negative at the lower end [rad].
+        angle: angle in the sense of the motion asked for, so negative at the lower end [rad].
         source: name of the publication among `springs/published/data`.
         reference: where it is from.
         sample: what was measured.

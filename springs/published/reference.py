@@ -33,7 +33,7 @@ class Reference:
     Attributes:
         text: authors, title, journal, year.
         sureness: how the number was checked.
-        doi: without "https://doi.org/", or "".
+        doi: doi without "https://doi.org/", or "".
         place: page, table or equation, or "".
     """
 
@@ -66,7 +66,7 @@ class Sample:
     """Bodies that were measured.
 
     Attributes:
-        kind: of bodies; `NORM` is a clinical table, `MODEL` a limit or curve of a model.
+        kind: kind of bodies; `NORM` is a clinical table, `MODEL` a limit or curve of a model.
         subjects: their number, or None if unknown.
     """
 

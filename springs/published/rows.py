@@ -28,9 +28,9 @@ class PublishedCurve:
     """A published moment-angle curve of one coordinate.
 
     Attributes:
-        name: within its publication.
+        name: name within its publication.
         motion: our name of a positive angle ("hip flexion").
-        formula: as printed; a key of `springs.published.formulas.FORMULAS`.
+        formula: formula as printed; a key of `springs.published.formulas.FORMULAS`.
         printed: the numbers as printed.
         convention: the printed sense of angle and moment, in words.
         angle_sign: -1 where the printed angle grows against `motion`.
@@ -123,12 +123,12 @@ class PublishedCoupledLaw:
     """A published law of several joints, in our senses.
 
     Attributes:
-        name: within its publication.
+        name: name within its publication.
         law: torques on the children [N m] of our angles [rad].
-        formula: as printed.
+        formula: formula as printed.
         convention: the printed senses, in words.
         reversed_coordinates: coordinates of which angle and moment are printed in the other sense.
-        range_is_measured: as in `PublishedCurve`.
+        range_is_measured: range is measured as in `PublishedCurve`.
         reference: where it is from.
         sample: what was measured.
         note: what a user should know.
@@ -150,7 +150,7 @@ class PublishedRhythm:
     """Angle of a bone of the shoulder as a function of the arm's elevation.
 
     Attributes:
-        name: within its publication.
+        name: name within its publication.
         bone: what turns ("clavicle elevation").
         plane: "frontal" or "sagittal" where it holds in one plane only, or "".
         law: angle of the bone [rad] of the arm's elevation [rad].
@@ -180,7 +180,7 @@ class MotionRange:
         at_least: whether the source calls any greater range normal too.
         deviation: standard deviation among subjects [rad], or None.
         moment: passive moment at which the end was read [N m], or None.
-        age: of the subjects [years], or None where one value is given for all.
+        age: age of the subjects [years], or None where one value is given for all.
     """
 
     motion: str
@@ -198,13 +198,13 @@ class Publication:
     """Rows of one publication.
 
     Attributes:
-        name: of its file, without the ending.
-        reference: of the whole.
+        name: name of its file, without the ending.
+        reference: reference of the whole.
         note: what a user should know, where code bases disagree.
-        curves: by name.
-        coupled_laws: by name.
-        rhythms: by name.
-        ranges: in the order of the file.
+        curves: curves by name.
+        coupled_laws: coupled laws by name.
+        rhythms: rhythms by name.
+        ranges: ranges in the order of the file.
     """
 
     name: str

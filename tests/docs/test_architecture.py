@@ -26,7 +26,7 @@ def test_the_boxes_of_the_picture_lie_beside_each_other():
     for room in graph:
         rows.setdefault(SCRIPT["height"](graph, room), []).append(column[room])
     for places in map(sorted, rows.values()):
-        assert all(right - left > 1.25 for left, right in pairwise(places))
+        assert all(right - left > 1.4 for left, right in pairwise(places))
 
 
 def test_the_tables_are_found():

@@ -8,7 +8,7 @@ from types import ModuleType
 import pytest
 
 from generator import read_figure
-from generator.geometry.contact_spheres import LARGEST_ERROR, MAX_SPHERES, fit_contact_spheres
+from generator.contact.spheres import LARGEST_ERROR, MAX_SPHERES, fit_contact_spheres
 from tests.paths import DOCS, FIGURES
 
 PAGE = (DOCS / "contact.md").read_text(encoding="utf-8")

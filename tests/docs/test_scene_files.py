@@ -4,8 +4,9 @@ import re
 
 import pytest
 
+from generator.contact.box import Box
+from generator.contact.plane import Plane
 from generator.input_files.scene import SCENE_FILE, SCENE_TABLES
-from generator.scene import Box, Plane
 from springs.contact import DEFAULT_SURFACE
 from tests.paths import DOCS
 

@@ -8,7 +8,7 @@ import pytest
 
 from generator.recording import Ending
 from generator.study import study_tables
-from generator.study.study import OUTCOMES, DesignKind, Take
+from generator.study.study import OUTCOMES, DesignKind, Statistic
 from tests.paths import DOCS, FIGURES
 from tests.study_runs import parse_study_text
 
@@ -39,10 +39,10 @@ def test_every_example_is_read(example: str):
 
 def test_every_key_is_in_a_table():
     keys = {*study_tables.RUN_KEYS, "figure", "springs"} - TABLES
-    keys |= {f"[{name}]" for name in TABLES} | {*study_tables.PERSON_KEYS}
-    keys |= {*study_tables.DESIGN_KEYS, *study_tables.PARAMETER_KEYS, *study_tables.MEASURE_KEYS}
-    keys |= {*study_tables.SENSITIVITY_KEYS}
-    keys |= {f'"{one.value}"' for one in (*DesignKind, *Take)}
+    keys |= {f"[{name}]" for name in TABLES} | {*study_tables.PERSON_ROWS.keys}
+    keys |= {*study_tables.DESIGN_ROWS.keys, *study_tables.PARAMETER_ROWS.keys}
+    keys |= {*study_tables.MEASURE_ROWS.keys, *study_tables.SENSITIVITY_ROWS.keys}
+    keys |= {f'"{one.value}"' for one in (*DesignKind, *Statistic)}
     assert keys - KEYS == set()
 
 

@@ -177,6 +177,7 @@ def test_pages_with_code(reader: Reader) -> None:
     assert reader.names["read_figure"] is read_figure
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", ["simulation"], indirect=True)
 def test_the_stepper_of_the_page(reader: Reader) -> None:
     stepper, names = reader.names["stepper"], reader.names

@@ -1,5 +1,6 @@
 """Conversion in Python writes what the command writes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,8 +62,8 @@ def test_a_figure_becomes_a_model_and_a_model_a_figure(pendulum, tmp_path: Path)
 
 
 def test_arguments_that_do_not_fit(swing, pendulum, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="a recording does not hold its figure"):
-        convert(swing, tmp_path / "swing.glb")
+    with pytest.raises(ModelError, match="a recording from a file does not hold its figure"):
+        convert(replace(swing, model=None), tmp_path / "swing.glb")
     with pytest.raises(UsageError, match="`figure` and `fps` are for motions"):
         convert(pendulum, tmp_path / "a.xml", figure=pendulum)
     with pytest.raises(UsageError, match="a model becomes a figure"):
@@ -111,7 +112,7 @@ def test_displacements_of_the_wrong_joints_are_refused(swing, pendulum, tmp_path
 
 
 def test_a_motion_is_resampled_and_scaled(swing, pendulum, tmp_path: Path) -> None:
-    convert(swing, tmp_path / "a.action", figure=pendulum, fps=100)
+    convert(swing, tmp_path / "a.action", fps=100)
     motion = read_motion(tmp_path / "a.action")
     assert motion.times == pytest.approx(np.arange(5) / 100.0, abs=1e-12)
     convert(swing, tmp_path / "a.bvh", tmp_path / "a.glb", figure=pendulum, scale=1.0)

@@ -63,7 +63,7 @@ def test_characters_that_do_not_print_keep_their_room():
 
 def test_a_fault_as_a_dictionary():
     fault = warning("odd", _span("one\ntwo", "two"), "look")
-    assert fault.as_dict() == {
+    assert fault.to_json() == {
         "severity": "warning",
         "message": "odd",
         "hint": "look",
@@ -71,7 +71,7 @@ def test_a_fault_as_a_dictionary():
         "line": 2,
         "column": 1,
     }
-    assert "file" not in error("gone").as_dict()
+    assert "file" not in error("gone").to_json()
 
 
 def test_errors_are_told_from_warnings():

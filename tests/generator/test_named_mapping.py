@@ -16,7 +16,6 @@ from generator import (
     read_springs,
     simulate,
     static_torques,
-    write_recording,
 )
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Segment, Site, SiteRef
@@ -91,7 +90,7 @@ def test_motions_springs_and_torques_name_the_nearest_joint(tmp_path: Path) -> N
     springs = read_springs(None, read_figure("prototype"))
     with pytest.raises(UnknownNameError, match="the springs have no joint `left_kne`; did you me"):
         _ = springs.joints["left_kne"]
-    write_recording(simulate(figure, Plan(stop=0.02)), figure, tmp_path / "turn.action")
+    simulate(figure, Plan(stop=0.02)).write(tmp_path / "turn.action")
     action = read_action(tmp_path / "turn.action")
     with pytest.raises(UnknownNameError, match="the motion has no joint `crank`; did you mean `cr"):
         _ = action.displacements["crank"]

@@ -1,11 +1,17 @@
 """Recordings: what they add up, and how they ended."""
 
-from dataclasses import replace
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from pandas import read_csv
 
+from generator import Plan, read_action, read_figure, read_npz, simulate
+from generator.diagnostics import ModelError
 from generator.figure import AxisKind, JointAxis
+from generator.kinematics.placement import forward_kinematics
 from generator.named_mapping import UnknownNameError
 from generator.recording import (
     CONTACT_ENERGY_KINDS,
@@ -16,6 +22,8 @@ from generator.recording import (
     Recording,
     energy_kinds,
 )
+from tests.motions import MOTIONS, clip
+from tests.runs import same_bits
 
 
 def recording(energy: dict[str, list[float]]) -> Recording:
@@ -107,3 +115,91 @@ def test_a_wrong_name_in_a_recording_raises_with_the_nearest():
         _ = moved.displacements["left_kne"]
     with pytest.raises(UnknownNameError, match="no energy `kinetics`; did you mean `kinetic`"):
         _ = moved.energy["kinetics"]
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_site_is_where_the_kinematics_of_the_joints_put_it(name: str):
+    motion = clip(name)
+    run = motion.recording
+    for segment in motion.figure.segments.values():
+        for site in segment.sites.values():
+            moved = run.site(f"{segment.name}.{site.name}").position
+            for k, (values, place) in enumerate(zip(rows(run), moved, strict=True)):
+                poses = forward_kinematics(motion.tree, values).poses
+                expected = (poses[segment.name] @ site.pose_in_segment)[:3, 3]
+                assert place == pytest.approx(expected, abs=1e-6), k
+
+
+def rows(run: Recording) -> list[dict[str, np.ndarray]]:
+    """The displacements of each frame."""
+    return [
+        {name: values[k] for name, values in run.displacements.items()}
+        for k in range(len(run.times))
+    ]
+
+
+@pytest.mark.parametrize("name", ["pendulum", "prototype"])
+def test_the_velocity_of_a_site_is_the_derivative_of_its_position(name: str):
+    """Central differences differ by the square of the interval, 4 times less with half of it."""
+    plan = Plan(stop=0.16, tolerance=1e-9, free_root=name == "prototype")
+    errors, speeds = [], []
+    for frame in (0.01, 0.005):
+        run = simulate(read_figure(name), replace(plan, frame=frame))
+        error = 0.0
+        for segment in run.model.figure.segments.values():
+            for site in segment.sites:
+                motion = run.site(f"{segment.name}.{site}")
+                assert motion.velocity.shape == motion.position.shape == (len(run.times), 3)
+                slope = (motion.position[2:] - motion.position[:-2]) / (2.0 * frame)
+                error = max(error, np.abs(slope - motion.velocity[1:-1]).max())
+                speeds.append(np.abs(motion.velocity).max())
+        errors.append(error)
+    assert max(speeds) > 0.1
+    assert errors[1] < 0.02 * max(speeds)
+    assert 3.0 < errors[0] / errors[1] < 5.0
+
+
+def test_a_site_of_the_ground_rests():
+    run = clip("pendulum").recording
+    ground = run.model.figure.root
+    assert not run.site(str(ground)).velocity.any()
+
+
+def test_an_unknown_site_names_the_nearest_one():
+    run = clip("prototype").recording
+    with pytest.raises(UnknownNameError, match=r"no site `left_lower_leg.ankl`; did you mean"):
+        run.site("left_lower_leg.ankl")
+    rest = simulate(run.model, Plan(stop=0.02), record=()).site(str(run.model.figure.root))
+    with pytest.raises(UnknownNameError, match="was not asked to record velocities"):
+        _ = rest.velocity
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_data_frame_is_the_table_of_the_recording(name: str, tmp_path: Path):
+    run = clip(name).recording
+    run.write(tmp_path / "run.csv")
+    frame, table = run.to_dataframe(), read_csv(tmp_path / "run.csv", comment="#")
+    assert list(frame.columns) == list(table.columns)
+    assert frame.to_numpy() == pytest.approx(table.to_numpy(), rel=1e-15, nan_ok=True)
+    assert frame["time [s]"].tolist() == run.times.tolist()
+
+
+def test_without_pandas_a_sentence_names_the_extra(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"needs pandas: pip install 'exudyn-mover\[notebook\]'"):
+        clip("pendulum").recording.to_dataframe()
+
+
+def test_a_recording_is_written_and_read(tmp_path: Path):
+    run = clip("prototype").recording
+    assert run.write(str(tmp_path / "run.action")).entries
+    assert same_bits(read_action(tmp_path / "run.action").displacements, run.displacements)
+    run.write(tmp_path / "run.npz")
+    _, back = read_npz(tmp_path / "run.npz")
+    assert back.model is None
+    for each in fields(run):
+        if each.name != "model":
+            assert same_bits(getattr(back, each.name), getattr(run, each.name)), each.name
+    for use in (back.require_model, back.to_dataframe, lambda: back.site("torso.neck")):
+        with pytest.raises(ModelError, match=r"give it one, as replace\(recording, model=Model.of"):
+            use()

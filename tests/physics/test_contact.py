@@ -10,10 +10,14 @@ import pytest
 from scipy.integrate import trapezoid
 
 from generator import read_figure
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene, floor_prop
+from generator.contact.shape import Shape
 from generator.figure import ContactSphere, Figure
-from generator.recording import Integrator, Recording
+from generator.recording import Recording
 from generator.rotations import Array
-from generator.scene import Box, Plane, Prop, Scene, Shape, floor_prop
+from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from plots.contact_cases import (

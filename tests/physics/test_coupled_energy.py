@@ -7,8 +7,9 @@ import pytest
 
 from generator import read_figure
 from generator.recording import Ending
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
 from springs import CoupledAxis, CoupledSpring, Joining, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.published import tables as published
@@ -36,7 +37,7 @@ def legs(law) -> tuple[CoupledSpring, ...]:
 
 
 def prototype(law, **plan):
-    springs = resolve_springs(PROTOTYPE, Plan(joining=Joining.CONSERVATIVE))
+    springs = read_springs(None, PROTOTYPE, Joining.CONSERVATIVE)
     springs = replace(springs, coupled=legs(law))
     return simulate(PROTOTYPE, Plan(springs=springs, displacements=BENT, **plan))
 
@@ -68,6 +69,7 @@ def test_a_conservative_law_s_energy_is_a_function_of_the_pose() -> None:
     assert np.ptp(runs[1].energy["spring"]) > 1.0
 
 
+@pytest.mark.slow
 def test_the_prototype_falls_at_its_default_tolerance() -> None:
     run = prototype(PUBLISHED, stop=0.2)
     assert run.outcome.succeeded

@@ -42,7 +42,7 @@ def test_a_driven_pendulum_needs_the_torque_of_its_motion(axis) -> None:
     needed = about * acceleration - np.cross(arms, weight) @ unit
     assert run.outcome.succeeded
     # The frames are put where the table has them; the integrator itself was no farther off.
-    assert 0.0 < run.strayed < 1e-8
+    assert 0.0 < run.prescribed_motion_drift < 1e-8
     assert np.max(np.abs(run.drive_torques["pin"][:, 0] - needed)) < 1e-4 * np.max(np.abs(needed))
     assert np.max(np.abs(run.reactions["pin"][:, 3:] @ unit - needed)) < 1e-4 * np.max(
         np.abs(needed)
@@ -76,7 +76,7 @@ def test_torque_times_rate_is_the_work_in_the_book(name) -> None:
     plan = Plan(stop=0.4, frame=0.0025, drives={joint: drive}, springs=springs, tolerance=1e-6)
     run = simulate(made, plan)
     assert run.outcome.succeeded
-    assert 0.0 < run.strayed < 1e-6
+    assert 0.0 < run.prescribed_motion_drift < 1e-6
     size = np.ptp(run.energy["work"])
     assert size > 0.1
     assert energy_error(run) < 1e-4 * size
@@ -114,7 +114,7 @@ def test_sites_that_are_turned_and_connections_the_other_way_round() -> None:
         drive = Drive(times, np.array([0.3, -0.2, 0.4]) + smooth(times, 0.3, 3))
         run = simulate(made, Plan(stop=0.3, drives={"tested": drive}, springs=NONE, tolerance=1e-6))
         assert run.outcome.succeeded
-        assert 0.0 < run.strayed < 1e-8
+        assert 0.0 < run.prescribed_motion_drift < 1e-8
         balance = run.energy_balance
         assert np.max(np.abs(balance - balance[0])) < 1e-4
 
@@ -129,7 +129,7 @@ def test_a_drive_through_a_pole_of_its_angles() -> None:
     expected = np.array([made_pose(angle) for angle in drive.displacements(run.times)])
     assert angles[-1, 1] > 0.5 * np.pi
     assert run.outcome.succeeded
-    assert 0.0 < run.strayed < 1e-8
+    assert 0.0 < run.prescribed_motion_drift < 1e-8
     assert np.max(np.abs(run.poses["link"][:, :3, :3] - expected)) < 1e-9
 
 
@@ -161,7 +161,7 @@ def test_a_table_that_is_driven_strays_by_less_than_a_millionth() -> None:
     }
     run = simulate(made, Plan(stop=0.3, drives=drives))
     assert run.outcome.succeeded
-    assert 0.0 < run.strayed < 1e-6
+    assert 0.0 < run.prescribed_motion_drift < 1e-6
 
 
 @pytest.mark.parametrize("rate", [-1.5, 1.5])

@@ -11,7 +11,7 @@ from benchmarks.cases import Case
 from benchmarks.engines import exudyn_engine
 from benchmarks.outside import Fall, fall
 from benchmarks.tree import between
-from generator.recording import Integrator
+from generator.run_options import Integrator
 from tests.physics.test_engines_law import random_state
 
 pytestmark = pytest.mark.verify

@@ -6,12 +6,12 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
 from benchmarks.engines.exudyn_engine import radial_springs
-from generator.simulation.plan import Plan, resolve_springs
+from generator.springs_file.read import read_springs
 from springs import damping_torque, elastic_torque, total_energy, total_torque
 from springs.spherical import conservative_energy
 
 CASE = cases.prototype("striding")
-OWN = resolve_springs(CASE.figure, Plan())
+OWN = read_springs(None, CASE.figure)
 
 
 def random_state(case, seed):

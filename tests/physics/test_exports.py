@@ -50,6 +50,7 @@ def ours(name: str, *, sprung: bool):
     return our_fall(case.figure, case.springs if sprung else SpringSet(), STOP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", SPRUNG)
 def test_moments_of_every_joint_differ_by_what_is_stated(name: str, engine: str, tmp_path: Path):

@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation as ScipyRotation
 from generator import read_figure
 from generator.figure import Figure, Location, Rotation, Segment, SiteRef, Translation
 from generator.rotations import pose_matrix
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
 from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
 from springs.published import tables as published
 
@@ -134,7 +135,7 @@ def test_the_mirror_image_of_the_prototype() -> None:
     """
     image = mirrored(PROTOTYPE)
     assert image != PROTOTYPE
-    springs = resolve_springs(PROTOTYPE, Plan(joining=Joining.CONSERVATIVE))
+    springs = read_springs(None, PROTOTYPE, Joining.CONSERVATIVE)
     springs = replace(springs, coupled=(LEG,))
     common = {"stop": 0.5, "step": 1e-3}
     run = simulate(PROTOTYPE, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
@@ -165,7 +166,7 @@ def test_the_mirror_image_of_the_prototype() -> None:
 
 def test_the_springs_of_the_prototype_are_mirror_images() -> None:
     """The file's own springs: the left ones reflected are the right ones."""
-    springs = resolve_springs(PROTOTYPE, Plan())
+    springs = read_springs(None, PROTOTYPE)
     assert mirrored_springs(springs).joints.keys() == springs.joints.keys()
     for name, joint in mirrored_springs(springs).joints.items():
         own = springs.joints[name]

@@ -9,8 +9,9 @@ import pytest
 
 from generator import read_figure
 from generator.figure import Figure
-from generator.recording import Integrator, Recording
+from generator.recording import Recording
 from generator.rotations import Array
+from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet

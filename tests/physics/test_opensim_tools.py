@@ -18,8 +18,9 @@ from generator.figure_file import read_figure
 from generator.motion_files import motion_from_recording, motion_writer
 from generator.recording import Recording
 from generator.rotations import Array
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
 
 pytestmark = pytest.mark.verify
 opensim: Any = pytest.importorskip("opensim")
@@ -73,7 +74,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Exported]:
     opensim.Logger.setLevelString("Error")
     folder = tmp_path_factory.mktemp("opensim")
     figure = posed(read_figure("prototype"), {**BENT, **LIMBS})
-    springs = resolve_springs(figure, Plan())
+    springs = read_springs(None, figure)
     run = simulate(figure, Plan(stop=STOP, frame=FRAME, tolerance=1e-6, springs=springs))
     made = Exported(folder, figure, run)
     write_model(figure, springs, made.model)

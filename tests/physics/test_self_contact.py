@@ -8,7 +8,8 @@ import pytest
 
 from generator import read_figure
 from generator.figure import ContactSphere, Figure
-from generator.recording import Integrator, Recording
+from generator.recording import Recording
+from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from plots.contact_cases import restitution

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator import ExudynModel, Plan, read_figure, static_torques
+from generator import Plan, read_figure, static_torques
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Joint, Site
 from generator.joint_chain import build_chain
@@ -20,9 +22,9 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from generator.scene import Plane, Prop, Scene
 from generator.simulation.exudyn_api import exu
-from generator.simulation.plan import resolve_springs
+from generator.simulation.model import build_model
+from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -44,7 +46,7 @@ AGREED = 1e-6
 """Largest difference of a torque read out from its law [N m]."""
 
 PROTOTYPE = read_figure("prototype")
-SPRINGS = resolve_springs(PROTOTYPE, Plan())
+SPRINGS = read_springs(None, PROTOTYPE)
 BALLS = tuple(n for n, s in SPRINGS.joints.items() if PROTOTYPE.joints[n].degrees_of_freedom == 3)
 SWEEP = np.radians(np.arange(-150.0, 150.1, 7.5))
 
@@ -169,7 +171,7 @@ def test_the_connectors_own_sensors_say_the_same(seed, python) -> None:
     pose = {name: turned(PROTOTYPE.joints[name], vector) for name, vector in vectors.items()}
     pose.update({name: rng.uniform(-1.0, 2.5, 1) for name in SPRINGS.joints if name not in vectors})
     read = static_torques(PROTOTYPE, [pose], Plan(python_torques=python))
-    built = ExudynModel.of(PROTOTYPE, Plan(displacements=pose, python_torques=python))
+    built = build_model(PROTOTYPE, Plan(displacements=pose, python_torques=python))
     for name, (connector,) in built.springs.items():
         said = built.mbs.GetObjectOutput(connector.item, exu.OutputVariableType.TorqueLocal)
         if name in vectors:

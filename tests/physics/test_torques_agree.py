@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.model import Model
 from generator.simulation.exudyn_api import exu
 from generator.simulation.model import build_model
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.springs import JointKind
+from generator.springs_file.read import read_springs
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 
@@ -32,7 +34,7 @@ def torques(assembly) -> np.ndarray:
 @pytest.mark.parametrize("joining", list(Joining))
 @pytest.mark.parametrize("seed", range(5))
 def test_every_joint_of_the_prototype(joining, seed) -> None:
-    springs = resolve_springs(PROTOTYPE, Plan(joining=joining))
+    springs = read_springs(None, PROTOTYPE, joining)
     rng = np.random.default_rng(seed)
     plan = {
         "joining": joining,
@@ -44,7 +46,7 @@ def test_every_joint_of_the_prototype(joining, seed) -> None:
         },
     }
     both = [
-        torques(build_model(PROTOTYPE, Plan(python_torques=python, **plan), springs))
+        torques(build_model(Model(PROTOTYPE, springs), Plan(python_torques=python, **plan)))
         for python in (False, True)
     ]
     assert np.max(np.abs(both[0])) > 1.0
@@ -60,9 +62,8 @@ def test_every_branch_of_the_laws(text, value) -> None:
     both = [
         torques(
             build_model(
-                one_body(factors, values),
+                Model(one_body(factors, values), SpringSet({"pin": springs})),
                 Plan(python_torques=python, velocities={"pin": np.ones(len(factors))}),
-                SpringSet({"pin": springs}),
             )
         )
         for python in (False, True)
@@ -108,6 +109,8 @@ def test_a_loop_with_a_spring_on_its_closing_joint() -> None:
         [ground(), body("link")], [joint("pin", "link.near", "ground.base", chain("Rz"), (0.4,))]
     )
     springs = SpringSet({"pin": JointSprings("pin", (AxisSpring((0.0, 0.0, 1.0), LAWS),))})
-    both = [torques(build_model(made, Plan(python_torques=p), springs)) for p in (False, True)]
+    both = [
+        torques(build_model(Model(made, springs), Plan(python_torques=p))) for p in (False, True)
+    ]
     expected = float(sum(law.torque(0.4) for law in LAWS))
     assert np.allclose(np.abs(both), abs(expected))

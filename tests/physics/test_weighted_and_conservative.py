@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from generator.model import Model
 from generator.rotations import cross_matrix, matrix_from_rotation_vector
 from generator.simulation.exudyn_api import exu, rigid
 from generator.simulation.model import build_model
@@ -36,7 +37,7 @@ class Rig:
 
     def __init__(self, joining: Joining) -> None:
         figure = one_body(BALL, segment=body("link", centre=(0.0, 0.0, 0.0)))
-        self.assembly = build_model(figure, Plan(), springs(joining))
+        self.assembly = build_model(Model(figure, springs(joining)), Plan())
         (connector,) = self.assembly.springs["pin"]
         self._item = connector.item
 

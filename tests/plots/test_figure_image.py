@@ -11,21 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import Plan, Recording, read_figure, simulate
+from generator.contact.box import Box
+from generator.contact.scene import Prop, Scene
 from generator.figure import Figure
 from generator.geometry.appearance import Appearance, segment_appearances
 from generator.geometry.surface import Surface
-from generator.scene import Box, Prop, Scene
 from plots import figure_image
-from plots.figure_image import (
-    GROUND,
-    SKIN,
-    Body,
-    Strip,
-    View,
-    draw_moments,
-    rasterize,
-    strip_image,
-)
+from plots.figure_image import GROUND, SKIN, Body, Strip, View, draw_moments, rasterize, strip_image
 from springs.contact import DEFAULT_SURFACE
 
 FRONT = View(turn=0.0, tilt=radians(15.0))
@@ -130,8 +122,7 @@ def test_moments_stand_side_by_side() -> None:
 def test_segments_without_a_psurf_are_drawn_between_their_sites() -> None:
     figure, recording = motion()
     bare = replace(
-        figure,
-        segments={name: replace(each, psurf=None) for name, each in figure.segments.items()},
+        figure, segments={name: replace(each, psurf=None) for name, each in figure.segments.items()}
     )
     image = strip_image(bare, recording, (0,), STRIP, Scene())
     elbow = bare.segments["left_upper_arm"].sites["distal"].pose_in_segment[:3, 3]

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
 from generator.diagnostics import MoverError
-from generator.scene import Box, Plane, Prop, Scene
 from plots.figure_image import Body, Strip, View, draw_moments
 from plots.framing import (
     VIEWS,

@@ -62,7 +62,7 @@ def few_angles(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_curve_is_read_at_the_edges_of_its_dead_zone_and_of_the_normal_range() -> None:
-    made = drawn.curve("knee")
+    made = drawn.data("knee")
     for angle in (0.0, 1.553, radians(137.7), radians(-1.0)):
         assert np.min(np.abs(made.angles - angle)) < 1e-7
     assert made.simulated.shape == made.angles.shape == made.law_torques.shape
@@ -85,12 +85,12 @@ def test_other_joints_may_be_held() -> None:
 
 
 def test_the_printed_cubic_has_no_dead_zone() -> None:
-    made = drawn.curve("elbow")
+    made = drawn.data("elbow")
     assert made.printed_torques(np.array([0.0, 1.0])) == pytest.approx([-1.014, -238.52215])
 
 
 def test_an_unknown_end_of_the_normal_range_is_zero() -> None:
-    made = replace(drawn.curve("shoulder_abduction"), low=None)
+    made = replace(drawn.data("shoulder_abduction"), low=None)
     assert [round(degrees(end), 6) for end in made.normal_range] == [0.0, 184.0]
 
 

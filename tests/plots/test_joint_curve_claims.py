@@ -29,10 +29,7 @@ def curve(torques: np.ndarray | None = None, other: np.ndarray | None = None, cu
 
 
 def published(
-    stiffness: float,
-    sample: Sample = PEOPLE,
-    source: Reference = SOURCE,
-    measured: bool = True,
+    stiffness: float, sample: Sample = PEOPLE, source: Reference = SOURCE, measured: bool = True
 ) -> Literature:
     everywhere, known = (-np.inf, np.inf), (radians(-60.0), radians(60.0))
     return Literature(

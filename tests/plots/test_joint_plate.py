@@ -11,7 +11,7 @@ from plots.canvas import LINE_STYLES, render_figure
 from plots.joint_curve import law_claims
 from plots.plate import Claim, Outcome
 from springs.published.tables import curve as published_row
-from tests.plots.drawn import curve, maker, plate
+from tests.plots.drawn import data, maker, plate
 
 PLATES = {
     "elbow": "4.2",
@@ -77,9 +77,9 @@ EXPECTED = (
 
 @EVERY
 def test_nothing_that_is_claimed_of_a_joint_s_resistance_holds_without_springs(name) -> None:
-    none = np.zeros_like(curve(name).simulated)
-    other = None if curve(name).other_side_torques is None else none
-    limp = replace(curve(name), simulated=none, other_side_torques=other)
+    none = np.zeros_like(data(name).simulated)
+    other = None if data(name).other_side_torques is None else none
+    limp = replace(data(name), simulated=none, other_side_torques=other)
     claims = (*law_claims(limp), *maker(name).claims(limp, *maker(name).literature))
     held = [one.sentence for one in claims if one.holds]
     assert [said for said in held if "other side has the same torque" not in said] == []

@@ -71,6 +71,7 @@ def test_a_worker_draws_for_its_medium() -> None:
     assert plate.pdf is not None
 
 
+@pytest.mark.slow
 def test_the_command_writes_for_a_paper_without_a_report(tmp_path: Path) -> None:
     run("plots", "elbow", "--for", "paper", "--width", 85, "-o", tmp_path)
     assert {path.suffix for path in tmp_path.iterdir()} == {".pdf", ".svg", ".txt", ".bib", ".csv"}

@@ -84,8 +84,8 @@ def test_the_epoch_of_the_times_does_not_matter() -> None:
     data = oscillation()
     binary = replace(data, times=np.arange(len(data.times)) / 128.0)
     shifted = replace(binary, times=binary.times + 2.0**30)
-    assert [test.as_json() for test in pendulum_tests(shifted)] == [
-        test.as_json() for test in pendulum_tests(binary)
+    assert [test.to_json() for test in pendulum_tests(shifted)] == [
+        test.to_json() for test in pendulum_tests(binary)
     ]
 
 
@@ -136,7 +136,7 @@ def test_a_short_record_lacks_numbers() -> None:
     assert np.isnan(number(test, "beyond").value)
     assert number(test, "first 2").value == pytest.approx(1.0, abs=0.01)
     assert "The record is too short for: swings beyond 2 deg." in list(test.paragraphs())
-    assert json.loads(json.dumps(test.as_json(), allow_nan=False))["numbers"][5]["value"] is None
+    assert json.loads(json.dumps(test.to_json(), allow_nan=False))["numbers"][5]["value"] is None
 
 
 def test_a_record_without_a_swing_is_refused_with_the_reason() -> None:
@@ -146,7 +146,7 @@ def test_a_record_without_a_swing_is_refused_with_the_reason() -> None:
 
 def test_json_has_the_references() -> None:
     (test,) = pendulum_tests(shipped())
-    data = json.loads(json.dumps(test.as_json(), allow_nan=False))
+    data = json.loads(json.dumps(test.to_json(), allow_nan=False))
     ratio = data["numbers"][4]
     assert data["joint"] == "knee"
     assert ratio["quantity"] == "relaxation index"
@@ -171,7 +171,7 @@ def test_the_protocol_of_the_command_fits_nothing() -> None:
     (test,) = pendulum_tests(shipped())
     assert all(paragraph in text for paragraph in test.paragraphs())
     data = answer("identify", "leg", SWING, "--protocol", "pendulum")
-    assert data == {"figure": "leg", "data": "leg_swing.csv", "pendulum": [test.as_json()]}
+    assert data == {"figure": "leg", "data": "leg_swing.csv", "pendulum": [test.to_json()]}
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import plots.plates
 from plots.canvas import draw_plate, render_figure
 from plots.joint_plate import JointPlate
 from plots.plate import Claim, ClaimKind, Plate
+from plots.plate_definition import PlateDefinition
 from plots.report import claims_table, gallery_page
 from plots.run import PLATES
 from tests.paths import DOCS
@@ -29,7 +30,7 @@ def makers_of_plates() -> Iterator[str]:
         for name, value in vars(module).items():
             made = getattr(value, "__annotations__", None) == {"return": Plate}
             own = getattr(value, "__module__", None) == module.__name__
-            if isinstance(value, JointPlate) or (made and own):
+            if isinstance(value, JointPlate | PlateDefinition) or (made and own):
                 yield f"{module.__name__}:{name}"
 
 
@@ -52,6 +53,7 @@ def rows(text: str) -> list[list[str]]:
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLATES)
 def test_a_plate_can_be_drawn_and_its_table_is_that_of_the_page(name: str):
     """Sentences, bounds and verdicts are; measured values differ in rounding, and in speed.

@@ -21,6 +21,7 @@ def made(names: list[str], jobs: int) -> dict[str, DrawnPlate | FailedPlate]:
     return {result.name: result for result in make_plates(targets, jobs)}
 
 
+@pytest.mark.slow
 def test_what_cannot_be_made_is_told_and_harms_no_other():
     line = Path(tiny_plates.__file__).read_text(encoding="utf-8").splitlines()
     number = 1 + line.index('    raise ValueError("no\\nmoments")')
@@ -43,6 +44,7 @@ def test_a_plate_without_a_maker(target: str):
     assert "no_such" in result.reason
 
 
+@pytest.mark.slow
 def test_settings_that_cannot_be_drawn_with_are_the_reason(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MPLBACKEND", "nonsense")
     (result,) = made(["spring"], jobs=1).values()
@@ -51,6 +53,7 @@ def test_settings_that_cannot_be_drawn_with_are_the_reason(monkeypatch: pytest.M
     assert "nonsense" in result.reason
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="asks for a process by its number")
 def test_a_worker_ends_with_its_parent(tmp_path: Path):
     number = tmp_path / "number"
@@ -87,6 +90,7 @@ def test_no_plates():
     assert made([], jobs=1) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="asks for a process by its number")
 def test_what_the_check_raises_ends_the_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     number = tmp_path / "number"

@@ -19,7 +19,15 @@ from generator.study.sensitivity import (
     estimate_indices,
     write_indices,
 )
-from generator.study.study import DesignKind, Measure, Parameter, RunResult, Study, Take, Uniform
+from generator.study.study import (
+    DesignKind,
+    Measure,
+    Parameter,
+    RunResult,
+    Statistic,
+    Study,
+    Uniform,
+)
 from generator.study.sweep import STUDY_NAME, TABLE_NAME
 from plots.canvas import add_title, plot_style
 from plots.medium import Medium, drawing_for, prepare_for_paper
@@ -39,9 +47,9 @@ from tests.command import answer, mover
 from tests.known_functions import ISHIGAMI, known_study
 
 COLUMNS = {
-    "swing": ("left_knee.1 [deg]", Take.LARGEST),
-    "impact": ("kinetic [J]", Take.TIME_OF_LARGEST),
-    "still": ("kinetic [J]", Take.LAST),
+    "swing": ("left_knee.1 [deg]", Statistic.LARGEST),
+    "impact": ("kinetic [J]", Statistic.TIME_OF_LARGEST),
+    "still": ("kinetic [J]", Statistic.LAST),
 }
 MEASURES = {name: Measure(name, *each) for name, each in COLUMNS.items()}
 SLOPES = np.array([1.0, 5.0, -0.2])
@@ -152,7 +160,7 @@ def many(parameters: int, measures: int) -> StudyIndices:
     """Indices of the same measure again and again, of parameters with falling influence."""
     made = known_study(ISHIGAMI, DesignKind.SOBOL, 8)
     every = {f"q{k}": Parameter(f"q{k}", (f"a.{k}",), Uniform(0.0, 1.0)) for k in range(parameters)}
-    taken = {f"m{k}": Measure(f"m{k}", "kinetic [J]", Take.LAST) for k in range(measures)}
+    taken = {f"m{k}": Measure(f"m{k}", "kinetic [J]", Statistic.LAST) for k in range(measures)}
     made = replace(made, parameters=every, measures=taken)
     outputs = design_points(made) @ (0.5 ** np.arange(parameters))
     rows = [RunResult("done", "", dict.fromkeys(taken, float(each))) for each in outputs]
@@ -285,6 +293,7 @@ def test_layout_has_room_for_titles_of_few_runs_and_of_many(
     assert size.height > 0.15
 
 
+@pytest.mark.slow
 def test_command_draws_a_folder(folder: Path, tmp_path: Path) -> None:
     data = answer("plots", folder, "-o", tmp_path / "out")
     assert [plate["name"] for plate in data["plates"]] == ["my_fall_sensitivity", "my_fall_runs"]

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.child import peak
 from benchmarks.damaged_inputs import MAX_MEMORY, READERS, make_seeds, read_damaged
-from generator.cli.answer import CommandResult
+from generator.cli.answer import CommandResult, format_paragraphs
 from generator.diagnostics import InputError, MoverError
 from tests.paths import FAULTS
 
@@ -51,7 +51,7 @@ def test_a_pipe_is_refused(reader: str, seeds: dict[str, list[Path]], tmp_path: 
     try:
         answer = READERS[reader](path)
         if isinstance(answer, CommandResult):
-            message = "".join(map(str, answer.diagnostics)) + answer.text
+            message = "".join(map(str, answer.diagnostics)) + format_paragraphs(answer.paragraphs())
     except InputError as failure:
         message = str(failure)
     assert "not a regular file" in message

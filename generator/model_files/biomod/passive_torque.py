@@ -113,9 +113,10 @@ class FittedTorque:
     """The passive torque of a displacement.
 
     Attributes:
-        torque: as the format holds it.
-        error: of the approximation over `range`, the other rotations at zero; None without one.
-        range: in which it was fitted [rad or m].
+        torque: torque as the format holds it.
+        error: error of the approximation over `range`, the other rotations at zero; None without
+            one.
+        range: range in which it was fitted [rad or m].
     """
 
     torque: PassiveTorque
@@ -128,8 +129,9 @@ class JointTorques:
     """The passive torques of a joint.
 
     Attributes:
-        fitted: by index in the chain.
-        coupling_error: of several rotations, at orientations throughout their ranges; else None.
+        fitted: fitted by index in the chain.
+        coupling_error: coupling error of several rotations, at orientations throughout their
+            ranges; else None.
     """
 
     fitted: dict[int, FittedTorque]
@@ -146,7 +148,7 @@ def passive_torques(
         chain: its chain.
         laws: its springs.
         joining: the law that joins the axes of several rotations.
-        ranges: of the displacements, over which laws are fitted [rad or m].
+        ranges: ranges of the displacements, over which laws are fitted [rad or m].
     """
     fitted: dict[int, FittedTorque] = {}
     wider = sampled_torques(joint, chain, laws, joining, _with_margins(chain, ranges))

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.figure import CENTRE_OF_MASS_SITE, AxisKind, Figure, JointAxis, is_rotation
+from generator.identifiers import plain_names, reserve_name
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.biomod.passive_torque import (
@@ -43,7 +44,6 @@ from generator.model_files.model_files import (
     format_with_meshes,
     geometry_folder,
 )
-from generator.names import plain_names, reserve_name
 from generator.rotations import (
     Array,
     inverse_pose,
@@ -88,8 +88,8 @@ def format_biomod(
 
     Args:
         figure: the figure.
-        springs: of its joints.
-        meshes: by segment; None for a model without.
+        springs: springs of its joints.
+        meshes: meshes by segment; None for a model without.
     """
     losses = Losses("biorbd model")
     model = build_export_model(figure, losses)
@@ -268,10 +268,10 @@ class _Group:
     """Displacements that one segment of the format has.
 
     Attributes:
-        places: in the chain, in the order of the format.
+        places: places in the chain, in the order of the format.
         translations: their coordinate axes ("xz"), the outermost first.
         rotations: likewise.
-        frame: whose coordinate axes they are, in the joint's frame, shape (3, 3).
+        frame: frame whose coordinate axes they are, in the joint's frame, shape (3, 3).
     """
 
     places: tuple[int, ...]

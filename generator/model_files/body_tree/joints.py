@@ -36,7 +36,7 @@ class JointGroup:
     """Degrees of freedom that form one joint.
 
     Attributes:
-        dofs: from the parent outwards to the child.
+        dofs: dofs from the parent outwards to the child.
         centre: the point where the axes of the turns meet, in the body's frame [m].
         frame: axes of the joint in the body's, shape (3, 3): where the turns are about axes across
             each other, along them.
@@ -63,7 +63,7 @@ def group_dofs(
     """Group degrees of freedom of a body into as few joints as possible, from the parent outwards.
 
     Args:
-        dofs: in that order.
+        dofs: dofs in that order.
         separate: give each passive rotation its own joint, so that its law is a law of its angle;
             in a joint with others it becomes a law of the rotation vector.
     """

@@ -12,8 +12,8 @@ from generator.figure import Attribute, Figure
 from generator.geometry.psurf import MAX_LINES
 from generator.geometry.read import FORMAT_UNITS, read_mesh
 from generator.geometry.surface import Surface, join_surfaces
+from generator.identifiers import reserve_name
 from generator.losses import Losses
-from generator.names import reserve_name
 from generator.rotations import Array
 
 Colour = tuple[float, float, float]
@@ -24,7 +24,7 @@ class Shape:
     """A surface that is fixed to a body.
 
     Attributes:
-        surface: in the body's frame [m].
+        surface: surface in the body's frame [m].
         colour: red, green and blue from 0 to 1; None for a shape without any.
     """
 
@@ -59,7 +59,7 @@ class MeshFiles:
 
     Attributes:
         losses: notes the files that cannot be read.
-        readers: of formats of their own, by suffix.
+        readers: readers of formats of their own, by suffix.
     """
 
     losses: Losses
@@ -70,9 +70,9 @@ class MeshFiles:
         """Return the surface in a file of the first folder that has it; None, with a loss, if none.
 
         Args:
-            folders: at least one.
+            folders: folders at least one.
             file: path from the folder.
-            name: of the file in the model; None for `file`.
+            name: name of the file in the model; None for `file`.
         """
         paths = [folder / file for folder in folders]
         path = next((path for path in paths if _exists(path)), paths[0])

@@ -25,6 +25,7 @@ from generator.figure import (
     Vector,
 )
 from generator.figure_file.lexer import KEYWORDS, MAX_WORD_LENGTH
+from generator.identifiers import free_name, plain_name
 from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import (
@@ -48,7 +49,6 @@ from generator.model_files.body_tree.tree import (
 )
 from generator.model_files.imported import CoordinateMapping, Imported
 from generator.model_files.xml import body_fixed_angles
-from generator.names import free_name, plain_name
 from generator.rotations import Array, pose_matrix
 from generator.springs_file.parse import SpringEntry, SpringsFile
 
@@ -61,7 +61,7 @@ class Names:
     """Names of one kind.
 
     Attributes:
-        renamed: by requested name, the name used instead.
+        renamed: renamed by requested name, the name used instead.
     """
 
     renamed: dict[str, str] = field(default_factory=dict[str, str])
@@ -161,10 +161,10 @@ class _FigureDraft:
     Attributes:
         losses: collects what the figure does not hold.
         separate: see `figure_from_tree`.
-        max_points: of a spring's table.
-        segment_frames: by body of the model (None is the world), the name of its segment and the
-            rotation of the segment's axes in the body's frame.
-        sites: of each segment, poses in the segment.
+        max_points: max points of a spring's table.
+        segment_frames: segment frames by body of the model (None is the world), the name of its
+            segment and the rotation of the segment's axes in the body's frame.
+        sites: sites of each segment, poses in the segment.
     """
 
     losses: Losses
@@ -255,7 +255,7 @@ def figure_from_tree(
     """Convert a tree into a figure; None, with diagnostics, if that is impossible.
 
     Args:
-        tree: as the model has it.
+        tree: tree as the model has it.
         diagnostics: collects errors.
         losses: collects what the figure does not hold.
         separate: make each revolute with springs, damping or limits a joint of its own, with

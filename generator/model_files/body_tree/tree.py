@@ -13,10 +13,10 @@ import numpy as np
 
 from generator.diagnostics import Span, shorten
 from generator.figure import AxisKind, Vector
+from generator.identifiers import free_name
 from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
-from generator.names import free_name
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from springs import Joining
 
@@ -56,11 +56,11 @@ class DegreeOfFreedom:
     """One degree of freedom with its passive law.
 
     Attributes:
-        name: of the coordinate.
-        kind: of its motion, about the axis or along it.
+        name: name of the coordinate.
+        kind: kind of its motion, about the axis or along it.
         axis: unit vector in the body's frame.
         point: a point of the axis of a turn in the body's frame [m].
-        value: at the start [rad or m], from the pose `Body.pose`.
+        value: value at the start [rad or m], from the pose `Body.pose`.
         offset: the model's coordinate is `scale` times the displacement plus this [rad or m].
         scale: positive.
         stiffness: [N m/rad or N/m].
@@ -71,7 +71,8 @@ class DegreeOfFreedom:
         lower: where a stop begins [rad or m], or None.
         upper: likewise.
         laws: further laws of the displacement, whose torques add.
-        expected_range: in which a law is sampled that no table holds exactly, or None.
+        expected_range: range in which a law is sampled that no table holds exactly, or
+            None.
         joint: degrees of freedom with the same name form one joint.
     """
 
@@ -133,16 +134,16 @@ class Body:
     Attributes:
         name: unique in its tree.
         parent: name of the parent body, None for the world.
-        pose: of its frame in the parent's at zero displacements, shape (4, 4).
-        dofs: from the parent outwards to the body.
-        mass: in the body's frame, or None.
+        pose: pose of its frame in the parent's at zero displacements, shape (4, 4).
+        dofs: dofs from the parent outwards to the body.
+        mass: mass in the body's frame, or None.
         sites: frames fixed to it, by name, in the body's frame, shape (4, 4) each.
         span: where the model says it.
         joint: name of its joint if the model has one for the whole row.
         extra_inertia: part of the inertia about the centre of mass [kg m2] that is impossible by
             itself: a model may have such numbers for a part that is fixed to a larger one. Without
             mass it is the whole inertia.
-        shapes: in the body's frame.
+        shapes: shapes in the body's frame.
     """
 
     name: str
@@ -187,13 +188,14 @@ class BodyTree:
     """Bodies, each parent before its children.
 
     Attributes:
-        bodies: in that order.
+        bodies: bodies in that order.
         sites: frames fixed to the world.
-        up_rotation: from the model's world to a figure's (y up, z ahead), shape (3, 3).
-        name: of the model, or None.
+        up_rotation: up rotation from the model's world to a figure's (y up, z ahead), shape (3, 3).
+        name: name of the model, or None.
         span: where the model begins.
         shapes: fixed to the world, in its frame.
-        joining: of the laws of joints of several rotations, where the model has another than usual.
+        joining: joining of the laws of joints of several rotations, where the model has another
+            than usual.
     """
 
     bodies: tuple[Body, ...]

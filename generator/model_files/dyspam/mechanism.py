@@ -78,10 +78,10 @@ class Connection:
     Attributes:
         first: number of the body in whose triad the other moves.
         second: number of that other body.
-        type: of the joint.
+        type: type of the joint.
         triads: the joint's frame in the first and in the second body.
-        angles: at the start [rad], one, or three about z, y and x.
-        rates: of the angles [rad/s].
+        angles: angles at the start [rad], one, or three about z, y and x.
+        rates: rates of the angles [rad/s].
         span: where the joint table has it.
     """
 
@@ -162,7 +162,7 @@ class JointTriad:
     """The triad of a figure's joint.
 
     Attributes:
-        type: of the joint.
+        type: type of the joint.
         rotation: axes of the triad as columns in the joint's sites, shape (3, 3).
     """
 
@@ -174,7 +174,7 @@ class JointTriad:
 
         Args:
             matrix: orientation of the child's site in the parent's, shape (3, 3).
-            displacement: of the figure's joint [rad].
+            displacement: displacement of the figure's joint [rad].
         """
         if self.type is JointType.REVOLUTE:
             return (float(np.asarray(displacement)[0]),)

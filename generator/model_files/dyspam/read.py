@@ -84,9 +84,9 @@ def figure_from_mechanism(
     `joint1` is that joint's triad. Joint axes are those of the triads.
 
     Args:
-        mechanism: as read.
-        loads: at its points; the loads of one kind at a point add up.
-        span: for errors without a place of their own.
+        mechanism: mechanism as read.
+        loads: loads at its points; the loads of one kind at a point add up.
+        span: span for errors without a place of their own.
         diagnostics: collects errors.
     """
     sites: dict[int, dict[str, Site]] = {k: {} for k in range(len(mechanism.bodies) + 1)}
@@ -185,11 +185,11 @@ class DyspamModel:
     """The contents of a folder.
 
     Attributes:
-        figure: of the structure, its tables and loads.
-        springs: of the figure, from `ndyspamfile` and `optional`.
+        figure: figure of the structure, its tables and loads.
+        springs: springs of the figure, from `ndyspamfile` and `optional`.
         losses: what the files say that a figure and its springs do not hold.
-        times: of the simulation.
-        rates: by joint, rates of the displacements at the start [rad/s], where there are any.
+        times: times of the simulation.
+        rates: rates by joint, rates of the displacements at the start [rad/s], where there are any.
     """
 
     figure: Figure

@@ -249,9 +249,9 @@ class Structure:
         degrees_of_freedom: degrees of freedom of the whole.
         loads: how many of each of `LOAD_KINDS`.
         springs: how many linear springs `ndyspamfile` has.
-        times: of the simulation.
+        times: times of the simulation.
         has_flags: whether a flag is set; what it asks for is not known.
-        span: of the first line.
+        span: span of the first line.
     """
 
     bodies: int

@@ -88,8 +88,8 @@ class DyspamSprings:
 
     Attributes:
         losses: the springs that could not be written.
-        rows: of `ndyspamfile`, linear springs.
-        records: of `optional`, cubics.
+        rows: rows of `ndyspamfile`, linear springs.
+        records: records of `optional`, cubics.
     """
 
     losses: Losses
@@ -103,8 +103,8 @@ def convert_springs(
     """Convert the springs of a figure's joints.
 
     Args:
-        springs: of the figure.
-        triads: of its joints, by name in the order of their numbers.
+        springs: springs of the figure.
+        triads: triads of its joints, by name in the order of their numbers.
         losses: collects the losses.
     """
     written = DyspamSprings(losses)
@@ -250,7 +250,7 @@ class NumberedFigure:
     Attributes:
         figure: the figure.
         placement: its start, with loops closed.
-        triads: of the joints that move, in the order of their numbers, from 1.
+        triads: triads of the joints that move, in the order of their numbers, from 1.
         bodies: number of each segment; 0 for the ground.
         points: the sites that are points of interest, in the order of their numbers, from 1.
     """
@@ -417,10 +417,10 @@ def format_files(
     """Format the four files of the folder `path`.
 
     Args:
-        figure: with joints of one or of three rotations.
-        springs: of its joints.
+        figure: figure with joints of one or of three rotations.
+        springs: springs of its joints.
         path: the folder.
-        times: of the simulation; None for 0 to 1 s.
+        times: times of the simulation; None for 0 to 1 s.
 
     Raises:
         InputError: the files cannot hold the figure; with all reasons.

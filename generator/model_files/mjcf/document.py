@@ -23,7 +23,7 @@ class Document:
     Attributes:
         root: the element `mujoco`, without any `include`.
         compiler: the settings of all `compiler` elements; the last one wins.
-        classes: by name, default attributes by kind of element.
+        classes: classes by name, default attributes by kind of element.
     """
 
     root: XmlElement
@@ -67,7 +67,7 @@ def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagno
 
     Args:
         root: the element `mujoco`.
-        directory: in which included files are looked for; None when there is none.
+        directory: directory in which included files are looked for; None when there is none.
         diagnostics: collects errors.
     """
     whole = _Includer(directory, diagnostics).expand(root)

@@ -198,7 +198,7 @@ class GeomReader:
 
     Attributes:
         document: the model.
-        directory: of the model's file.
+        directory: directory of the model's file.
         diagnostics: collects errors.
         losses: collects what a figure does not hold.
     """

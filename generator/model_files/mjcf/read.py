@@ -376,7 +376,7 @@ def figure_from_mjcf(
 
     Args:
         root: the element `mujoco`.
-        directory: of included files.
+        directory: directory of included files.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """

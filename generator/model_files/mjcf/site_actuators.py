@@ -42,12 +42,12 @@ class _Torque:
     Attributes:
         element: the actuator.
         body: that the joint moves.
-        sites: of the body and of its parent.
+        sites: sites of the body and of its parent.
         on_body: True if it is the actuator of the body's site.
         turn: rotation of the body's site in the body's frame, shape (3, 3).
-        axis: of a positive component, in the site's frame.
+        axis: axis of a positive component, in the site's frame.
         terms: torque at zero [N m], and its slopes by angle and rate.
-        ends: between which the torque is cut off [N m].
+        ends: ends between which the torque is cut off [N m].
     """
 
     element: XmlElement

@@ -170,7 +170,8 @@ def ramps_torque(ramps: Ramps, r: Array) -> Array:
     """Torque of ramps on the child in the parent's frame [N m], shape (n, 3).
 
     Args:
-        ramps: of each axis; a half of each acts about the parent's axis, a half about the child's.
+        ramps: ramps of each axis; a half of each acts about the parent's axis, a half about the
+            child's.
         r: rotation vectors [rad], shape (n, 3).
     """
     total = np.zeros_like(r)

@@ -6,13 +6,13 @@ import numpy as np
 
 from generator.diagnostics import InputError
 from generator.figure import Figure, Segment
-from generator.geometry.contact_spheres import mass_capsule
+from generator.geometry.appearance import mass_capsule
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
+from generator.identifiers import plain_names
 from generator.losses import Losses
 from generator.model_files.export_model import ExportModel
 from generator.model_files.xml import Element, add_element, format_numbers
-from generator.names import plain_names
 from generator.rotations import quaternion_from_matrix
 
 _MIN_VERTICES = 4

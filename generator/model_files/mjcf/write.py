@@ -29,6 +29,7 @@ from typing import assert_never
 import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
+from generator.identifiers import reserve_name
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -75,7 +76,6 @@ from generator.model_files.xml import (
     format_numbers,
     nesting_depth,
 )
-from generator.names import reserve_name
 from generator.rotations import (
     Array,
     inverse_pose,

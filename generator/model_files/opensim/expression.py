@@ -154,7 +154,7 @@ def with_definitions(expression: Expression, definitions: Mapping[str, Expressio
 
     Args:
         expression: may contain names that are defined.
-        definitions: by name; each may contain names of those after it.
+        definitions: definitions by name; each may contain names of those after it.
     """
     needed = set(_NAME.findall(expression.text))
     parts = [expression.text]

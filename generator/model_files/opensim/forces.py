@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import add
 
+from generator.identifiers import plain_name, reserve_name
 from generator.model_files.export_model import (
     ExportModel,
     has_friction,
@@ -29,7 +30,6 @@ from generator.model_files.opensim.expression import (
 )
 from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.xml import Element, add_element, format_numbers
-from generator.names import plain_name, reserve_name
 from generator.springs_file.axes import AXIS_NAMES, axis_label
 from springs import AxisSpring, CoupledSpring, Joining, SpringSet, total_torque
 
@@ -43,8 +43,8 @@ class _Path:
 
     Attributes:
         coordinates: paths of the coordinates by their names in expressions.
-        definitions: of other names in expressions.
-        length: as an expression.
+        definitions: definitions of other names in expressions.
+        length: length as an expression.
         arms: one a coordinate; None for minus the slopes of the length.
     """
 

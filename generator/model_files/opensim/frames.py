@@ -22,7 +22,7 @@ class FrameIndex:
 
     Attributes:
         diagnostics: collects errors.
-        paths: of every component with a name, by its place in memory.
+        paths: paths of every component with a name, by its place in memory.
         by_path: frames and bodies by path.
         by_name: likewise by name, the first of each.
     """

@@ -58,8 +58,8 @@ class AxisMotion:
     """The displacement along an axis as a function of its coordinate.
 
     Attributes:
-        slope: of a straight line through the coordinate, None where the function is curved.
-        value: at the coordinate's default [rad or m].
+        slope: slope of a straight line through the coordinate, None where the function is curved.
+        value: value at the coordinate's default [rad or m].
     """
 
     slope: float | None
@@ -240,8 +240,8 @@ class DofChain:
     """Degrees of freedom and fixed displacements, from the parent outwards.
 
     Attributes:
-        pose: of the child frame in the parent frame with all freedoms at zero, shape (4, 4).
-        dofs: in the child frame.
+        pose: pose of the child frame in the parent frame with all freedoms at zero, shape (4, 4).
+        dofs: dofs in the child frame.
     """
 
     pose: Array = field(default_factory=lambda: np.eye(4))

@@ -67,7 +67,7 @@ class _ForceReader:
     """Adds the laws of coordinate forces to degrees of freedom.
 
     Attributes:
-        dofs: by the names of their coordinates.
+        dofs: dofs by the names of their coordinates.
         diagnostics: collects errors.
         losses: collects what a figure does not hold.
     """
@@ -208,7 +208,7 @@ def with_function(
 
     Args:
         dof: the degree of freedom.
-        name: of the force.
+        name: name of the force.
         force_at: generalized force at displacements and a rate of them.
         losses: notes what is neither.
     """

@@ -65,7 +65,7 @@ def figure_from_osim(
 
     Args:
         root: the element `OpenSimDocument`.
-        directory: of the model's file, from which mesh files are looked for.
+        directory: directory of the model's file, from which mesh files are looked for.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """

@@ -15,8 +15,8 @@ import numpy as np
 
 from generator.figure import Vector
 from generator.model_files.opensim.expression import ZERO, Expression
-from generator.rotations import Array, unit_vector
-from generator.springs_file.axes import parallel_sign, unit_axis
+from generator.rotations import Array, unit_axis, unit_vector
+from generator.springs_file.axes import parallel_sign
 from springs.joint import Direction
 
 _MIN_SQUARED_SINE = 1e-12
@@ -31,9 +31,9 @@ class RotationExpressions:
     """Functions of the angles of a joint, as expressions.
 
     Attributes:
-        axes: of the rotations, innermost first; in the frames of the joint.
+        axes: axes of the rotations, innermost first; in the frames of the joint.
         angles: names of the angles.
-        suffix: of the names that are defined, to distinguish joints in one expression.
+        suffix: suffix of the names that are defined, to distinguish joints in one expression.
     """
 
     axes: tuple[Vector, ...]

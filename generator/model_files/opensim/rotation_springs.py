@@ -54,11 +54,11 @@ class RotationSpring:
     """A force that is a law about an axis of a joint.
 
     Attributes:
-        name: of the force.
-        coordinate: whose axis it is; its positive angle is that of the law.
+        name: name of the force.
+        coordinate: coordinate whose axis it is; its positive angle is that of the law.
         torque_at: torque about the axis [N m] at components of the rotation vector [rad] and a rate
             about the axis [rad/s].
-        joining: of the laws of the joint's axes, where the force depends on it.
+        joining: joining of the laws of the joint's axes, where the force depends on it.
     """
 
     name: str
@@ -149,8 +149,8 @@ class _Joint:
     """The rotations of a body, at random displacements.
 
     Attributes:
-        dofs: of the body.
-        name: of the joint.
+        dofs: dofs of the body.
+        name: name of the joint.
     """
 
     dofs: tuple[DegreeOfFreedom, ...]

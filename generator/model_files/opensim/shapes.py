@@ -46,8 +46,8 @@ class GeometryReader:
     """Reads the geometry of a model.
 
     Attributes:
-        frames: of the model.
-        directory: of the model's file.
+        frames: frames of the model.
+        directory: directory of the model's file.
         losses: collects what a figure does not hold.
     """
 

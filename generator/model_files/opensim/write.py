@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef, is_rotation
+from generator.identifiers import plain_names, renaming_loss, reserve_name
 from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -46,7 +47,6 @@ from generator.model_files.xml import (
     format_document,
     format_numbers,
 )
-from generator.names import plain_names, renaming_loss, reserve_name
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
 from springs import AxisSpring, Joining, JointSprings, SpringSet, total_torque
 from springs.elastic import Range
@@ -71,8 +71,8 @@ def format_osim(
 
     Args:
         figure: the figure.
-        springs: of its joints.
-        meshes: by segment; None for a model without meshes.
+        springs: springs of its joints.
+        meshes: meshes by segment; None for a model without meshes.
     """
     losses = Losses("OpenSim model")
     model = build_export_model(figure, losses)
@@ -196,10 +196,10 @@ class _Coordinate:
     """A coordinate of a joint.
 
     Attributes:
-        name: of the coordinate.
+        name: name of the coordinate.
         kind: rotation or translation.
         axis: unit vector in the frame of the joint's parent, shape (3,).
-        value: at the start [rad or m].
+        value: value at the start [rad or m].
         limits: its range [rad or m].
     """
 
@@ -227,7 +227,7 @@ class _JointWriter:
     """The joints, in the order in which they are added.
 
     Attributes:
-        coordinate_paths: by the name of the coordinate.
+        coordinate_paths: coordinate paths by the name of the coordinate.
     """
 
     def __init__(

@@ -170,7 +170,7 @@ def figure_from_urdf(
 
     Args:
         root: the element `robot`.
-        directory: of the model's file, from which mesh files are looked for.
+        directory: directory of the model's file, from which mesh files are looked for.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """

@@ -48,7 +48,7 @@ class VisualReader:
 
     Attributes:
         root: the element `robot`.
-        directory: of the model's file.
+        directory: directory of the model's file.
         diagnostics: collects errors.
         losses: collects what a figure does not hold.
     """

@@ -20,6 +20,7 @@ import numpy as np
 
 from generator.figure import AxisKind, Figure, Joint, is_rotation
 from generator.geometry.appearance import Colour
+from generator.identifiers import reserve_name
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
@@ -43,7 +44,6 @@ from generator.model_files.xml import (
     format_numbers,
     roll_pitch_yaw,
 )
-from generator.names import reserve_name
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
 from springs import AxisSpring, JointSprings, SpringSet, Stop
 from springs.elastic import total_friction
@@ -73,7 +73,7 @@ def format_urdf(
 
     Args:
         figure: the figure.
-        springs: of its joints.
+        springs: springs of its joints.
         meshes: visuals by segment; None for a model without.
     """
     losses = Losses("URDF model")

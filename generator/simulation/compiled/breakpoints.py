@@ -66,7 +66,7 @@ def store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, st
 
 
 @compiled(COUNT, PROGRESS)
-def list_suspects(progress: Progress) -> int:
+def possible_crossings(progress: Progress) -> int:
     """List the switching functions that may be passed and passed back between stages.
 
     A parabola through three stages, whose minimum lies between them, is compared with zero, and

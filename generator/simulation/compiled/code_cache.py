@@ -42,8 +42,8 @@ segments that touch each other."""
 
 _FOLDER = Path(__file__).parent
 
-_CONTACT_MODULES = ("generator.scene", "generator.self_contact", "springs.contact")
-"""Modules that define the law of contact, which is compiled into the integrator."""
+_CONTACT_FOLDER = _FOLDER.parents[1] / "contact"
+"""Folder that defines the forces of contact, which are compiled into the integrator."""
 
 listeners: list[Callable[[str], None]] = []
 """Called with the name of each function of the integrator before it is compiled or loaded."""
@@ -65,8 +65,8 @@ def require_numba() -> None:
 
 @cache
 def _sources() -> tuple[str, ...]:
-    others = [Path(str(import_module(name).__file__)) for name in _CONTACT_MODULES]
-    paths = [*sorted(_FOLDER.glob("*.py")), *others]
+    surface = Path(str(import_module("springs.contact").__file__))
+    paths = [*sorted(_FOLDER.glob("*.py")), *sorted(_CONTACT_FOLDER.glob("*.py")), surface]
     return tuple(path.read_text(encoding="utf-8") for path in paths)
 
 

@@ -156,7 +156,7 @@ def compile_source(source: str, name: str, signature: Any) -> FunctionPointer:
 
     Args:
         source: text of a module that decorates nothing.
-        name: of the function in it.
+        name: name of the function in it.
         signature: numba signature of the function.
     """
     folder = cache_folder()

@@ -4,6 +4,7 @@ This code is compiled when a figure first has props. The law of contact is recor
 definition; here it gets its arguments in the axes of a prop, and its results act on the links.
 """
 
+from math import inf
 from typing import Any
 
 from numba import types
@@ -31,7 +32,6 @@ from generator.simulation.compiled.compiler import (
 )
 from generator.simulation.compiled.contact_tables import contact_source
 from generator.simulation.compiled.layout import (
-    BOX,
     CONTACT_INPUTS,
     CONTACT_SWITCHES,
     FORCE,
@@ -41,7 +41,8 @@ from generator.simulation.compiled.layout import (
     MOMENT,
     POINT,
     PROP_AXES,
-    PROP_HALF_SIZE,
+    PROP_LARGEST,
+    PROP_LEAST,
     PROP_ORIGIN,
     ROTATION,
     SCRATCH,
@@ -77,12 +78,12 @@ def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
         centre = plus(vector(work, i, POINT), arm)
         for d in range(len(props)):
             turn = matrix(props, d, PROP_AXES)
-            x, y, z = apply_transposed(turn, minus(centre, vector(props, d, PROP_ORIGIN)))
-            depth = radius - y
-            if mechanism.props[d, 0] == BOX:
-                beyond_y = abs(y) - props[d, PROP_HALF_SIZE + 1]
-                beyond = max(abs(x) - props[d, PROP_HALF_SIZE], beyond_y)
-                depth = radius - max(beyond, abs(z) - props[d, PROP_HALF_SIZE + 2])
+            place = apply_transposed(turn, minus(centre, vector(props, d, PROP_ORIGIN)))
+            beyond = -inf
+            for k in range(3):
+                beyond = max(beyond, place[k] - float(props[d, PROP_LARGEST + k]))
+                beyond = max(beyond, float(props[d, PROP_LEAST + k]) - place[k])
+            depth = radius - beyond
             if depth < -radius:
                 # Far away; the switching functions need no accuracy.
                 for k in range(CONTACT_SWITCHES):
@@ -91,7 +92,7 @@ def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
                 continue
             spin = vector(work, i, SPIN)
             velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
-            store_in(arguments, 0, (x, y, z))
+            store_in(arguments, 0, place)
             store_in(arguments, 3, apply_transposed(turn, velocity))
             store_in(arguments, 6, apply_transposed(turn, spin))
             _contact(

@@ -1,23 +1,24 @@
 """Tables of contact, and the forces on spheres and on capsules as code.
 
-The forces are recorded from their definitions in `generator.scene` and `generator.self_contact`.
-The form of the first depends on the kind of prop only, so the code is the same for all figures;
-radii and surfaces are constants in a table.
+The forces are recorded from their definitions in `generator.contact`. The form of the first depends
+on the class of a prop's shape only, so the code is the same for all figures; radii, lengths and
+surfaces are constants in a table.
 """
 
 from collections.abc import Mapping, Sequence
 from functools import cache
 from math import hypot
-from typing import Any, assert_never
+from typing import Any
 
 import numpy as np
 
+from generator.contact.force import contact_force
+from generator.contact.scene import NO_SCENE, SHAPES, Scene
+from generator.contact.self_contact import LIMB_SURFACE, CapsulePair, capsule_force
+from generator.contact.shape import Shape
 from generator.figure import ContactSphere
 from generator.rotations import Array
-from generator.scene import Box, Plane, Scene, Shape, contact_force
-from generator.self_contact import LIMB_SURFACE, CapsulePair, capsule_force
 from generator.simulation.compiled.layout import (
-    BOX,
     CONTACT_INPUTS,
     CONTACT_SWITCHES,
     FIRST_HALF,
@@ -26,10 +27,10 @@ from generator.simulation.compiled.layout import (
     PAIR_INPUTS,
     PAIR_RANGE,
     PAIR_REACH,
-    PLANE,
     PROP_AXES,
     PROP_COLUMNS,
-    PROP_HALF_SIZE,
+    PROP_LARGEST,
+    PROP_LEAST,
     PROP_ORIGIN,
     RADIUS_DIFFERENCE,
     SECOND_HALF,
@@ -56,18 +57,12 @@ import math
 def pair(o, s, W, P, Z, G):
 '''
 
-_EXAMPLES: Sequence[Shape] = (
-    Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-    Box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
-)
-"""A prop of each kind, in the order of `PLANE` and `BOX`."""
-
 
 def contact_source() -> str:
-    """Return the source of the law of contact for all kinds of props."""
+    """Return the source of the law of contact for all shapes."""
     text = _HEADER
-    for kind, shape in enumerate(_EXAMPLES):
-        lines, _ = _record(shape, DEFAULT_SURFACE, 0.1)
+    for kind, shape in enumerate(SHAPES):
+        lines, _ = _record(shape(), DEFAULT_SURFACE, 0.1)
         text += f"    if kind == {kind}:\n" + "".join(f"        {line}\n" for line in lines)
     return text
 
@@ -88,17 +83,19 @@ def _record(
     shape: Shape,
     surface: Surface,
     radius: float | Array,
-    size: tuple[Array, Array, Array] | None = None,
+    lengths: Sequence[Array] | None = None,
 ) -> tuple[tuple[str, ...], tuple[Any, ...]]:
     """Record the force on a sphere: lines of code, and their constants.
 
-    Those of many spheres are recorded at once with arrays of radii, and those of many boxes with
-    arrays of the lengths of their edges.
+    Those of many spheres are recorded at once with arrays of radii, and those of many props with
+    arrays of their lengths.
     """
     recorder = _TableRecorder()
     x, y, z, *motion = (Symbol(recorder, f"W[{k}]") for k in range(CONTACT_INPUTS))
     velocity, spin = (motion[0], motion[1], motion[2]), (motion[3], motion[4], motion[5])
-    force = contact_force(shape, surface, radius, (x, y, z), velocity, spin, RECORDING, size=size)
+    force = contact_force(
+        shape, surface, radius, (x, y, z), velocity, spin, RECORDING, lengths=lengths
+    )
     results = [
         *(force.normal * part for part in (*force.direction, *force.arm)),
         (force.normal - force.elastic) * force.rate,
@@ -208,9 +205,8 @@ def _law_tables(scene: Scene, radii: Array) -> tuple[Array, IndexArray]:
     begin = 0
     for (_, surface), props in alike.items():
         shapes = [scene.props[place].shape for place in props]
-        edges = np.array([shape.size for shape in shapes if isinstance(shape, Box)])
-        size = None if not edges.size else (edges[:, 0], edges[:, 1], edges[:, 2])
-        _, constants = _record(shapes[0], surface, radii[:, None], size)
+        lengths = [*np.array([shape.lengths for shape in shapes]).T]
+        _, constants = _record(shapes[0], surface, radii[:, None], lengths)
         table = np.empty((len(radii), len(props), len(constants)))
         for k, constant in enumerate(constants):
             table[:, :, k] = constant
@@ -223,20 +219,14 @@ def _law_tables(scene: Scene, radii: Array) -> tuple[Array, IndexArray]:
 
 
 def _prop_tables(scene: Scene) -> tuple[IndexArray, Array]:
-    """Return the kinds and the numbers of the props."""
-    kinds: list[int] = []
-    constants = np.zeros((len(scene.props), PROP_COLUMNS))
-    for row, prop in zip(constants, scene.props, strict=True):
-        row[PROP_ORIGIN : PROP_ORIGIN + 3] = prop.shape.pose[:3, 3]
-        row[PROP_AXES : PROP_AXES + 9] = prop.shape.pose[:3, :3].ravel()
-        match prop.shape:
-            case Plane():
-                kinds.append(PLANE)
-            case Box(size=size):
-                kinds.append(BOX)
-                row[PROP_HALF_SIZE : PROP_HALF_SIZE + 3] = 0.5 * np.asarray(size)
-            case _:
-                assert_never(prop.shape)
+    """Return the numbers of the props' classes, and their constants."""
+    shapes = [prop.shape for prop in scene.props]
+    constants = np.zeros((len(shapes), PROP_COLUMNS))
+    for row, shape in zip(constants, shapes, strict=True):
+        row[PROP_ORIGIN : PROP_ORIGIN + 3] = shape.pose[:3, 3]
+        row[PROP_AXES : PROP_AXES + 9] = shape.pose[:3, :3].ravel()
+        row[PROP_LEAST : PROP_LEAST + 3], row[PROP_LARGEST : PROP_LARGEST + 3] = shape.bounds
+    kinds = [SHAPES.index(type(shape)) for shape in shapes]
     return np.array(kinds, dtype=np.int64).reshape(-1, 1), constants
 
 
@@ -246,7 +236,7 @@ def pair_tables(
     """Return the tables of `Mechanism` that concern pairs of capsules.
 
     Args:
-        pairs: of capsules.
+        pairs: pairs of capsules.
         segment_links: link of each segment.
         points: point of each link in the axes of its segment, shape (links, 3) [m].
     """
@@ -270,3 +260,8 @@ def pair_tables(
         places[PAIR_RANGE] = pair.reach + hypot(*first.half_line) + hypot(*second.half_line)
     parameters = _record_pair()[1] if pairs else ()
     return rows, constants, np.array(parameters, dtype=float)
+
+
+_NO_POINTS = np.zeros((0, 3))
+NO_SPHERES = contact_tables(NO_SCENE, {}, {}, _NO_POINTS)
+NO_PAIRS = pair_tables((), {}, _NO_POINTS)

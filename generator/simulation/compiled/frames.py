@@ -79,7 +79,7 @@ def record_frames(
     """Evaluate the states of frames.
 
     Args:
-        equations: of motion.
+        equations: equations of motion.
         mechanism: tables.
         scratch: working memory.
         times: shape (f,) [s].

@@ -111,13 +111,11 @@ SPHERE_LINK, SPHERE_SEGMENT = range(2)
 SPHERE_CENTRE, SPHERE_RADIUS = 0, 3
 """Columns of `sphere_constants`: centre from the link's point in its axes (3), and radius [m]."""
 
-PLANE, BOX = range(2)
-"""Kinds of props."""
+PROP_ORIGIN, PROP_AXES, PROP_LEAST, PROP_LARGEST = 0, 3, 12, 15
+"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), least and largest coordinates
+along them (3 each) [m]."""
 
-PROP_ORIGIN, PROP_AXES, PROP_HALF_SIZE = 0, 3, 12
-"""Columns of `prop_constants`: origin [m] (3), axes in the world (9), half a box's edges (3)."""
-
-PROP_COLUMNS = 15
+PROP_COLUMNS = 18
 
 CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
@@ -172,7 +170,7 @@ class Mechanism(NamedTuple):
         row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
         spheres: links and segments of the contact spheres, shape (c, 2).
         sphere_constants: their places and radii, shape (c, 4).
-        props: their kinds, shape (d, 1).
+        props: numbers of their shapes' classes, shape (d, 1).
         prop_constants: their numbers, shape (d, PROP_COLUMNS).
         contact_parameters: constants of the law of contact.
         contact_offsets: first of these for each sphere and prop, shape (c, d).
@@ -302,19 +300,20 @@ class Scratch(NamedTuple):
 
     Attributes:
         work: quantities of each link in world axes, shape (n, WORK_COLUMNS).
-        displacements: of the measured joints [rad or m], shape (m, 3).
-        rates: of the measured joints, rotations in the half-way frame, shape (m, 3).
-        torques: of the laws, on the child [N m or N], shape (m, 3).
+        displacements: displacements of the measured joints [rad or m], shape (m, 3).
+        rates: rates of the measured joints, rotations in the half-way frame, shape (m, 3).
+        torques: torques of the laws, on the child [N m or N], shape (m, 3).
         half_way: half-way frames of the measured joints in the world, shape (m, 9); of an angle the
             axis, as first column; of a shift its axis and the arms to the child's site from the
             points of the parent's and the child's link.
         switching: switching functions of the laws, then the cosines with their signs, (s + m,).
         powers: see `POWERS`, shape (POWERS,).
         row_work: quantities of each constraint row in world axes, shape (q, ROW_COLUMNS).
-        responses: of each link to a unit of each row, shape (q, n, RESPONSE_COLUMNS).
-        factor: of the rows' accelerations by their multipliers, by Cholesky, shape (q, q).
+        responses: responses of each link to a unit of each row, shape (q, n, RESPONSE_COLUMNS).
+        factor: factor of the rows' accelerations by their multipliers, by Cholesky, shape (q, q).
         residual: right-hand side, then solution of these equations, shape (q,).
-        contact_forces: on each segment with contact spheres, in world axes, shape (g, 3) [N].
+        contact_forces: contact forces on each segment with contact spheres, in world axes, shape
+            (g, 3) [N].
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,
             its velocity and angular velocity), then its results (force and moment about the centre,
             powers of impact damping and friction). Of the law of two capsules, in world axes: from

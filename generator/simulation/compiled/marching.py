@@ -12,20 +12,20 @@ from generator.simulation.compiled.algebra import apply, cross, dot, matrix, plu
 from generator.simulation.compiled.breakpoints import (
     NO_BREAKPOINT,
     SLACK,
-    list_suspects,
     locate_breakpoint,
     locate_graze,
+    possible_crossings,
     store_margins,
 )
 from generator.simulation.compiled.compiler import COUNT, FLAG, MATRIX, REAL, VECTOR, compiled
 from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
-    BOX,
     CONTACT_SWITCHES,
     MEASURED_ENDS_AT_HALF_TURN,
     MECHANISM,
-    PROP_HALF_SIZE,
+    PROP_LARGEST,
+    PROP_LEAST,
     ROTATION,
     SCRATCH,
     SPHERE_CENTRE,
@@ -41,8 +41,8 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.runge_kutta import (
     EVENTS,
     FRAME,
-    FRESH,
     INTERVAL,
+    NEEDS_FIRST_STAGE,
     PROGRESS,
     REJECTED,
     STEP,
@@ -117,15 +117,15 @@ def _leaves_transition(mechanism: Mechanism, progress: Progress, stage: int) -> 
 def _longest_flight(
     mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
 ) -> float:
-    """Return the longest step in which no sphere passes through a box near it, between stages.
+    """Return the longest step in which no sphere passes through a prop near it, between stages.
 
     Args:
         mechanism: tables.
         scratch: evaluation at the start of the step, or near it.
-        progress: with the margins at the start.
+        progress: progress with the margins at the start.
         step: intended step [s].
     """
-    spheres, places, props = mechanism.spheres, mechanism.sphere_constants, mechanism.props
+    spheres, places, props = mechanism.spheres, mechanism.sphere_constants, mechanism.prop_constants
     longest = step
     x, y, z = mechanism.gravity
     gravity = sqrt(x * x + y * y + z * z)
@@ -139,12 +139,12 @@ def _longest_flight(
         for d in range(len(props)):
             touch = _first_contact(mechanism) + CONTACT_SWITCHES * (s * len(props) + d) + TOUCH
             is_near = mechanism.branches[touch] < 0.0 and progress.margins[0, touch] < reach
-            if props[d, 0] != BOX or not is_near:
+            if not is_near:
                 continue
-            half = inf
+            width = inf
             for k in range(3):
-                half = min(half, float(mechanism.prop_constants[d, PROP_HALF_SIZE + k]))
-            width = 2.0 * (half + places[s, SPHERE_RADIUS])
+                width = min(width, float(props[d, PROP_LARGEST + k] - props[d, PROP_LEAST + k]))
+            width += 2.0 * places[s, SPHERE_RADIUS]
             if reach > width:
                 # The positive root of width = speed t + gravity t^2 / 2.
                 root = sqrt(speed * speed + 2.0 * gravity * width)
@@ -181,7 +181,7 @@ def march(
     """Integrate until the stop time, and write the states of the frames.
 
     Args:
-        equations: of motion.
+        equations: equations of motion.
         mechanism: tables.
         scratch: working memory of evaluations.
         progress: the integration so far, which is continued.
@@ -205,7 +205,7 @@ def march(
         interval, time = counts[INTERVAL], float(clock[TIME])
         if time >= stop:
             return FINISHED
-        if counts[FRESH]:
+        if counts[NEEDS_FIRST_STAGE]:
             settle_branches(
                 equations,
                 mechanism,
@@ -217,7 +217,7 @@ def march(
                 -1,
                 SLACK * (counts[STEPS] > 0),
             )
-            counts[FRESH] = 0
+            counts[NEEDS_FIRST_STAGE] = 0
             store_margins(mechanism, scratch, progress, 0)
         if taken >= max_steps:
             return PAUSED
@@ -289,7 +289,7 @@ def march(
             share = locate_breakpoint(
                 equations, mechanism, scratch, progress, balls, step, earliest
             )
-        for n in range(list_suspects(progress)):
+        for n in range(possible_crossings(progress)):
             if not has_continuous:
                 build_continuous(equations, mechanism, scratch, progress, step)
                 has_continuous = True
@@ -355,4 +355,4 @@ def march(
             )
         if reaches_limit and reached < stop:
             counts[INTERVAL] += 1
-            counts[FRESH] = 1
+            counts[NEEDS_FIRST_STAGE] = 1

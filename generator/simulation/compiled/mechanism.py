@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from generator.contact.scene import Scene
+from generator.contact.self_contact import CapsulePair
 from generator.drive import Drive
 from generator.figure import ContactSphere, Joint, SiteRef, is_rotation
 from generator.joint_chain import Chain
@@ -14,10 +16,20 @@ from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.kinematics.tree import TreeJoint
 from generator.loads import TimedLoad
 from generator.rotations import Array, inverse_pose, quaternion_from_matrix, unit_vector
-from generator.scene import Scene
-from generator.self_contact import CapsulePair
-from generator.simulation.compiled.contact_tables import contact_tables, pair_tables
-from generator.simulation.compiled.equations import Equations, equations_with
+from generator.simulation.compiled.compiler import FunctionPointer
+from generator.simulation.compiled.contact_tables import (
+    NO_PAIRS,
+    NO_SPHERES,
+    contact_tables,
+    pair_tables,
+)
+from generator.simulation.compiled.equations import (
+    EVALUATE_LAWS,
+    KEEP_STATE,
+    TOUCH_NOTHING,
+    TREE_RATES,
+    Equations,
+)
 from generator.simulation.compiled.law_code import (
     LawUse,
     build_law_tables,
@@ -62,14 +74,11 @@ from generator.simulation.compiled.layout import (
     SITE_COLUMNS,
     SLIDE,
     WORK_COLUMNS,
+    CompiledLaw,
     IndexArray,
+    Laws,
     Mechanism,
     Scratch,
-)
-from generator.simulation.compiled.time_pieces import (
-    drive_pieces,
-    load_pieces,
-    smooth_intervals,
 )
 from springs import JointSprings, SpringSet
 
@@ -81,7 +90,7 @@ class CompiledModel:
     """A figure ready for compiled integration.
 
     Attributes:
-        equations: of motion, with the laws of its joints.
+        equations: equations of motion, with the laws of its joints.
         mechanism: its tables.
         scratch: working memory of evaluations.
         initial_state: coordinates, rates and integrals of powers, shape (n,).
@@ -91,8 +100,8 @@ class CompiledModel:
             within a joint.
         joint_links: inboard link (-1 for the ground) and outboard link of each joint, shape (j, 2).
         measured_joints: joint name of each measured joint.
-        coordinates: for each joint whose displacements are all coordinates, their places in a
-            state, in the order of its chain.
+        coordinates: coordinates for each joint whose displacements are all coordinates, their
+            places in a state, in the order of its chain.
         factor_links: link of each factor of a joint that has its own, by the joint's name and the
             factor's index; of a ball, by its innermost rotation; of a fixed joint, by -1.
         row_joints: joint of each constraint row that closes a loop, and True where the second link
@@ -137,10 +146,11 @@ class _Link:
 
     Attributes:
         parent: the inboard link; -1 is the ground.
-        kind: of its joint.
-        arm: from the inboard link's point to the joint, in the inboard link's axes, shape (3,) [m].
+        kind: kind of its joint.
+        arm: arm from the inboard link's point to the joint, in the inboard link's axes, shape (3,)
+            [m].
         turn: axes of the joint in those of the inboard link, shape (3, 3).
-        axis: of a hinge or slide, in the inboard link's axes, shape (3,).
+        axis: axis of a hinge or slide, in the inboard link's axes, shape (3,).
         joint: name of the figure's joint.
         factor: index of the factor in the joint's chain; -1 for a fixed joint.
         tip: pose of the joint's site in the segment, shape (4, 4); None within a joint.
@@ -179,8 +189,8 @@ def build_compiled_model(
         rates: rates of the tree's displacements, shape (m,) [rad/s or m/s].
         springs: the springs of its joints, without obstacles.
         prescribed: locks, links and drives.
-        loads: on moving segments.
-        gravity: in world axes [m/s2].
+        loads: loads on moving segments.
+        gravity: gravity in world axes [m/s2].
         times: start and stop [s].
         scene: props that the figure may touch.
         spheres: contact spheres of the segments that may touch them.
@@ -231,6 +241,11 @@ class _Builder:
         scene, touching = self.scene, self.touching
         contacts = sum(map(len, touching.values())) * len(scene.props) + len(self.pairs)
         switches = tables.switches + CONTACT_SWITCHES * contacts
+        spheres, pairs = NO_SPHERES, NO_PAIRS
+        if scene.props or touching:
+            spheres = contact_tables(scene, touching, self.segment_links, points)
+        if self.pairs:
+            pairs = pair_tables(self.pairs, self.segment_links, points)
         state = self._initial_state(links)
         mechanism = Mechanism(
             links,
@@ -247,8 +262,8 @@ class _Builder:
             tables.bounds,
             np.ones(switches + len(measured)),
             *self._rows(),
-            *contact_tables(scene, touching, self.segment_links, points),
-            *pair_tables(self.pairs, self.segment_links, points),
+            *spheres,
+            *pairs,
         )
         rows, count = len(mechanism.rows), len(measured)
         scratch = Scratch(
@@ -268,7 +283,7 @@ class _Builder:
         )
         joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]
         return CompiledModel(
-            equations_with(tables.function, mechanism),
+            _equations_with(tables.function, mechanism),
             mechanism,
             scratch,
             state,
@@ -346,7 +361,7 @@ class _Builder:
         )
         linked = {
             end.joint
-            for link in self.prescribed.links.resolved
+            for link in self.prescribed.resolved_links
             for end in (link.follower, link.control)
         }
         if len(chain.rotations) == 3 and name not in linked and name not in self.prescribed.drives:
@@ -490,7 +505,7 @@ class _Builder:
                         np.concatenate([place, axes[:, u], other_place, other_axes[:, v]])
                     )
                     self.row_joints.append((joint.name, not lock.from_child))
-        for link in self.prescribed.links.resolved:
+        for link in self.prescribed.resolved_links:
             offset, control = link.offset, -1
             if link.control.joint in self.prescribed.locked:
                 locked = self.prescribed.locked[link.control.joint]
@@ -596,3 +611,74 @@ def _product(p: Array, q: Array) -> Array:
     """Quaternion of the rotation by q followed by p."""
     scalar = p[0] * q[0] - p[1:] @ q[1:]
     return np.append(scalar, p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))
+
+
+def _equations_with(law: CompiledLaw, mechanism: Mechanism) -> Equations:
+    """Return the equations of motion of a mechanism with the laws of its joints.
+
+    With rows of constraints beyond the tree, with contacts, or with contacts between links, the
+    functions for these are compiled as well.
+    """
+    contacts = TOUCH_NOTHING
+    if len(mechanism.spheres) > 0:
+        from generator.simulation.compiled.contact_forces import APPLY_CONTACTS
+
+        contacts = APPLY_CONTACTS
+    if len(mechanism.pairs) > 0:
+        from generator.simulation.compiled.self_contact_forces import APPLY_ALL_CONTACTS
+
+        contacts = APPLY_ALL_CONTACTS
+    laws = Laws(law, contacts)
+    if len(mechanism.rows) == 0:
+        return Equations(laws, EVALUATE_LAWS, TREE_RATES, KEEP_STATE)
+    from generator.simulation.compiled.projection import (
+        compute_constrained_rates,
+        project_state,
+    )
+
+    constrained = FunctionPointer(compute_constrained_rates), FunctionPointer(project_state)
+    return Equations(laws, EVALUATE_LAWS, *constrained)
+
+
+_SAMPLED_SHARES = np.array([0.25, 0.75])
+"""Places within an interval at which a load is read, away from jumps at its ends."""
+
+
+def smooth_intervals(
+    loads: Sequence[TimedLoad], drives: Sequence[Drive], times: tuple[float, float]
+) -> Array:
+    """Start, and the times until the stop at which a load or a drive is not smooth, (k,) [s]."""
+    start, stop = times
+    ends = [float(t) for load in loads for t in load.times]
+    ends += [float(t) for drive in drives for t in drive.times]
+    return np.array([start, *sorted({t for t in ends if start < t < stop})])
+
+
+def load_pieces(loads: Sequence[TimedLoad], knots: Array, stop: float) -> Array:
+    """Value at the start of each interval and slope of each load, shape (k, l, 6)."""
+    lengths = np.diff(np.append(knots, stop))
+    inner = knots[:, None] + _SAMPLED_SHARES * lengths[:, None]
+    pieces = np.zeros((len(knots), len(loads), 6))
+    for k, load in enumerate(loads):
+        values = load.components(inner)
+        slopes = (values[:, 1] - values[:, 0]) / (0.5 * lengths[:, None])
+        pieces[:, k, 3:] = slopes
+        pieces[:, k, :3] = values[:, 0] - slopes * (0.25 * lengths[:, None])
+    return pieces
+
+
+def drive_pieces(drives: Sequence[tuple[Drive, int]], knots: Array, stop: float) -> Array:
+    """Coefficients of each drive's cubic in the time since each interval's start, (k, drives, 4).
+
+    Args:
+        drives: each with one of its columns.
+        knots: starts of the intervals, shape (k,) [s].
+        stop: end of the last interval [s].
+    """
+    middles = 0.5 * (knots + np.append(knots[1:], stop))
+    pieces = np.zeros((len(knots), len(drives), 4))
+    for k, (drive, column) in enumerate(drives):
+        for order, factor in enumerate((1.0, 1.0, 0.5)):
+            pieces[:, k, order] = factor * drive.derivatives(knots, order)[:, column]
+        pieces[:, k, 3] = drive.derivatives(middles, 3)[:, column] / 6.0
+    return pieces

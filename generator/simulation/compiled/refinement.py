@@ -30,17 +30,19 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.runge_kutta import (
+    COUNTS,
     EVENTS,
     FRAME,
     MAX_EVENTS,
+    NEEDS_FIRST_STAGE,
     PATH,
     REJECTED,
     STEPS,
     SWITCH,
     TIME,
     Progress,
-    start_progress,
 )
+from generator.simulation.compiled.tableau import END_STAGE, STAGE_COUNT
 
 DECADE = 0.1
 """Ratio of the tolerances of two runs that are compared."""
@@ -56,7 +58,7 @@ ESTIMATE_FACTOR = 2.0
 """Estimated error over the difference of two runs. The finer run usually errs a tenth of it, but in
 a few of a hundred falls the errors of both are alike, up to 1.7 times their difference."""
 
-_LEAP = 1e-4
+_RATIO_AFTER_EQUAL_STEPS = 1e-4
 """Ratio of the tolerances of a run and the next where the last two took the same steps."""
 
 MAX_RUNS = 8
@@ -90,7 +92,7 @@ _MIN_STIFF_TIME = 1e-3
 _MAX_DIVERGENCE = 0.1
 """Difference above which two runs follow different motions, and predicts nothing [rad or m]."""
 
-_AIM = 0.5
+_TARGET_SHARE = 0.5
 """Share of the tolerance that the next difference should have."""
 
 
@@ -103,7 +105,7 @@ class CompiledRun:
     """One run.
 
     Attributes:
-        times: of the f frames reached, shape (f,) [s].
+        times: times of the f frames reached, shape (f,) [s].
         states: shape (f, n).
         links: recorded columns of every link, shape (f, links, RECORDED_COLUMNS).
         rates: rates of the states, shape (f, n).
@@ -112,9 +114,9 @@ class CompiledRun:
         ending: reason of its end.
         last_time: time reached [s].
         turned_joint: the joint that reached 180 deg, if one did.
-        tolerance: of its steps.
+        tolerance: tolerance of its steps.
         steps: accepted and rejected steps.
-        event_times: of the breakpoints passed [s].
+        event_times: event times of the breakpoints passed [s].
         event_switches: switching functions of the breakpoints.
         path_times: start, and ends of the steps, shape (p,) [s]; empty without contact. See
             `MAX_PATH_STEPS`.
@@ -173,8 +175,8 @@ def run_once(
 
     Args:
         model: its branches are set anew.
-        times: of the frames, shape (f,) [s]; the first is the start.
-        tolerance: of the steps.
+        times: times of the frames, shape (f,) [s]; the first is the start.
+        tolerance: tolerance of the steps.
         deadline: `time.monotonic()` after which to stop.
         watch: called with the mean step and the simulated time [s] several times a second.
         stopped: set by another thread to interrupt the run.
@@ -284,8 +286,8 @@ def record_links(model: CompiledModel, times: Array, states: Array) -> Array:
     """Recorded columns of every link in f states, shape (f, links, RECORDED_COLUMNS).
 
     Args:
-        model: whose branches are set anew.
-        times: of the states, shape (f,) [s].
+        model: model whose branches are set anew.
+        times: times of the states, shape (f,) [s].
         states: shape (f, n).
     """
     links = np.empty((len(times), len(model.mechanism.links), RECORDED_COLUMNS))
@@ -345,6 +347,50 @@ def _march_to_end(
             )
         if time.monotonic() > deadline:
             return Ending.TOO_LONG
+
+
+def start_progress(
+    state: Array,
+    time: float,
+    step: float,
+    switches: int,
+    integrals: int,
+    max_events: int = MAX_EVENTS,
+    path: int = 0,
+) -> Progress:
+    """Return the integration of a state from a time with a first step [s].
+
+    Args:
+        state: shape (n,); copied.
+        time: [s].
+        step: length of the first step [s].
+        switches: number of switching functions.
+        integrals: number of integrals of powers and forces, which come last in a state.
+        max_events: number of breakpoints whose times are kept.
+        path: number of steps whose ends are kept.
+    """
+    size = len(state)
+    counts = np.zeros(COUNTS, dtype=np.int64)
+    counts[NEEDS_FIRST_STAGE] = 1
+    return Progress(
+        state.copy(),
+        np.array([time, step]),
+        counts,
+        np.zeros(max_events),
+        np.zeros(max_events, dtype=np.int64),
+        np.zeros((STAGE_COUNT, size)),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((7, size)),
+        np.zeros((2, size - integrals)),
+        np.zeros(switches, dtype=np.int64),
+        np.zeros(switches),
+        np.zeros((END_STAGE + 1, switches)),
+        np.zeros(path),
+        np.zeros((path, size)),
+    )
 
 
 def run_until_agreed(
@@ -480,11 +526,15 @@ def _next_tolerance(runs: list[CompiledRun], difference: float, tolerance: float
     """
     last = runs[-1].tolerance
     if _have_same_steps(*runs[-2:]):
-        return max(_LEAP * last, SMALLEST_TOLERANCE) if last > SMALLEST_TOLERANCE else 0.0
-    is_sufficient = difference * DECADE <= _AIM * tolerance
+        return (
+            max(_RATIO_AFTER_EQUAL_STEPS * last, SMALLEST_TOLERANCE)
+            if last > SMALLEST_TOLERANCE
+            else 0.0
+        )
+    is_sufficient = difference * DECADE <= _TARGET_SHARE * tolerance
     if is_sufficient or not difference <= _MAX_DIVERGENCE:  # or not finite
         return DECADE * last
-    return max(DECADE * last * _AIM * tolerance / (difference * DECADE), DECADE**2 * last)
+    return max(DECADE * last * _TARGET_SHARE * tolerance / (difference * DECADE), DECADE**2 * last)
 
 
 def _finest_agreed(runs: list[CompiledRun], model: CompiledModel) -> AgreedRun:

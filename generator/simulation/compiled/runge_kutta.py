@@ -3,8 +3,6 @@
 from math import sqrt
 from typing import NamedTuple
 
-import numpy as np
-
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
 from generator.simulation.compiled.compiler import (
@@ -40,12 +38,12 @@ from generator.simulation.compiled.tableau import (
 TIME, STEP = range(2)
 """Places in `Progress.clock` [s]."""
 
-STEPS, REJECTED, FRAME, INTERVAL, EVENTS, FRESH, SWITCH, PATH = range(8)
+STEPS, REJECTED, FRAME, INTERVAL, EVENTS, NEEDS_FIRST_STAGE, SWITCH, PATH = range(8)
 """Places in `Progress.counts`: accepted and rejected steps, the next frame, the interval of time,
 breakpoints passed, 1 where the rates at the start of the step are to be computed, the switching
 function of the last breakpoint, and the number of steps whose ends are kept."""
 
-_COUNTS = 8
+COUNTS = 8
 
 MAX_EVENTS = 100_000
 """Number of breakpoints of a run whose times are kept."""
@@ -96,50 +94,6 @@ class Progress(NamedTuple):
 
 
 PROGRESS = compiled_type(Progress)
-
-
-def start_progress(
-    state: Array,
-    time: float,
-    step: float,
-    switches: int,
-    integrals: int,
-    max_events: int = MAX_EVENTS,
-    path: int = 0,
-) -> Progress:
-    """Return the integration of a state from a time with a first step [s].
-
-    Args:
-        state: shape (n,); copied.
-        time: [s].
-        step: length of the first step [s].
-        switches: number of switching functions.
-        integrals: number of integrals of powers and forces, which come last in a state.
-        max_events: number of breakpoints whose times are kept.
-        path: number of steps whose ends are kept.
-    """
-    size = len(state)
-    counts = np.zeros(_COUNTS, dtype=np.int64)
-    counts[FRESH] = 1
-    return Progress(
-        state.copy(),
-        np.array([time, step]),
-        counts,
-        np.zeros(max_events),
-        np.zeros(max_events, dtype=np.int64),
-        np.zeros((STAGE_COUNT, size)),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros((7, size)),
-        np.zeros((2, size - integrals)),
-        np.zeros(switches, dtype=np.int64),
-        np.zeros(switches),
-        np.zeros((END_STAGE + 1, switches)),
-        np.zeros(path),
-        np.zeros((path, size)),
-    )
 
 
 @compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR, vectorised=True)

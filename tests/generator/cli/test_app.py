@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,8 @@ import pytest
 
 from generator import read_action
 from generator.cli import app as module
-from generator.cli.answer import CommandResult, json_text
-from generator.cli.app import COMMANDS
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, json_text
+from generator.cli.app import COMMANDS, MODULES, command_function
 from generator.recording import Ending
 from tests.command import mover, run
 from tests.paths import FAULTS, FIGURES, ROOT
@@ -47,9 +48,8 @@ def test_the_command_starts_without_slow_libraries():
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_help_of_a_command_opens_with_its_line_in_the_list(command: str):
-    target, summary = COMMANDS[command]
-    path, function = target.split(":")
-    assert vars(import_module(path))[function].__doc__.splitlines()[0] == summary
+    summary = COMMANDS[command]
+    assert str(command_function(command).__doc__).splitlines()[0] == summary
     listed = re.findall(r"^  ([\w-]+)  +(.*)$", run("--help").stdout, re.MULTILINE)
     assert dict(listed)[command] == summary  # on one line of a terminal
     assert summary in " ".join(run(command, "-h").stdout.split())
@@ -96,20 +96,31 @@ def test_without_json_a_refusal_leaves_the_output_empty(line: str, code: int):
 SHOWN: list[bool] = []
 
 
+@dataclass(frozen=True)
+class Counted(CommandResult):
+    steps: int
+    text: str = field(default="counted", metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        return (f"{self.text} {self.steps}",)
+
+
 def count(steps: int = 1, *, show_progress: bool) -> CommandResult:
     """Count."""
     SHOWN.append(show_progress)
-    return CommandResult(f"counted {steps}", steps)
+    return Counted(steps)
 
 
 @pytest.mark.parametrize("terminal", [True, False])
 @pytest.mark.parametrize(
-    ("words", "output"), [((), "counted 3\n"), (("--json",), "3\n"), (("--quiet",), "")]
+    ("words", "output"),
+    [((), "counted 3\n"), (("--json",), '{\n  "steps": 3\n}\n'), (("--quiet",), "")],
 )
 def test_progress_is_shown_on_a_terminal_unless_quiet(
     terminal: bool, words: tuple[str, ...], output: str, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setitem(COMMANDS, "count", (f"{__name__}:count", "Count."))
+    monkeypatch.setitem(COMMANDS, "count", "Count.")
+    monkeypatch.setitem(MODULES, "count", __name__)
     monkeypatch.setattr(module, "_has_terminal", lambda: terminal)
     assert run("count", "--steps", 3, *words).stdout == output
     assert SHOWN.pop() is (terminal and words != ("--quiet",))
@@ -130,7 +141,8 @@ def lose() -> CommandResult:
 
 
 def test_an_input_that_vanishes_is_not_an_output(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(COMMANDS, "lose", (f"{__name__}:lose", "Lose."))
+    monkeypatch.setitem(COMMANDS, "lose", "Lose.")
+    monkeypatch.setitem(MODULES, "lose", __name__)
     done = mover("lose", "--json")
     message = "`walk.fig` cannot be read: permission denied"
     assert (done.exit_code, done.stderr) == (1, f"error: {message}\n")
@@ -139,13 +151,14 @@ def test_an_input_that_vanishes_is_not_an_output(monkeypatch: pytest.MonkeyPatch
 
 def overflow() -> CommandResult:
     """Multiply numbers beyond the largest float."""
-    return CommandResult(str(np.array([1e308]) * np.array([10.0])), None)
+    return Counted(0, str(np.array([1e308]) * np.array([10.0])))
 
 
 def test_numpy_warns_of_nothing(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder):
-    monkeypatch.setitem(COMMANDS, "overflow", (f"{__name__}:overflow", "Overflow."))
+    monkeypatch.setitem(COMMANDS, "overflow", "Overflow.")
+    monkeypatch.setitem(MODULES, "overflow", __name__)
     done = run("overflow")
-    assert (done.stdout, done.stderr, list(recwarn)) == ("[inf]\n", "", [])
+    assert (done.stdout, done.stderr, list(recwarn)) == ("[inf] 0\n", "", [])
 
 
 def interrupt(*_: object, **__: object) -> Any:
@@ -155,7 +168,7 @@ def interrupt(*_: object, **__: object) -> Any:
 INTERRUPTION = "interrupted before anything was written"
 
 
-@pytest.mark.parametrize("place", ["app", "_load_command", "generator.cli.com:load_figure"])
+@pytest.mark.parametrize("place", ["app", "_load_command", "generator.cli.inputs:load_figure"])
 def test_ctrl_c_before_a_run_is_reported(
     place: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

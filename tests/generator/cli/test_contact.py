@@ -16,26 +16,26 @@ import pytest
 from typer.testing import Result
 
 from generator import read_action, read_figure
+from generator.cli.answer import json_text
 from generator.cli.contact import (
     MAX_STARTS,
+    StartsResult,
     contact_data,
     contact_rows,
     contact_table,
-    scene_from_options,
     sensitivity_rows,
-    starts_data,
-    starts_details,
     starts_from_options,
-    starts_text,
     touch_warnings,
 )
-from generator.contact_record import HEAD_INJURY_CAVEAT, ContactRecord, Overlap, SegmentContact
-from generator.diagnostics import ModelError, UsageError
-from generator.geometry.contact_spheres import fit_contact_spheres
+from generator.cli.inputs import plan_from_options
+from generator.contact.plane import Plane
+from generator.contact.record import HEAD_INJURY_CAVEAT, ContactRecord, Overlap, SegmentContact
+from generator.contact.scene import FLOOR, Scene, floor_prop
+from generator.contact.spheres import fit_contact_spheres
+from generator.diagnostics import ModelError
 from generator.input_files.scene import read_scene
 from generator.motion_files.npz import read_npz
 from generator.recording import CONTACT_ENERGY_KINDS, Ending, Recording
-from generator.scene import FLOOR, Plane, Scene, floor_prop
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.starts import StartStudy
@@ -105,7 +105,7 @@ def record(fall: FloorRun) -> ContactRecord:
 
 def test_the_json_is_the_contact_record(fall: FloorRun, record: ContactRecord):
     data = fall.data["contact"]
-    assert data == json.loads(json.dumps(contact_data(record)))
+    assert data == json.loads(json_text(contact_data(record)))
     assert data["weight_carried"] == record.weight_carried
     assert (data["max_force_N"], data["max_force_s"]) == (record.max_force, record.max_force_time)
     assert data["max_penetration_m"] == record.max_depth
@@ -148,7 +148,7 @@ def test_the_rows_state_the_contact_record(fall: FloorRun, record: ContactRecord
     assert row(text, "contact") == "35 spheres; error in height at most 11 mm"
     assert row(text, "touch") == "right_lower_leg and left_lower_leg at 0 s"
     assert f"at most {record.max_force:.4g} N, at {record.max_force_time:.3g} s" in text
-    assert f"at most {1e3 * record.max_depth:.0f} mm, of {record.max_depth_segment}" in text
+    assert f"at most {1e3 * record.max_depth:.0f} mm, of {record.max_depth_part}" in text
     assert f"{record.weight_carried:.3f} of the weight carried, horizontal speed" in text
     assert "(last 0.2 s)" in row(text, "end")
     assert row(text, "start").startswith("0.001 rad off: joint angles within 0.1 rad of these")
@@ -167,7 +167,7 @@ def test_a_summary_fits_a_screen(fall: FloorRun):
 
 
 def test_the_details_have_a_row_for_each_segment(fall: FloorRun, record: ContactRecord):
-    header, *rows = contact_table(record)
+    header, *rows = contact_table(record).rows
     assert len(header) == 6
     assert [cells[0] for cells in rows] == list(record.segments)
     for cells in rows:
@@ -249,7 +249,7 @@ def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):
     assert first == f"0.001 rad off: joint angles within 0.1 rad of these until {times[4]:.3g} s,"
     assert second == f"height of the centre of mass within 2 mm until {times[9]:.3g} s"
     assert recording.contact is not None
-    assert contact_data(recording.contact)["sensitivity_rad"] is None
+    assert json.loads(json_text(contact_data(recording.contact)))["sensitivity_rad"] is None
 
 
 def test_records_without_gravity_or_a_disturbed_run(fall: FloorRun):
@@ -273,11 +273,12 @@ def test_any_record_has_rows_of_a_line(fall: FloorRun):
 
 
 def test_the_floor_is_below_and_has_the_default_surface():
-    choice = scene_from_options(floor=True, friction=None, scene=None, height=None, up=UP)
-    (prop,) = choice.scene.props
+    plan, _ = plan_from_options({"floor": True})
+    (prop,) = plan.scene.props
     assert (prop.name, prop.surface) == (FLOOR, DEFAULT_SURFACE)
-    assert choice.height == 0.0
-    tilted = scene_from_options(floor=True, friction=0.1, scene=None, height=2.0, up=(0, 0.6, 0.8))
+    assert (plan.height, plan.free_root) == (0.0, True)
+    given = {"floor": True, "friction": 0.1, "height": 2.0, "gravity": (0.0, -6.0, -8.0)}
+    tilted, _ = plan_from_options(given)
     (prop,) = tilted.scene.props
     assert isinstance(prop.shape, Plane)
     assert prop.shape.normal == (0, 0.6, 0.8)
@@ -287,12 +288,11 @@ def test_the_floor_is_below_and_has_the_default_surface():
 
 def test_a_scene_stands_beside_a_floor_or_alone():
     step = read_scene("step")
-    both = scene_from_options(floor=True, friction=0.0, scene="step", height=None, up=UP)
+    both, _ = plan_from_options({"floor": True, "friction": 0.0, "scene": "step"})
     assert [prop.name for prop in both.scene.props] == [FLOOR, *(p.name for p in step.props)]
-    alone = scene_from_options(floor=False, friction=None, scene="step", height=-0.2, up=UP)
-    assert (alone.scene, alone.height) == (step, -0.2)
-    nothing = scene_from_options(floor=False, friction=None, scene=None, height=None, up=UP)
-    assert (nothing.scene, nothing.height) == (Scene(), None)
+    alone, _ = plan_from_options({"scene": "step", "height": -0.2})
+    assert (alone.scene, alone.height, alone.free_root) == (step, -0.2, True)
+    assert plan_from_options({}) == (Plan(), ())
 
 
 @pytest.mark.parametrize(
@@ -300,16 +300,14 @@ def test_a_scene_stands_beside_a_floor_or_alone():
     [(None, pi / 180), ("0.1rad", 0.1), ("2.5deg", radians(2.5)), ("180deg", pi)],
 )
 def test_the_spread_is_an_angle_with_a_unit(spread: str | None, angle: float):
-    choice = starts_from_options(MAX_STARTS, spread, 5, has_props=True)
+    choice = starts_from_options(MAX_STARTS, spread, 5)
     assert choice is not None
     assert (choice.number, choice.seed) == (MAX_STARTS, 5)
     assert choice.spread == pytest.approx(angle)
 
 
 def test_without_starts_there_is_no_choice():
-    assert starts_from_options(None, None, None, has_props=True) is None
-    with pytest.raises(UsageError, match="--spread needs --starts"):
-        starts_from_options(None, "1deg", None, has_props=True)
+    assert starts_from_options(None, None, None) is None
 
 
 def test_a_figure_falls_from_its_height():
@@ -376,7 +374,7 @@ def test_segments_touch_each_other_on_demand(fall: FloorRun):
         free_root=True, height=0.0, scene=Scene((floor_prop(UP),)), stop=STOP, self_contact=True
     )
     recording = simulate(read_figure("prototype"), plan)
-    assert data["contact"] == json.loads(json.dumps(contact_data(recording.contact)))
+    assert data["contact"] == json.loads(json_text(contact_data(recording.contact)))
     assert data["contact"] != fall.data["contact"]
     suggestion = "(without --self-contact)"
     made_up = made(fall.recording, overlap=Overlap(0.05, "left_hand", "right_hand", 0.1))
@@ -479,7 +477,7 @@ def study(**changes: Any) -> StartStudy:
 
 
 def test_the_table_of_starts_counts_only_what_is_known():
-    lines = starts_text(study()).splitlines()
+    lines = str(StartsResult.of(study())).splitlines()
     assert lines[:2] == [
         "3 starts, angles varied by 2 deg (SD), seed 7; 1 within the tolerance to the end",
         "1 failed; start 2: inside a prop",
@@ -490,24 +488,24 @@ def test_the_table_of_starts_counts_only_what_is_known():
         ["largest force [N]", "2000", "1414", "1000", "3000"],
         ["height of the centre of mass at the end [m]", "0.3", "0.1414", "0.2", "0.4"],
     ]
-    last = starts_details(study()).splitlines()[-1]
+    last = StartsResult.of(study()).details().splitlines()[-1]
     assert re.split("  +", last) == ["hand [N]", "20", "14.14", "10", "30"]
 
 
 def test_starts_that_all_failed_have_no_table():
     failures = {number: "inside a prop" for number in (1, 2, 3)}
     failed = study(failures=failures, is_accurate=np.zeros(3, bool))
-    assert starts_text(failed).splitlines()[1:] == ["3 failed; start 1: inside a prop"]
-    assert starts_details(failed) == ""
+    assert str(StartsResult.of(failed)).splitlines()[1:] == ["3 failed; start 1: inside a prop"]
+    assert StartsResult.of(failed).details() == ""
 
 
 def test_a_fixed_step_has_no_tolerance_to_be_within():
-    assert "tolerance" not in starts_text(study(is_accurate=None))
-    assert starts_data(study(is_accurate=None))["is_accurate"] is None
+    assert "tolerance" not in str(StartsResult.of(study(is_accurate=None)))
+    assert StartsResult.of(study(is_accurate=None)).is_accurate is None
 
 
 def test_the_json_of_starts_has_null_for_what_is_unknown():
-    data = json.loads(json.dumps(starts_data(study()), allow_nan=False))
+    data = json.loads(json_text(StartsResult.of(study())))
     assert data["spread_deg"] == pytest.approx(2.0)
     assert data["failures"] == {"2": "inside a prop"}
     assert data["impact_s"] == [None, None, 0.5]

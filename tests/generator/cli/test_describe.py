@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from generator.contact.spheres import LARGEST_ERROR
 from generator.figure_file import read_figure
 from generator.figure_file.write import write_figure
-from generator.geometry.contact_spheres import LARGEST_ERROR
 from generator.person.identity import Identity
 from generator.person.measures import Sex
 from tests.command import answer, run

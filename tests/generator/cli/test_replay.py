@@ -16,7 +16,7 @@ from generator.input_files.live import (
     SetSprings,
     write_live,
 )
-from generator.motion_files import action_from_recording
+from generator.motion_files import motion_from_recording
 from generator.motion_files.motion import file_sha256
 from generator.simulation.live import LiveRun
 from tests.command import mover, run
@@ -56,7 +56,7 @@ def test_the_motion_is_the_same(live: LiveRun, file: Path):
     assert data["agreement_with_exudyn"] == live.recording().agreement_with_exudyn
     assert data["files"] == [str(out)]
     again = read_action(out)
-    expected = action_from_recording(live.recording(), live.figure)
+    expected = motion_from_recording(live.recording())
     assert again.displacements.keys() == expected.displacements.keys()
     for name, values in expected.displacements.items():
         assert np.array_equal(again.displacements[name], values)

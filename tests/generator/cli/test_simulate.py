@@ -14,8 +14,11 @@ from typer.testing import Result
 from generator import read_action
 from generator.motion_files import MOTION_FORMATS
 from generator.motion_files.action import ActionFile
+from generator.motion_files.npz import read_npz
 from generator.recording import ENERGY_KINDS, Ending
+from generator.study.run_case import run_case
 from tests.command import answer, mover, run
+from tests.study_runs import parse_study_text
 
 
 class Fall(NamedTuple):
@@ -128,6 +131,60 @@ def test_a_run_starts_from_a_pose(tmp_path: Path):
     words = ("--pose", path, "--set", "shoulder=0,20,0")
     (moved,) = swing(tmp_path, *words).displacements.values()
     assert moved[0] == pytest.approx(np.radians([0.0, 20.0, 0.0]), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("scaled", "plain"),
+    [
+        (
+            ("gravity=0.5", "pose.left_knee=-20", "velocity.left_elbow=50"),
+            ("--gravity", "0,-4.905,0", "--set", "left_knee=-20", "--velocity", "left_elbow=50"),
+        ),
+        (
+            ("floor.friction=0.1", "height=0.002"),
+            ("--floor", "--friction", "0.1", "--height", "0.002"),
+        ),
+    ],
+)
+def test_a_scaled_run_is_that_of_the_option(
+    scaled: tuple[str, ...], plain: tuple[str, ...], tmp_path: Path
+):
+    """Bit by bit, and the summary and the JSON tell the values."""
+    words = ("simulate", "prototype", "--stop", 0.04, *plain[: "--floor" in plain], "-o")
+    scales = [word for each in scaled for word in ("--scale", each)]
+    one, other = tmp_path / "one.npz", tmp_path / "other.npz"
+    told = run(*words, one, *scales).stdout
+    run(*words, other, *plain)
+    first, second = (read_npz(path)[1] for path in (one, other))
+    assert first.displacements.keys() == second.displacements.keys()
+    for name, rows in first.displacements.items():
+        assert np.array_equal(rows, second.displacements[name])
+    for each in scaled:
+        assert f"scale    {each.replace('=', ' = ')}\n" in told
+
+
+def test_a_scaled_run_is_that_of_a_study(tmp_path: Path):
+    """Of springs and masses, with the same measures bit by bit; the springs of a person too."""
+    values = {"springs.knee.scale": 4.0, "segments.mass_scale": 1.1, "springs.hip.damping_scale": 2}
+    rows = "\n".join(f'p{k} = {{ path = "{path}" }}' for k, path in enumerate(values))
+    (tmp_path / "one.csv").write_text("p0,p1,p2\n4,1.1,2\n4,1.1,2\n", "utf-8")
+    text = 'figure = "male50"\nstop = 0.04\n[design]\nkind = "list"\nfile = "one.csv"\n'
+    text += f"[parameters]\n{rows}\n[measures]\n"
+    text += 'end = { column = "kinetic [J]", take = "last" }\n'
+    study = parse_study_text(text, tmp_path).require_value()
+    expected = run_case(study, list(values.values()))
+    words = [word for path, value in values.items() for word in ("--scale", f"{path}={value}")]
+    data = answer("simulate", "male50", "--stop", 0.04, *words)
+    assert data["scale"] == values
+    assert data["energy"]["kinetic"]["last"] == expected.measures["end"]
+    assert "scale" not in answer("simulate", "pendulum", "--stop", 0.02, "--step", 0.01)
+
+
+def test_starts_are_those_of_the_scaled_run():
+    words = ("simulate", "prototype", "--floor", "--stop", 0.02, "--starts", 2)
+    scaled = answer(*words, "--scale", "gravity=0.5")["starts"]
+    assert scaled == answer(*words, "--gravity", "0,-4.905,0")["starts"]
+    assert scaled != answer(*words)["starts"]
 
 
 def test_loads_do_work(tmp_path: Path):

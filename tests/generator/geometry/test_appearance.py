@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from generator.figure import Figure
 from generator.geometry.appearance import (
     linear_colour,
+    mass_capsule,
     segment_appearances,
 )
-from generator.geometry.contact_spheres import mass_capsule
 from generator.geometry.validate import build_solid
 from tests.chains import BALL, at, body, figure, ground, joint
 

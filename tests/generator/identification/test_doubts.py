@@ -9,7 +9,7 @@ from generator.identification.comparison import RELEASE
 from generator.identification.doubts import fit_doubts
 from generator.identification.fit import Fit, fit_springs
 from generator.identification.measured_angles import MeasuredAngles
-from generator.identification.residual_tests import check_residuals
+from generator.identification.whiteness import check_residuals
 from generator.simulation.run import simulate
 from generator.study.parameter_paths import Case, parse_path
 from generator.study.parameters import apply_values
@@ -58,7 +58,7 @@ def stiffer_tail(first: float, last: float, share: float) -> Case:
     extra = Interpolated(tuple(zip(angles.tolist(), torques.tolist(), strict=True)))
     changed = replace(own, axes=(replace(axis, elastic=(*axis.elastic, extra)),))
     springs = replace(case.springs, joints={"left_knee": changed})
-    return replace(case, plan=replace(case.plan, springs=springs))
+    return case.with_springs(springs)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_a_tail_that_is_3_percent_off_raises_a_doubt(first: float, last: float, 
         stiffer_tail(first, last, 0.03),
         [(parse_path(text, leg_case()), value) for text, value in TRUTH.items()],
     )
-    run = simulate(case.figure, replace(case.plan, stop=3.0, tolerance=1e-9))
+    run = simulate(case.model, replace(case.plan, stop=3.0, tolerance=1e-9))
     angles = run.displacements["left_knee"]
     angles = angles + NOISE * np.random.default_rng(1).standard_normal(angles.shape)
     data = MeasuredAngles("swing.csv", run.times, (("left_knee", 0),), angles)

@@ -22,6 +22,7 @@ from generator.identification.fit import (
     start_angles,
 )
 from generator.identification.measured_angles import MeasuredAngles
+from generator.model import Model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.edit import springs_from_text
@@ -70,7 +71,7 @@ def test_profiles_agree_with_standard_deviations():
 
 def test_the_fitted_case_gives_the_simulated_angles():
     fit = standard_fit()
-    recording = simulate(fit.case.figure, replace(fit.case.plan, tolerance=1e-8))
+    recording = simulate(fit.case.model, replace(fit.case.plan, tolerance=1e-8))
     np.testing.assert_allclose(recording.displacements["left_knee"], fit.simulated, atol=1e-5)
     np.testing.assert_allclose(fit.residuals, fit.simulated - swing().angles)
 
@@ -175,15 +176,15 @@ figure pole {
 def test_failed_runs_are_survived():
     figure = FIGURE_FILE.parse_text(INVERTED).require_value()
     springs = springs_from_text("", figure, Path("pole.springs.toml"))
-    case = Case(figure, Plan(springs=springs, stop=1.2))
+    case = Case(Model(figure, springs), Plan(stop=1.2))
     scale = parse_path("springs.foot.scale", case)
     stiff = apply_values(case, [(scale, 4.0)])
-    recording = simulate(stiff.figure, replace(stiff.plan, tolerance=1e-6))
+    recording = simulate(stiff.model, replace(stiff.plan, tolerance=1e-6))
     noise = 0.01 * np.random.default_rng(0).standard_normal((len(recording.times), 3))
     columns = tuple(("foot", k) for k in range(3))
     angles = recording.displacements["foot"] + noise
     data = MeasuredAngles("sway", recording.times, columns, angles)
-    assert not simulate(figure, case.plan).outcome.succeeded  # it falls over
+    assert not simulate(case.model, case.plan).outcome.succeeded  # it falls over
     fit = fit_springs(case, data, [scale], replace(ALONE, starts=2))
     assert fit.failed_runs > 0
     assert fit.estimates[0].value == pytest.approx(4.0, abs=4.0 * fit.estimates[0].sd)
@@ -321,7 +322,7 @@ def test_a_fit_from_python_needs_figure_data_and_words():
     measured, warnings = read_measured_angles(ROOT / "figures/leg_swing.csv", leg)
     words = ["springs.knee.scale", "springs.knee.viscous_Nms_rad"]
     fit = fit_springs(
-        Case(leg, Plan()), measured.between(0.0, 0.5), words, replace(ALONE, step=0.01)
+        Case(Model.of(leg), Plan()), measured.between(0.0, 0.5), words, replace(ALONE, step=0.01)
     )
     assert warnings == ()
     assert [one.path for one in fit.estimates] == [*words, "pose.knee"]

@@ -10,6 +10,7 @@ from generator.diagnostics import UsageError
 from generator.figure_file import read_figure
 from generator.identification.fit import Fit, fit_springs
 from generator.identification.fitted_springs import describe_fit, fitted_springs_text
+from generator.model import Model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
@@ -19,7 +20,7 @@ from tests.swings import ALONE, TRUTH, VISCOUS, swing, write_leg
 
 def fit_leg(folder: Path, *texts: str) -> Fit:
     figure = read_figure(write_leg(folder))
-    case = Case(figure, Plan(springs=read_springs(None, figure)))
+    case = Case(Model.of(figure), Plan())
     return fit_springs(case, swing(), [parse_path(text, case) for text in texts], ALONE)
 
 
@@ -39,7 +40,7 @@ def test_a_file_gives_the_fitted_motion(whole: Fit):
     file.write_text(fitted_springs_text(whole, file), encoding="utf-8")
     springs = read_springs("fitted", whole.nominal.figure)
     runs = [
-        simulate(whole.case.figure, replace(whole.case.plan, springs=one, tolerance=1e-8))
+        simulate(Model(whole.case.figure, one), replace(whole.case.plan, tolerance=1e-8))
         for one in (springs, whole.case.springs)
     ]
     first, second = (run.displacements["left_knee"] for run in runs)

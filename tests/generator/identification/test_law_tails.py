@@ -54,7 +54,7 @@ def test_a_tail_begins_where_the_law_was_measured():
 
 def test_a_joint_without_an_elastic_law_has_no_tails():
     case = leg_case()
-    bare = replace(case, plan=replace(case.plan, springs=replace(case.springs, joints={})))
+    bare = case.with_springs(replace(case.springs, joints={}))
     assert tails_of(np.array([50.0, -20.0, 40.0]), bare) == []
 
 
@@ -70,7 +70,7 @@ def test_the_torque_of_a_tail_changes_at_its_end_and_not_before(
     if is_opposite:
         axis = axis.with_opposite_axis()
     springs = replace(case.springs, joints={"left_knee": replace(own, axes=(axis,))})
-    case = replace(case, plan=replace(case.plan, springs=springs))
+    case = case.with_springs(springs)
     (changed,) = (
         change_tail(case, LawTail("left_knee", *np.radians([inner, end])))
         .springs.joints["left_knee"]

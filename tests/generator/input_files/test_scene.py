@@ -8,14 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene, deepest_start
+from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import Severity, Source
 from generator.figure_file import FIGURE_FILE, read_figure
-from generator.geometry.contact_spheres import fit_contact_spheres
 from generator.input_files.scene import SCENE_FILE, read_scene, write_scene
 from generator.kinematics.centre_of_mass import centre_of_mass
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.scene import Box, Plane, Prop, Scene, deepest_start
 from springs.contact import DEFAULT_SURFACE, Surface
 from tests.paths import FIGURES
 from tests.scenes import scenes

@@ -13,8 +13,9 @@ from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.losses import Loss
 from generator.recording import Recording
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
 from springs import AxisSpring, Cubic, Damping, Elastic, JointSprings, Linear, SpringSet, Stop
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
@@ -177,7 +178,7 @@ LOOPS = {
 
 def own_springs(of: Figure) -> SpringSet:
     """The springs of a figure's files."""
-    return resolve_springs(of, Plan())
+    return read_springs(None, of)
 
 
 def equal(of: Figure, name: str, stiffness: float, viscous: float) -> JointSprings:

@@ -88,6 +88,7 @@ def test_a_pipe_is_refused(tmp_path):
         read_model(tmp_path / "pipe.xml")
 
 
+@pytest.mark.slow
 def test_a_long_chain_is_read_back(tmp_path):
     made = row(500, [chain("Rz")], bend=0.0)
     losses = format_files(made, SPRINGS, tmp_path / "a.xml").write()

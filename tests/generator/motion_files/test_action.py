@@ -9,12 +9,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from generator import read_action, write_recording
+from generator import read_action
 from generator.diagnostics import InputError, UsageError
 from generator.figure import AxisKind, JointAxis
-from generator.motion_files import ACTION_FILE, ActionFile, action_from_recording, format_action
+from generator.motion_files import ACTION_FILE, ActionFile, format_action
 from generator.motion_files.action import format_displacement, parse_displacement
-from generator.motion_files.motion import Header
+from generator.motion_files.motion import Header, header_from_recording
 from generator.recording import Ending, Outcome, Recording
 from tests.chains import BALL
 from tests.motions import clip, shipped
@@ -75,7 +75,7 @@ def test_what_is_not_finite_is_not_written(value: float):
 
 
 def test_a_recording_is_written_with_its_origin(tmp_path: Path):
-    write_recording(interrupted_run(), shipped("fourbar"), tmp_path / "swing.action")
+    interrupted_run().write(tmp_path / "swing.action")
     digest = sha256((FIGURES / "fourbar.fig").read_bytes()).hexdigest()
     origin = ("fourbar.fig", digest, 0.0, 0.4, 0.02, "leg.springs.toml", "weighted")
     expected = Header(*origin, Ending.INTERRUPTED, "interrupted at 0.13 s")
@@ -87,7 +87,7 @@ def test_a_recording_is_written_with_its_origin(tmp_path: Path):
 )
 def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name: str):
     figure = replace(shipped("fourbar"), path=path, name=None)
-    header = action_from_recording(interrupted_run(), figure).header
+    header = header_from_recording(interrupted_run(), figure)
     assert (header.figure, header.sha256) == (name, None)
 
 
@@ -140,13 +140,13 @@ def test_a_file_cut_anywhere_is_refused():
 @pytest.mark.parametrize("name", ["fall.gif", "fall", "action"])
 def test_an_unknown_suffix_is_refused(tmp_path: Path, name: str):
     with pytest.raises(UsageError, match=r"known are \.action, \.csv"):
-        write_recording(interrupted_run(), shipped("fourbar"), tmp_path / name)
+        interrupted_run().write(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_example_of_the_documentation_is_an_action_file():
     text = (DOCS / "action-file.md").read_text(encoding="utf-8")
-    block = text[text.index("    # The motion") : text.index("(The numbers")]
+    block = text[text.index("    # The motion") : text.index("(Numbers shortened")]
     action = ACTION_FILE.parse_text(
         "\n".join(line[4:] for line in block.splitlines())
     ).require_value()

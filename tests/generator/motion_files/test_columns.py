@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from generator.contact_record import ContactRecord
+from generator.contact.record import ContactRecord
 from generator.motion_files.columns import Column, columns_of_motion
 from generator.motion_files.motion import FigureMotion
 from generator.recording import RecordingPart

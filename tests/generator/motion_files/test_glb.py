@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from generator import Plan, read_figure, simulate
 from generator.diagnostics import MoverError
-from generator.geometry.appearance import linear_colour
-from generator.geometry.contact_spheres import mass_capsule
+from generator.geometry.appearance import linear_colour, mass_capsule
 from generator.geometry.psurf import PSURF_FILE
 from generator.motion_files import FigureMotion, motion_from_recording
 from generator.motion_files.glb import write

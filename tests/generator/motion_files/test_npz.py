@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.lib import format as npy
 
-from generator.contact_record import ContactRecord
+from generator.contact.record import ContactRecord
 from generator.diagnostics import InputError
 from generator.motion_files import motion_from_action, npz, read_npz
 from generator.motion_files.action import ActionFile

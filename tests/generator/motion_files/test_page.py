@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 
 from generator import Plan, read_springs, simulate
 from generator.losses import Losses
+from generator.model import Model
 from generator.motion_files import (
     FigureMotion,
     motion_from_recording,
+    motion_writer,
     page,
-    write_recording,
 )
 from generator.motion_files.page import (
     MAX_PAGE_FRAMES,
@@ -145,7 +146,7 @@ def test_the_moment_of_the_run_is_about_the_axis_of_the_law():
     made = one_body(BALL, (0.8, -0.5, 0.6), stiff=(1.0, 3.0, 6.0))
     springs = read_springs(None, made)
     recording = simulate(made, Plan(stop=0.2, tolerance=1e-4))
-    motion = motion_from_recording(recording, made, springs)
+    motion = motion_from_recording(recording)
     frames = kept_frames(motion.times.size)
     rows = page_data(motion, frames, springs, Losses("page"))["rows"]
     for curve, shown in zip(passive_curves(made, springs)["pin"], rows, strict=True):
@@ -211,12 +212,12 @@ def test_springs_that_the_writer_gets_are_shown(tmp_path: Path):
     recording = motion.recording
     assert recording is not None
     springs = replace(read_springs(None, motion.figure).scaled(2.0, 1.0), origin="doubled")
-    recording = replace(recording, springs="doubled")
+    recording = replace(recording, springs="doubled", model=None)
     path = tmp_path / "out.html"
-    without = write_recording(recording, motion.figure, path)
+    without = motion_writer(path)(motion_from_recording(recording, motion.figure), path)
     assert not [row for row in Page(path).data["rows"] if "curve" in row]
     assert "passive torques" in str(without)
-    losses = write_recording(recording, motion.figure, path, springs)
+    losses = replace(recording, model=Model(motion.figure, springs)).write(path)
     assert "passive torques" not in str(losses)
     rows = {row["label"]: row for row in Page(path).data["rows"]}
     own = curve_rows(motion)["Left knee flexion"]

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator import write_recording
-from generator.contact_record import centre_of_pressure
+from generator.contact.record import centre_of_pressure
 from generator.losses import Losses
 from generator.motion_files import FigureMotion
 from generator.motion_files.opensim_table import (
@@ -46,7 +45,7 @@ def test_columns_of_a_csv_are_named_with_their_units(tmp_path: Path):
 def test_the_energies_of_a_run_stand_in_a_csv_to_the_last_digit(tmp_path: Path):
     motion = clip("slides")
     assert motion.recording is not None
-    write_recording(motion.recording, motion.figure, tmp_path / "run.CSV")
+    motion.recording.write(tmp_path / "run.CSV")
     lines = (tmp_path / "run.CSV").read_text(encoding="utf-8").splitlines()
     titles, *rows = [line.split(",") for line in lines if not line.startswith("#")]
     assert titles[-5:] == [f"{kind} [J]" for kind in ENERGY_KINDS]

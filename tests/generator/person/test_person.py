@@ -17,7 +17,6 @@ from generator.person.measures import estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.sources import Origin
 from generator.person.survey import Sex
-from generator.simulation.plan import resolve_springs
 from springs import Linear, Stop
 from tests.runs import energy_error, same_bits
 
@@ -43,7 +42,7 @@ def test_the_parts_of_a_person():
 
 
 def test_every_rotation_has_a_spring_and_stops():
-    springs = MAN.springs
+    springs = MAN.model.springs
     assert set(springs.joints) == set(MAN.figure.joints) - {"root_torso"}
     for joint in PERSON_JOINTS:
         for name in joint.names:
@@ -55,9 +54,9 @@ def test_every_rotation_has_a_spring_and_stops():
 
 def test_a_person_keeps_its_springs():
     alone = simulate(MAN.figure, Plan(stop=0.1))
-    given = simulate(MAN.figure, Plan(stop=0.1, springs=MAN.springs))
+    given = simulate(MAN.figure, Plan(stop=0.1, springs=MAN.model.springs))
     assert same_bits(alone.displacements, given.displacements)
-    stops = resolve_springs(replace(MAN.figure, springs_text=None), Plan())
+    stops = read_springs(None, replace(MAN.figure, springs_text=None))
     without = simulate(MAN.figure, Plan(stop=0.1, springs=stops))
     bent = [run.displacements["left_knee"][-1, 0] for run in (alone, without)]
     assert abs(bent[0] - bent[1]) > 0.01
@@ -69,25 +68,26 @@ def test_springs_of_a_file_extend_those_of_a_person(tmp_path: Path):
         '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 5.0\nrest_deg = 0.0\n',
         encoding="utf-8",
     )
-    changed, before = read_springs(file, MAN.figure), MAN.springs
+    changed, before = read_springs(file, MAN.figure), MAN.model.springs
     others = {name: joint for name, joint in before.joints.items() if name != "left_knee"}
     assert {name: changed.joints[name] for name in others} == others
     assert Linear(5.0, 0.0) in changed.joints["left_knee"].axes[0].elastic
 
 
 def test_the_springs_of_both_joints_of_a_leg():
-    coupled = MAN.coupled_springs
+    coupled = MAN.coupled_model.springs
     assert len(coupled.coupled) == 2
-    assert coupled.joints.keys() == MAN.springs.joints.keys()
-    assert coupled.joints["left_ankle"] == MAN.springs.joints["left_ankle"]
+    assert coupled.joints.keys() == MAN.model.springs.joints.keys()
+    assert coupled.joints["left_ankle"] == MAN.model.springs.joints["left_ankle"]
     bare = build_person(MAN.measures, springs=False)
-    assert bare.coupled_springs == bare.springs
+    assert bare.coupled_model == bare.model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".fig", ".osim", ".xml"])
 @pytest.mark.parametrize("are_coupled", [False, True], ids=["own", "coupled"])
 def test_springs_come_back_from_files(suffix: str, are_coupled: bool, tmp_path: Path):
-    springs = MAN.coupled_springs if are_coupled else MAN.springs
+    springs = (MAN.coupled_model if are_coupled else MAN.model).springs
     if are_coupled and suffix == ".fig":
         losses = convert(MAN.figure, tmp_path / "man.fig", springs=springs)
         assert "the springs of <coupled>" in str(losses[tmp_path / "man.fig"])
@@ -109,7 +109,9 @@ def test_a_person_without_springs_has_stops():
     bare = build_person(MAN.measures, springs=False)
     assert (bare.springs_file, bare.coupled_springs_file) == (None, None)
     assert bare.figure == replace(MAN.figure, springs_text=None)
-    laws = [law for one in bare.springs.joints.values() for a in one.axes for law in a.elastic]
+    laws = [
+        law for one in bare.model.springs.joints.values() for a in one.axes for law in a.elastic
+    ]
     assert laws
     assert all(isinstance(law, Stop) for law in laws)
 
@@ -141,6 +143,7 @@ def test_a_run_without_springs():
     assert energy_error(run) < 1e-3
 
 
+@pytest.mark.slow
 def test_springs_of_the_prototype_fit_the_joints_that_it_has(tmp_path: Path):
     file = tmp_path / "me.fig"
     file.write_text(write_figure(MAN.figure))
@@ -154,6 +157,7 @@ def test_springs_of_the_prototype_fit_the_joints_that_it_has(tmp_path: Path):
     assert simulate(figure, Plan(stop=0.1, springs=springs)).outcome.succeeded
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sex", "stature", "mass"), draw_persons(4, seed=15))
 def test_a_random_person_is_sound_and_moves(sex: Sex, stature: float, mass: float):
     person = build_person(estimate_measures(sex, stature, mass))
@@ -162,7 +166,7 @@ def test_a_random_person_is_sound_and_moves(sex: Sex, stature: float, mass: floa
     assert read.value == replace(person.figure, springs_text=None)
     assert person.figure.total_mass == pytest.approx(mass, abs=1e-9)
     assert joint_gaps(person) == pytest.approx(0.0, abs=1e-12)
-    run = simulate(person.figure, Plan(stop=0.2, springs=person.springs))
+    run = simulate(person.model, Plan(stop=0.2))
     assert run.outcome.succeeded
     assert energy_error(run) < 1e-3
 
@@ -174,6 +178,7 @@ def joint_gaps(person: Person) -> float:
     return sum(lengths) + body.ankle_height - person.measures.stature
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 11])
 def test_a_person_of_the_benchmark_is_written_read_settled_and_simulated(seed: int, tmp_path: Path):
     assert list(find_faults(build_person(draw_measures(seed)), tmp_path)) == []

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.geometry.contact_spheres import LARGEST_ERROR
+from generator.contact.spheres import LARGEST_ERROR
 from generator.geometry.intersections import triangles_intersect
 from generator.geometry.surface import Array, Surface
 from generator.geometry.validate import build_solid, validate_surface, winding_numbers

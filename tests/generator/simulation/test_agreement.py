@@ -29,11 +29,12 @@ from generator.simulation import agreement
 from generator.simulation.agreement import BodyState, ExudynEquations, _solve_constrained
 from generator.simulation.bodies import body_pose, load_pose
 from generator.simulation.exudyn_api import rigid
-from generator.simulation.integrate import Trace, frame_times, integrate
+from generator.simulation.exudyn_run import integrate
 from generator.simulation.joint_motion import SegmentMotion
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from generator.simulation.springs import JointKind, generalized_force
+from generator.simulation.trace import Trace, frame_times
 from springs import NUMPY, AxisSpring, Damping, Joining, Linear, SpringSet
 from tests.chains import BALL, SKEW, X, chain, free_body, one_body, row
 from tests.poses import Pose, motion_matrix, random_pose
@@ -233,7 +234,7 @@ def build(name: str) -> ExudynModel:
     made, fields = CASES[name]
     if name == "loads" or name.startswith("driven in"):
         fields = {"springs": SpringSet(), **fields}
-    return ExudynModel.of(made, Plan(**fields))
+    return build_model(made, Plan(**fields))
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -269,7 +270,7 @@ def test_links_almost_without_mass_lose_no_digits(share, sparse, monkeypatch) ->
         if name in ("bar0", "bar2")
     }
     made = replace(made, segments={**made.segments, **light})
-    model = ExudynModel.of(made, Plan(springs=SpringSet()))
+    model = build_model(made, Plan(springs=SpringSet()))
     if sparse:
         monkeypatch.setattr(agreement, "_MAX_DENSE_BODIES", 0)
     for seed in range(3):
@@ -277,7 +278,7 @@ def test_links_almost_without_mass_lose_no_digits(share, sparse, monkeypatch) ->
 
 
 def test_a_free_body_has_no_constraints() -> None:
-    model = ExudynModel.of(free_body((0.4, 0.3, -0.2, 0.1, 0.5, 0.3)), Plan(springs=SpringSet()))
+    model = build_model(free_body((0.4, 0.3, -0.2, 0.1, 0.5, 0.3)), Plan(springs=SpringSet()))
     assert error(model, random_pose(model)) < 1e-12
     assert model.joints["pin"] == ()
 
@@ -286,7 +287,7 @@ def test_a_free_body_has_no_constraints() -> None:
 def test_a_stiff_hinge_turned_beyond_half_turns(angle) -> None:
     """Exudyn counts turns from the stored angle, not from the start at 0.5 rad."""
     spring = AxisSpring(SKEW, (Linear(500.0, 0.1),), Damping(0.3))
-    model = ExudynModel.of(one_body(chain("Rs"), (0.5,)), Plan(springs=springs_of("pin", spring)))
+    model = build_model(one_body(chain("Rs"), (0.5,)), Plan(springs=springs_of("pin", spring)))
     placement = forward_kinematics(model.placement.tree, {"pin": np.array([angle])})
     assert error(model, Pose(model, placement, np.array([2.0]), 0.0)) < 1e-12
 
@@ -352,7 +353,7 @@ def test_a_run_has_these_accelerations_and_multipliers(name) -> None:
     model, times = build(name), np.linspace(0.0, 0.02, 5)
     equations = ExudynEquations(model)
     deadline = time.monotonic() + 60.0
-    trace = integrate(model, times, 1e-4, 1e-9, deadline, lambda _: None).trace
+    trace = integrate(model, times, 1e-4, deadline, lambda _: None).trace
     velocities = np.concatenate([trace.angular_velocities, trace.velocities], axis=2)
     expected = (velocities[:-4] - 8.0 * velocities[1:-3] + 8.0 * velocities[3:-1] - velocities[4:])[
         0
@@ -381,7 +382,7 @@ def test_the_model_keeps_its_state_and_can_be_integrated() -> None:
             assert all(np.array_equal(*pair) for pair in zip(before, after, strict=True))
         deadline = time.monotonic() + 60.0
         times = frame_times(0.0, 0.1, 0.02)
-        return integrate(model, times, 1e-3, 1e-9, deadline, lambda _: None).trace
+        return integrate(model, times, 1e-3, deadline, lambda _: None).trace
 
     one, other = run(is_evaluated=True), run(is_evaluated=False)
     assert np.array_equal(one.positions, other.positions)
@@ -393,7 +394,7 @@ def test_it_may_be_made_before_or_after_a_run() -> None:
     state, before = random_pose(model).state, ExudynEquations(model)
     first = before.accelerations(state)
     deadline = time.monotonic() + 60.0
-    integrate(model, frame_times(0.0, 0.04, 0.02), 1e-3, 1e-9, deadline, lambda _: None)
+    integrate(model, frame_times(0.0, 0.04, 0.02), 1e-3, deadline, lambda _: None)
     assert np.array_equal(before.accelerations(state), first)
     assert np.array_equal(ExudynEquations(model).accelerations(state), first)
 
@@ -411,7 +412,7 @@ def test_the_current_multipliers_do_not_matter() -> None:
 
 def test_a_long_chain_loses_no_digits() -> None:
     """100 balls: the multipliers and the accelerations satisfy each body's own equations."""
-    model = ExudynModel.of(row(100), Plan(springs=SpringSet()))
+    model = build_model(row(100), Plan(springs=SpringSet()))
     pose = random_pose(model, size=0.1, speed=0.5)
     state = pose.state
     equations = ExudynEquations(model)

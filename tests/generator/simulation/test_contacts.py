@@ -7,24 +7,19 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
+from generator.contact.states import ContactModel, ContactStates, ContactTrace, evaluate_contacts
 from generator.figure import ContactSphere
 from generator.figure_file.read import read_figure
-from generator.scene import Box, Plane, Prop, Scene
 from generator.simulation.agreement import ExudynEquations
 from generator.simulation.compiled import contact_tables
 from generator.simulation.compiled_run import compile_model
-from generator.simulation.contacts import (
-    ContactModel,
-    ContactStates,
-    ContactTrace,
-    evaluate_contacts,
-    mean_position,
-)
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE, Surface
-from tests.chains import body, figure, ground, joint
 from tests.contact_figures import (
     FLOOR,
     RADIUS,
@@ -92,7 +87,7 @@ def built(name: str, *, python_torques: bool = False) -> ExudynModel:
         displacements={root: FAR},
         python_torques=python_torques,
     )
-    return ExudynModel.of(made(), plan)
+    return build_model(made(), plan)
 
 
 def evaluate(model: ExudynModel, scene: Scene, arrays) -> ContactStates:
@@ -266,7 +261,7 @@ def test_boxes_of_one_surface_share_the_function_of_exudyn_and_the_recorded_law(
     ]
     scene = Scene((*Scene.floor().props, *boxes))
     plan = Plan(stop=0.02, free_root=True, height=0.1, scene=scene)
-    model = ExudynModel.of(read_figure("leg"), plan)
+    model = build_model(read_figure("leg"), plan)
     assert model.contacts is not None
     assert len(model.contacts.functions) == 2
     compile_model(model)  # with the code for contact, which is recorded when it is imported
@@ -280,7 +275,7 @@ def test_boxes_of_one_surface_share_the_function_of_exudyn_and_the_recorded_law(
 
 
 def test_without_a_scene_there_is_no_contact() -> None:
-    assert ExudynModel.of(odd_body(), Plan(springs=NONE)).contacts is None
+    assert build_model(odd_body(), Plan(springs=NONE)).contacts is None
 
 
 # Parts of results
@@ -360,17 +355,8 @@ def test_a_trace_extended_from_a_longer_one() -> None:
     assert np.array_equal(both.steps.depths[3:], long.steps.depths[3:])
 
 
-def test_the_mean_position_is_weighted_by_the_masses() -> None:
-    made = figure(
-        [ground(), body("a", 1.0), body("b", 3.0)],
-        [joint("one", "ground.base", "a.near", ()), joint("two", "a.near", "b.near", ())],
-    )
-    positions = np.array([[[0.0, 0.0, 4.0], [1.0, 2.0, 0.0]]] * 2)
-    assert mean_position(made, positions) == pytest.approx(np.array([[0.75, 1.5, 1.0]] * 2))
-
-
 def test_owners_of_the_spheres() -> None:
     sphere = ContactSphere((0.0, 0.0, 0.0), RADIUS)
     contacts = ContactModel(FLOOR, {"a": (sphere,) * 2, "b": (sphere,), "c": (sphere,) * 3})
     assert contacts.owners.tolist() == [0, 0, 1, 2, 2, 2]
-    assert ExudynModel.of(ball(0.1), Plan(scene=FLOOR)).contacts.owners.tolist() == [0]
+    assert build_model(ball(0.1), Plan(scene=FLOOR)).contacts.owners.tolist() == [0]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import ModelError
+from generator.model import Model
 from generator.recording import Ending
 from generator.rotations import (
     matrix_from_rotation_vector,
@@ -91,7 +92,7 @@ def expected(made, pose, springs) -> dict[str, np.ndarray]:
     vectors = {}
     for name in NAMES:
         rotation = build_model(
-            made, Plan(displacements=pose), SpringSet()
+            Model(made, SpringSet()), Plan(displacements=pose)
         ).placement.pose_in_parent(made.joints[name])[:3, :3]
         vectors[name] = rotation_vector_from_matrix(rotation)
     for spring in springs.coupled:
@@ -216,20 +217,20 @@ def test_what_cannot_be_hung(axis, reason) -> None:
     rail = joint("rail", "c.far", "d.near", chain("Tx"), (0.1,))
     made = figure([*made.segments.values(), body("d")], [*made.joints.values(), rail])
     with pytest.raises(ModelError, match=reason):
-        build_model(made, Plan(), coupled(axes=(axis, *AXES[1:])))
+        build_model(Model(made, coupled(axes=(axis, *AXES[1:]))), Plan())
 
 
 def test_a_ball_does_not_start_at_half_a_turn() -> None:
     pose = {"one": (0.0, 0.0, np.pi)}
     with pytest.raises(ModelError, match="joint one starts at 180 deg"):
-        build_model(limb(), Plan(displacements=pose), coupled())
+        build_model(Model(limb(), coupled()), Plan(displacements=pose))
 
 
 def test_a_free_root_loses_the_laws_over_joints_that_are_gone() -> None:
     axes = (CoupledAxis("two", SKEW), CoupledAxis("three", SKEW), CoupledAxis("three", ACROSS))
     springs = SpringSet(coupled=(CoupledSpring(LAW, AXES), CoupledSpring(LAW, axes)))
-    assert len(build_model(limb(), Plan(), springs).coupled) == 2
-    (kept,) = build_model(limb(), Plan(free_root=True), springs).coupled
+    assert len(build_model(Model(limb(), springs), Plan()).coupled) == 2
+    (kept,) = build_model(Model(limb(), springs), Plan(free_root=True)).coupled
     assert kept.spring.axes == axes
     run = simulate(limb(), Plan(stop=0.04, step=1e-3, free_root=True, springs=springs))
     assert run.outcome.succeeded

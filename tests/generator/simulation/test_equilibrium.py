@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import Site
 from generator.kinematics.links import Coordinate, Link, Links
-from generator.scene import Scene
 from generator.simulation.equilibrium import NoEquilibriumError, find_equilibrium
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate

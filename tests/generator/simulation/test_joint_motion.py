@@ -7,10 +7,12 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from generator import read_figure
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene, floor_prop
 from generator.joint_chain import build_chain
-from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS, Integrator
+from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS
 from generator.rotations import inverse_pose, rotation_vector_from_matrix
-from generator.scene import Plane, Prop, Scene, floor_prop
+from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet

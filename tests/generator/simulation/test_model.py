@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from generator import UnknownNameError, read_figure
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
 from generator.diagnostics import InputError, ModelError, MoverError
 from generator.figure import SiteRef
 from generator.kinematics.loops import OpenLoopError
 from generator.loads import LoadKind, constant_load
-from generator.scene import Box, Plane, Prop, Scene
+from generator.model import Model
 from generator.simulation.exudyn_api import exu, items
 from generator.simulation.model import ExudynModel, build_model, initial_state
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
+from generator.springs_file.read import read_springs
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 from springs.contact import Surface
 from tests.chains import BALL, Z, body, figure, ground, joint, one_body, row
@@ -26,7 +30,7 @@ NONE = SpringSet()
 
 @pytest.fixture(scope="module")
 def prototype() -> ExudynModel:
-    return ExudynModel.of(PROTOTYPE)
+    return build_model(PROTOTYPE)
 
 
 def test_names_lead_to_items_and_wrong_ones_to_the_nearest(prototype) -> None:
@@ -99,7 +103,7 @@ def test_building_into_the_caller_s_system() -> None:
     mass = mbs.AddObject(items.ObjectMassPoint(physicsMass=1.0, nodeNumber=node))
     force = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=mass))
     mbs.AddLoad(items.LoadMassProportional(markerNumber=force, loadVector=[0.0, -9.81, 0.0]))
-    assembly = build_model(row(2), Plan(), NONE, mbs)
+    assembly = build_model(Model(row(2)), Plan(), mbs)
     assert assembly.mbs is mbs
     assert assembly.container is None
     mbs.Assemble()
@@ -118,7 +122,7 @@ def test_one_system_holds_a_figure_twice() -> None:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     springs = SpringSet({"joint0": JointSprings("joint0", (AxisSpring(Z, (Linear(3.0),)),))})
-    one, other = (build_model(row(2), Plan(), springs, mbs) for _ in range(2))
+    one, other = (build_model(Model(row(2), springs), Plan(), mbs) for _ in range(2))
     mbs.Assemble()
     assert one.bodies["bar0"] != other.bodies["bar0"]
     assert mbs.GetObject(one.bodies["bar0"])["name"] == "bar0"
@@ -128,23 +132,21 @@ def test_one_system_holds_a_figure_twice() -> None:
 def test_a_joint_may_be_called_like_a_segment() -> None:
     made = figure([ground(), body("a")], [joint("a", "ground.base", "a.near", BALL)])
     springs = SpringSet({"a": JointSprings("a", (AxisSpring(Z, (Linear(3.0),)),))})
-    assembly = build_model(made, Plan(), springs)
+    assembly = build_model(Model(made, springs), Plan())
     assert assembly.mbs.GetObject(assembly.bodies["a"])["name"] == "a"
 
 
 def test_springs_of_the_plan_or_the_figure() -> None:
     figure_with = row(1, (BALL,), stiff=5.0)
-    assert set(ExudynModel.of(figure_with).springs) == {"joint0"}
-    assert ExudynModel.of(figure_with, Plan(spring_choice="none")).springs == {}
-    assert resolve_springs(figure_with, Plan()).joints["joint0"].axes[0].elastic == (
-        Linear(5.0, 0.0),
-    )
+    assert set(build_model(figure_with).springs) == {"joint0"}
+    assert build_model(figure_with, Plan(spring_choice="none")).springs == {}
+    assert read_springs(None, figure_with).joints["joint0"].axes[0].elastic == (Linear(5.0, 0.0),)
 
 
 def test_springs_of_an_unknown_joint_are_refused() -> None:
     springs = SpringSet({"joint1": JointSprings("joint1", (AxisSpring(Z, (Linear(3.0),)),))})
     with pytest.raises(ModelError, match="for joint `joint1`, unknown to the figure; did you mean"):
-        build_model(row(1), Plan(), springs)
+        build_model(Model(row(1), springs), Plan())
 
 
 @pytest.mark.parametrize(
@@ -172,24 +174,24 @@ def test_a_segment_without_what_it_needs(missing: str) -> None:
     else:
         link = replace(link, **{missing: None})
     with pytest.raises(InputError, match=f"segment `link` .* no .*{missing}"):
-        build_model(one_body(BALL, segment=link), Plan(), NONE)
+        build_model(Model(one_body(BALL, segment=link)), Plan())
 
 
 def test_a_figure_in_which_nothing_moves() -> None:
     with pytest.raises(ModelError, match="none of its segments moves"):
-        build_model(figure([ground()], []), Plan(), NONE)
+        build_model(Model(figure([ground()], [])), Plan())
 
 
 def test_a_pose_that_opens_a_loop_is_refused_with_the_gap() -> None:
     plan = Plan(displacements={"crank_bearing": (0.3,), "rocker_bearing": (0.3,)})
     with pytest.raises(OpenLoopError, match=r"\d mm"):
-        build_model(FOURBAR, plan, NONE)
+        build_model(Model(FOURBAR), plan)
     assert issubclass(OpenLoopError, MoverError)
 
 
 def test_loads_have_a_marker_at_their_site() -> None:
     load = constant_load(SiteRef("link", "near"), LoadKind.LOCAL_FORCE, (1.0, 0.0, 0.0), 0.0, 1.0)
-    assembly = build_model(one_body(BALL), Plan(loads=[load]), NONE)
+    assembly = build_model(Model(one_body(BALL)), Plan(loads=[load]))
     ((kept, marker, _),) = assembly.loads
     assert kept is load
     found = assembly.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)
@@ -206,14 +208,14 @@ FLOOR_AND_CRATE = Scene(
 def test_the_start_inside_a_prop_is_refused_with_its_depth() -> None:
     """The deepest one, by name; touching is no penetration."""
     with pytest.raises(ModelError, match=r"starts 1\.5 cm inside floor: raise the figure"):
-        build_model(ball(-0.015), Plan(scene=FLOOR), NONE)
-    made = build_model(ball(0.0), Plan(scene=FLOOR), NONE)
+        build_model(Model(ball(-0.015)), Plan(scene=FLOOR))
+    made = build_model(Model(ball(0.0)), Plan(scene=FLOOR))
     assert made.contacts is not None
-    build_model(ball(-1e-7), Plan(scene=FLOOR), NONE)
-    build_model(ball(-0.015), Plan(), NONE)
+    build_model(Model(ball(-1e-7)), Plan(scene=FLOOR))
+    build_model(Model(ball(-0.015)), Plan())
     inside = {"pin": (0.0, 0.0, 0.0, 1.0, 0.09 + 0.35, 0.0)}
     with pytest.raises(ModelError, match="segment link starts 6 cm inside crate: raise the fig"):
-        build_model(ball(0.0), Plan(scene=FLOOR_AND_CRATE, displacements=inside), NONE)
+        build_model(Model(ball(0.0)), Plan(scene=FLOOR_AND_CRATE, displacements=inside))
 
 
 def test_the_start_inside_a_prop_names_the_segment() -> None:
@@ -259,7 +261,7 @@ def test_spheres_are_those_of_the_moving_segments() -> None:
     assert list(spheres) == list(PROTOTYPE.bodies)
     assert spheres["left_upper_arm"] == own.contact_spheres
     assert spheres["right_upper_arm"] == initial_state(PROTOTYPE, plan).spheres["right_upper_arm"]
-    made = ExudynModel.of(PROTOTYPE.with_parts(own), plan)
+    made = build_model(PROTOTYPE.with_parts(own), plan)
     assert made.contacts is not None
     assert made.contacts.spheres == spheres
     assert made.contacts.scene is plan.scene
@@ -275,4 +277,4 @@ def test_a_figure_without_a_contact_sphere_touches_nothing() -> None:
 
 def test_an_empty_scene_builds_no_contact(prototype) -> None:
     assert prototype.contacts is None
-    assert ExudynModel.of(ball(0.1), Plan(scene=Scene())).contacts is None
+    assert build_model(ball(0.1), Plan(scene=Scene())).contacts is None

@@ -6,10 +6,13 @@ from dataclasses import replace
 import pytest
 
 from generator import read_figure, read_springs
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
-from generator.simulation.plan import Plan, resolve_springs
+from generator.figure import Figure
+from generator.model import Model
+from generator.simulation.plan import Plan, resolve_model
 from generator.springs_file.parse import SpringsFile
-from springs import Linear, SpringSet
+from springs import Joining, Linear, SpringSet
 
 
 def test_defaults() -> None:
@@ -28,24 +31,26 @@ def test_defaults() -> None:
         ({"stop": float("nan")}, "stop must be finite"),
         ({"stop": float("inf")}, "stop must be finite"),
         ({"start": float("-inf")}, "start must be finite"),
-        ({"frame": 0.0}, "frame must be positive"),
+        ({"frame": 0.0}, "frame must be above zero"),
         ({"frame": float("nan")}, "frame must be finite"),
-        ({"tolerance": -1e-3}, "tolerance must be positive"),
+        ({"tolerance": -1e-3}, "tolerance must be above zero"),
         ({"tolerance": float("inf")}, "tolerance must be finite"),
-        ({"wall_limit": 0.0}, "wall limit must be positive"),
-        ({"wall_limit": float("nan")}, "wall limit must be positive"),
-        ({"step": 0.0}, "step must be positive"),
-        ({"step": -1e-3}, "step must be positive"),
+        ({"wall_limit": 0.0}, "wall_limit must be above zero"),
+        ({"wall_limit": float("nan")}, "wall_limit must be above zero"),
+        ({"step": 0.0}, "step must be above zero"),
+        ({"step": -1e-3}, "step must be above zero"),
         ({"step": float("inf")}, "step must be finite"),
         ({"start": 1e16, "stop": 1e16 + 2.0}, "times near 1e[+]16 s are rounded to 2 s"),
         ({"start": 1e14, "stop": 1e14 + 1.0}, "rounded to 0.02 s, too coarsely for frames of 0.02"),
         ({"start": -1e6, "stop": 1.0}, "nearer to zero"),
         ({"frame": 1e-9}, "too coarsely for frames of 1e-09 s"),
         ({"height": float("nan"), "free_root": True}, "height must be finite"),
-        ({"height": 1.0}, "a height needs a free root"),
-        ({"self_contact": True}, "self-contact needs a scene"),
+        ({"height": 1.0}, "height needs free_root: the figure hangs from the ground"),
+        ({"height": 1.0, "scene": Scene.floor()}, "height needs free_root"),
+        ({"height": 1e7, "free_root": True}, "must be from -1e[+]06 to 1e[+]06 m, not 1e[+]07"),
+        ({"self_contact": True}, "self_contact needs scene"),
         ({"springs": "coupled"}, "a file or a name is the spring_choice"),
-        ({"springs": SpringsFile(())}, r"such as person.springs .* not a SpringsFile"),
+        ({"springs": SpringsFile(())}, r"such as read_springs.* not a SpringsFile"),
         ({"scene": "seat"}, "read_scene"),
         ({"integrator": "exudyn"}, "Integrator.COMPILED or EXUDYN, not 'exudyn'"),
         ({"locked": "left_knee"}, "locked are names of joints"),
@@ -73,6 +78,23 @@ def test_a_plan_is_shown_by_what_is_not_standard() -> None:
 KNEE = read_figure("prototype").joints["left_knee"]
 
 
+def resolved(model: Model | Figure, plan: Plan) -> SpringSet:
+    """The springs with which a run goes."""
+    made, rest = resolve_model(model, plan)
+    assert (rest.springs, rest.spring_choice, rest.joining) == (None, None, None)
+    return made.springs
+
+
+def test_a_model_has_its_springs_and_the_plan_no_others() -> None:
+    model = Model.of(read_figure("prototype"))
+    assert resolved(model, Plan()) is model.springs
+    weighted = resolved(model, Plan(joining=Joining.WEIGHTED))
+    assert weighted == replace(model.springs, joining=Joining.WEIGHTED)
+    for choice in ({"springs": SpringSet()}, {"spring_choice": "none"}):
+        with pytest.raises(ModelError, match="both the model and the plan have springs"):
+            resolve_model(model, Plan(**choice))
+
+
 @pytest.mark.parametrize(("field", "value"), [("stiff", 500.0), ("rest", 0.3), ("damp", 2.0)])
 def test_a_spring_changed_in_python_is_never_replaced_in_silence(field: str, value: float) -> None:
     figure = read_figure("prototype").with_parts(replace(KNEE, **{field: (value,)}))
@@ -81,26 +103,26 @@ def test_a_spring_changed_in_python_is_never_replaced_in_silence(field: str, val
         "prototype.springs.toml replace it: change them instead, as Plan"
     )
     with pytest.raises(ModelError, match=re.escape(sentence)):
-        resolve_springs(figure, Plan())
+        resolve_model(figure, Plan())
     with pytest.raises(ModelError, match=re.escape(sentence)):
         read_springs(None, figure)
 
 
 def test_changes_that_have_an_effect_pass() -> None:
     figure = read_figure("prototype")
-    assert resolve_springs(figure, Plan()) == read_springs(None, figure)
+    assert resolved(figure, Plan()) == read_springs(None, figure)
     limited = figure.with_parts(replace(KNEE, upper_limit=(0.5,)))
-    assert resolve_springs(limited, Plan()) != resolve_springs(figure, Plan())
+    assert resolved(limited, Plan()) != resolved(figure, Plan())
     stiff = figure.with_parts(replace(KNEE, stiff=(500.0,)))
-    assert resolve_springs(stiff, Plan(spring_choice="none")).joints == {}
+    assert resolved(stiff, Plan(spring_choice="none")).joints == {}
     own = replace(stiff, path=None)
-    (spring,) = resolve_springs(own, Plan()).joints["left_knee"].axes
+    (spring,) = resolved(own, Plan()).joints["left_knee"].axes
     assert spring.elastic[0] == Linear(500.0, 0.0)
     springs = read_springs(None, figure)
-    assert resolve_springs(stiff, Plan(springs=springs)) is springs
+    assert resolved(stiff, Plan(springs=springs)) is springs
 
 
 def test_the_fields_of_a_file_are_replaced_as_its_page_says() -> None:
     figure = read_figure("clavicles")
     assert figure.joints["left_knee"].stiff == (1e-7,)
-    assert resolve_springs(figure, Plan()).origin == "clavicles.springs.toml"
+    assert resolved(figure, Plan()).origin == "clavicles.springs.toml"

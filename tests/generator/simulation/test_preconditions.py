@@ -10,10 +10,12 @@ from typer.testing import CliRunner
 from generator.cli.app import app
 from generator.diagnostics import ModelError, MoverError
 from generator.figure_file import read_figure
+from generator.model import Model
 from generator.simulation.model import ExudynModel, build_model
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.preconditions import simulation_obstacles
 from generator.simulation.run import simulate
+from generator.springs_file.read import read_springs
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 
 FIGURE = """figure {{
@@ -65,7 +67,7 @@ def written(fields: str, folder: Path) -> Path:
 def built(path: Path) -> ExudynModel:
     """The figure in Exudyn, with its own springs."""
     figure, plan = read_figure(path), Plan()
-    return build_model(figure, plan, resolve_springs(figure, plan))
+    return build_model(figure, plan)
 
 
 @pytest.mark.parametrize("fields", REFUSED)
@@ -140,18 +142,18 @@ def test_a_spring_about_another_axis_is_an_obstacle(tmp_path: Path):
     springs = SpringSet(
         {"odd": JointSprings("odd", (AxisSpring((0.6, 0.8, 0.0), (Linear(1.0),)),))}
     )
-    (obstacle,) = simulation_obstacles(figure, springs)
+    (obstacle,) = simulation_obstacles(Model(figure, springs))
     with pytest.raises(ModelError, match="does not rotate about") as caught:
-        build_model(figure, Plan(), springs)
+        build_model(Model(figure, springs), Plan())
     assert obstacle.message == str(caught.value)
 
 
 def test_a_start_replaces_the_displacement_of_the_file(tmp_path: Path):
     path = written(BALL.format(0) + " stiff = (1 N m/rad,1 N m/rad,1 N m/rad);", tmp_path)
     figure = read_figure(path)
-    springs = resolve_springs(figure, Plan())
-    assert simulation_obstacles(figure, springs) == ()
-    (obstacle,) = simulation_obstacles(figure, springs, {"odd": (np.pi, 0.0, 0.0)})
+    springs = read_springs(None, figure)
+    assert simulation_obstacles(Model(figure, springs)) == ()
+    (obstacle,) = simulation_obstacles(Model(figure, springs), {"odd": (np.pi, 0.0, 0.0)})
     assert "starts at 180 deg" in obstacle.message
     assert obstacle.span is None
     run = CliRunner().invoke(app, ["simulate", str(path), "--set", "odd=180,0,0"])

@@ -18,11 +18,13 @@ from generator import (
     read_figure,
     simulate,
 )
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene, floor_prop
 from generator.drive import Drive
 from generator.figure import ContactSphere
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.tree import build_tree
-from generator.scene import Box, Plane, Prop, Scene, floor_prop
 from generator.simulation import resting
 from generator.simulation.equilibrium import NoEquilibriumError
 from generator.simulation.resting import attach_pose, find_resting_pose

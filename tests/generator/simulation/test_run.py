@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from generator import Plan, read_figure, simulate, write_recording
+from generator import Plan, read_figure, simulate
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene
 from generator.diagnostics import ModelError, MoverError
 from generator.named_mapping import UnknownNameError
-from generator.recording import Ending, Integrator, RecordingPart
-from generator.scene import Plane, Prop, Scene
+from generator.recording import Ending, RecordingPart
+from generator.run_options import Integrator
 from generator.simulation.exudyn_api import exu
 from generator.simulation.run import Progress
 from springs import Joining, SpringSet, Surface
@@ -50,9 +52,9 @@ def test_it_says_how_it_ended_and_what_it_knows(fall) -> None:
     assert fall.outcome.ending is Ending.DONE
     assert fall.outcome.last_time == 0.1
     assert "0.1 s" in fall.outcome.message
-    assert fall.accuracy.asked == 1e-3
+    assert fall.accuracy.tolerance == 1e-3
     assert 0.0 < fall.accuracy.estimate <= 1e-3
-    assert fall.accuracy.held_until == 0.1
+    assert fall.accuracy.tolerance_met_until == 0.1
     assert fall.accuracy.steps * fall.accuracy.step > 0.1  # of several runs
     assert fall.accuracy.by_frame.shape == fall.times.shape
     assert np.all(np.diff(fall.accuracy.by_frame) >= 0.0)
@@ -74,7 +76,14 @@ def test_a_run_is_the_same_twice() -> None:
     assert np.array_equal(runs[0].displacements["joint1"], runs[1].displacements["joint1"])
 
 
-MOTION = ("times", "poses", "displacements", "centre_of_mass", "constraint_drift", "strayed")
+MOTION = (
+    "times",
+    "poses",
+    "displacements",
+    "centre_of_mass",
+    "constraint_drift",
+    "prescribed_motion_drift",
+)
 PARTS = {
     RecordingPart.VELOCITIES: ["velocities"],
     RecordingPart.ROTATION_VECTORS: ["rotation_vectors"],
@@ -115,7 +124,7 @@ def test_a_lean_recording_says_what_it_left_out() -> None:
     with pytest.raises(UnknownNameError, match="was not asked to record reactions"):
         lean.reactions["joint0"]
     with pytest.raises(ModelError, match="needs a whole recording"):
-        write_recording(lean, row(1), Path("lean.npz"))
+        lean.write("lean.npz")
 
 
 def test_exudyn_records_lean_runs_too() -> None:
@@ -130,7 +139,7 @@ def test_exudyn_records_lean_runs_too() -> None:
 def test_a_fixed_step_knows_no_error() -> None:
     run = simulate(row(1), Plan(stop=0.1, step=7e-3))
     assert run.accuracy.estimate is None
-    assert run.accuracy.asked is None
+    assert run.accuracy.tolerance is None
     assert run.accuracy.step == pytest.approx(0.02 / 3)
     assert run.accuracy.steps == 15
     assert np.all(np.isnan(run.accuracy.by_frame))
@@ -158,14 +167,13 @@ def test_progress_is_told_of_every_pass() -> None:
     told: list[Progress] = []
     simulate(row(1), Plan(stop=0.2, integrator=Integrator.EXUDYN), told.append)
     passes = sorted({p.pass_number for p in told})
-    assert passes == list(range(1, len(passes) + 1))
-    assert len(passes) >= 3
+    assert passes == [1, 2]
     for number in passes:
         own = [p for p in told if p.pass_number == number]
         assert [p.time for p in own] == pytest.approx(list(0.02 * np.arange(1, 11)))
         assert len({p.step for p in own}) == 1
     steps = [next(p.step for p in told if p.pass_number == n) for n in passes]
-    assert steps == sorted(steps, reverse=True)
+    assert steps[1] == 0.5 * steps[0]
 
 
 def test_gravity_is_the_plan_s() -> None:
@@ -206,7 +214,7 @@ def test_the_drift_is_that_of_the_sites() -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("prototype",), "needs a Figure, such as person.figure or read_figure"),
+        (("prototype",), "needs a Model or a Figure, such as person.model"),
         ((NONE,), "not <SpringSet none"),
         ((read_figure("pendulum"), 0.5), "Plan\\(stop=2.0\\)"),
     ],

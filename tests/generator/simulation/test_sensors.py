@@ -7,7 +7,7 @@ import pytest
 
 from generator.figure import SiteRef
 from generator.loads import LoadKind, constant_load
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.sensors import SensorLog
@@ -148,12 +148,12 @@ def test_the_path_of_exudyn_s_steps_begins_at_the_start() -> None:
 
 
 def test_without_a_scene_no_contact_is_read() -> None:
-    log = SensorLog(ExudynModel.of(ball(0.1), Plan(springs=NONE)))
-    assert log.contact_trace(1) is None
-    assert log.work[0].shape == (3,)
-    with_floor = SensorLog(ExudynModel.of(ball(0.1), Plan(springs=NONE, scene=FLOOR)))
-    assert with_floor.work[0].shape == (8,)
-    trace = with_floor.contact_trace(1)
+    log = SensorLog(build_model(ball(0.1), Plan(springs=NONE)))
+    assert log.contact_trace(log.work[None]) is None
+    assert log.work.shape == (3,)
+    with_floor = SensorLog(build_model(ball(0.1), Plan(springs=NONE, scene=FLOOR)))
+    assert with_floor.work.shape == (8,)
+    trace = with_floor.contact_trace(with_floor.work[None])
     assert trace.step_times.tolist() == [0.0]
     assert trace.steps.depths == pytest.approx(np.array([[-0.1]]))
     assert trace.centres == pytest.approx(np.array([[0.0, 0.2, 0.0]]))

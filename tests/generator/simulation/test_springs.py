@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import ModelError
+from generator.model import Model
 from generator.simulation.exudyn_api import exu
 from generator.simulation.model import build_model, initial_state
 from generator.simulation.plan import Plan
@@ -20,7 +21,7 @@ SPRING = (Linear(10.0),)
 def hung(text: str, axes=(), slides=(), joint: str = "pin", **plan):
     figure = one_body(chain(text))
     springs = SpringSet({joint: JointSprings(joint, axes, slides)})
-    return build_model(figure, Plan(**plan), springs)
+    return build_model(Model(figure, springs), Plan(**plan))
 
 
 @pytest.mark.parametrize(
@@ -76,7 +77,7 @@ def test_damping_among_slides_of_two_moving_bodies_is_refused(spring) -> None:
     figure = two_bodies(chain("Tx Ty"), (0.1, 0.2))
     springs = SpringSet({"tested": JointSprings("tested", (), (spring,))})
     with pytest.raises(ModelError, match="damping along its translations") as caught:
-        build_model(figure, Plan(), springs)
+        build_model(Model(figure, springs), Plan())
     (found,) = placement_obstacles(initial_state(figure, Plan()).placement, springs)
     assert found.message == str(caught.value)
 
@@ -86,7 +87,7 @@ def test_a_hinge_spring_counts_turns_from_the_start(start) -> None:
     """The angle at the start is the displacement, whole turns and all."""
     figure = one_body(chain("Rz"), (start,))
     springs = SpringSet({"pin": JointSprings("pin", (AxisSpring(Z, SPRING),))})
-    assembly = build_model(figure, Plan(), springs)
+    assembly = build_model(Model(figure, springs), Plan())
     (connector,) = assembly.springs["pin"]
     torque = assembly.mbs.GetObjectOutput(connector.item, exu.OutputVariableType.TorqueLocal)
     assert np.ravel(torque)[-1] == pytest.approx(10.0 * start)
@@ -159,6 +160,8 @@ def test_a_sprung_ball_does_not_start_at_half_a_turn() -> None:
     for angle in (np.pi, -np.pi, 3.0 * np.pi):
         figure = one_body(BALL, (0.0, 0.0, angle))
         with pytest.raises(ModelError, match="joint pin starts at 180 deg"):
-            build_model(figure, Plan(), springs)
-        assert build_model(figure, Plan(), damped).springs["pin"]
-    assert build_model(one_body(BALL, (0.0, 0.0, np.pi - 1e-3)), Plan(), springs).springs["pin"]
+            build_model(Model(figure, springs), Plan())
+        assert build_model(Model(figure, damped), Plan()).springs["pin"]
+    assert build_model(Model(one_body(BALL, (0.0, 0.0, np.pi - 1e-3)), springs), Plan()).springs[
+        "pin"
+    ]

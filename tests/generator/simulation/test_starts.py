@@ -9,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.contact_record import IMPACT_SPEED, SegmentContact
+from generator.contact.box import Box
+from generator.contact.record import IMPACT_SPEED, SegmentContact
+from generator.contact.scene import Prop, Scene, floor_prop
 from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import Figure
@@ -19,7 +21,6 @@ from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.recording import Ending, Outcome, Recording
 from generator.rotations import Array
-from generator.scene import Box, Prop, Scene, floor_prop
 from generator.simulation import starts
 from generator.simulation.model import initial_state
 from generator.simulation.plan import Plan
@@ -153,7 +154,7 @@ def test_the_statistics_are_those_of_the_runs(fall: Recording):
     one = made(fall, {"foot": (0.0, slow, 10.0), "hand": (0.3, quick, 30.0)})
     two = made(fall, {"foot": (0.1, quick, 20.0), "hand": (None, 0.0, 0.0)})
     inaccurate = replace(two.outcome, ending=Ending.INACCURATE)
-    accuracy = replace(two.accuracy, held_until=0.5 * two.times[-1])
+    accuracy = replace(two.accuracy, tolerance_met_until=0.5 * two.times[-1])
     two = replace(two, outcome=inaccurate, accuracy=accuracy)
     three = made(fall, {"foot": (0.0, slow, 5.0), "hand": (None, 0.0, 0.0)})
     study = summarize_starts([one, two, three], UP, 0.02, 7)

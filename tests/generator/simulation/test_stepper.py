@@ -18,12 +18,13 @@ from generator import (
     read_figure,
     simulate,
 )
+from generator.contact.plane import Plane
+from generator.contact.scene import Prop, Scene, floor_prop
 from generator.drive import Drive
 from generator.figure import ContactSphere, SiteRef
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.loads import LoadKind, TimedLoad
-from generator.recording import Integrator
-from generator.scene import Plane, Prop, Scene, floor_prop
+from generator.run_options import Integrator
 from generator.simulation.compiled.layout import POINT, POWERS, SPIN, VELOCITY
 from springs import NUMPY, AxisSpring, Damping, Linear, Stop
 from springs.contact import Surface
@@ -546,7 +547,7 @@ def test_changes_and_runs_free_their_memory(hinges):
 
 
 def test_what_is_no_figure_and_no_snapshot_is_refused() -> None:
-    with pytest.raises(TypeError, match="needs a Figure"):
+    with pytest.raises(TypeError, match="needs a Model or a Figure"):
         Stepper("pendulum")
     stepper = Stepper(read_figure("pendulum"))
     with pytest.raises(TypeError, match="to a snapshot"):

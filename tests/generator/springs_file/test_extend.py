@@ -7,7 +7,7 @@ import pytest
 
 from generator import read_figure
 from generator.figure_file import FIGURE_FILE
-from generator.springs_file.read import limp_joints, load_springs, load_springs_file
+from generator.springs_file.read import joints_without_elastic_law, load_springs, load_springs_file
 from springs import Damping, Joining, Linear, SpringSet, Stop
 
 PROTOTYPE = read_figure("prototype")
@@ -68,8 +68,8 @@ def test_one_axis_of_a_ball_keeps_the_others(path: Path) -> None:
 def test_without_a_base_the_other_joints_are_limp(path: Path) -> None:
     path.write_text('base = "none"\n' + ELBOW, encoding="utf-8")
     reading = load_springs(PROTOTYPE, FOLDER, "prototype", path)
-    assert len(limp_joints(PROTOTYPE, reading.value.springs)) == 9
-    assert limp_joints(PROTOTYPE, OWN) == ("root_torso",)
+    assert len(joints_without_elastic_law(PROTOTYPE, reading.value.springs)) == 9
+    assert joints_without_elastic_law(PROTOTYPE, OWN) == ("root_torso",)
     assert reading.value.springs.joints["left_elbow"].axes[0].damping == Damping()
 
 

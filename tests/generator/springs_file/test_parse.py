@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import Source, select_errors
-from generator.springs_file.coupled import COUPLED_KEYS
+from generator.springs_file.coupled import COUPLED_ROWS
 from generator.springs_file.laws import CubicEntry
-from generator.springs_file.parse import SPRING_KEYS, SPRINGS_FILE, SpringEntry, SpringsFile
+from generator.springs_file.parse import SPRING_ROWS, SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.toml_file.spans import locate_keys
 from springs import Damping, Joining, Linear
 
@@ -163,7 +163,7 @@ def tables(keys):
     return st.dictionaries(st.sampled_from(keys), VALUES, max_size=5)
 
 
-@given(tables(SPRING_KEYS), tables(COUPLED_KEYS))
+@given(tables(SPRING_ROWS.keys), tables(COUPLED_ROWS.keys))
 def test_values_of_any_kind_give_faults_and_no_traceback(own, coupled):
     for head, table in ((spring(""), own), ("[[coupled]]\n", coupled)):
         lines = [f"{key} = {value}\n" for key, value in table.items() if key not in head]

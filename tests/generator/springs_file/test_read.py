@@ -77,7 +77,7 @@ def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> Parsed[L
 
 def said(reading: Parsed[LoadedSprings]) -> list[str]:
     assert reading.value is None or not select_errors(reading.diagnostics)
-    faults = [fault.as_dict() for fault in reading.diagnostics]
+    faults = [fault.to_json() for fault in reading.diagnostics]
     return [f"{f.get('line')}:{f.get('column')} {f['message']}" for f in faults]
 
 

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from generator.drive import Drive
 from generator.figure_file.read import read_figure
+from generator.model import Model
 from generator.person.survey import Sex
 from generator.study.content_key import Versions, content_key, digest, installed_versions
-from generator.study.study import Measure, PersonArguments, Sensitivity, Study, Take
+from generator.study.study import Measure, PersonArguments, Sensitivity, Statistic, Study
 from tests.paths import FIGURES
 from tests.processes import ENVIRONMENT
 from tests.study_runs import pendulum_study
@@ -33,13 +34,14 @@ def changed_plan(**changes: object) -> Study:
 
 def heavier() -> Study:
     study = pendulum_study()
-    link = study.figure.segments["link1"]
-    return replace(study, figure=study.figure.with_parts(replace(link, mass=nextafter(25.0, 26.0))))
+    link = study.model.figure.segments["link1"]
+    figure = study.model.figure.with_parts(replace(link, mass=nextafter(25.0, 26.0)))
+    return replace(study, model=replace(study.model, figure=figure))
 
 
 CHANGED = {
     "stop": changed_plan(stop=nextafter(0.3, 1.0)),
-    "springs": changed_plan(springs=replace(pendulum_study().plan.springs, joints={})),
+    "springs": replace(pendulum_study(), model=Model(pendulum_study().model.figure)),
     "drive": changed_plan(drives={"shoulder": Drive([0.0, 1.0], np.zeros((2, 3)))}),
     "other drive": changed_plan(drives={"shoulder": Drive([0.0, 1.0], np.full((2, 3), 1e-9))}),
     "mass": heavier(),
@@ -49,7 +51,7 @@ CHANGED = {
         pendulum_study(),
         measures={
             **pendulum_study().measures,
-            "end": Measure("end", "kinetic [J]", Take.LARGEST),
+            "end": Measure("end", "kinetic [J]", Statistic.LARGEST),
         },
     ),
     "order of measures": replace(
@@ -72,18 +74,15 @@ def test_what_is_computed_from_the_rows_has_no_effect() -> None:
 
 def test_names_of_files_have_no_effect_but_their_content_has(tmp_path: Path) -> None:
     study = pendulum_study()
-    assert study.plan.springs is not None
     for name in ("pendulum.fig", "floor.pss", "link1.pss"):
         (tmp_path / name).write_bytes((FIGURES / name).read_bytes())
 
     def moved() -> Study:
-        springs = replace(study.plan.springs, origin="elsewhere")
-        plan = replace(study.plan, springs=springs, spring_choice=tmp_path)
-        return replace(
-            study, figure=read_figure(tmp_path / "pendulum.fig"), plan=plan, text="other"
-        )
+        springs = replace(study.model.springs, origin="elsewhere")
+        model = Model(read_figure(tmp_path / "pendulum.fig"), springs)
+        return replace(study, model=model, text="other")
 
-    assert moved().figure.path != study.figure.path
+    assert moved().model.figure.path != study.model.figure.path
     assert key(moved()) == key(study)
     with (tmp_path / "link1.pss").open("a") as file:
         file.write("\n")
@@ -112,11 +111,6 @@ def test_another_process_finds_the_same_key() -> None:
             check=True,
         )
         assert printed.stdout.strip() == key(pendulum_study()), seed
-
-
-def test_a_plan_without_springs_is_refused() -> None:
-    with pytest.raises(ValueError, match="springs"):
-        key(changed_plan(springs=None))
 
 
 def test_the_installed_versions_are_those_of_a_sentence() -> None:

@@ -16,6 +16,7 @@ from scipy.stats import qmc
 
 from generator import Plan, read_figure
 from generator.diagnostics import ModelError
+from generator.model import Model
 from generator.study.designs import (
     MORRIS_LEVELS,
     MORRIS_STEP,
@@ -62,7 +63,7 @@ def study(
     }
     return Study(
         "pendulum",
-        FIGURE,
+        Model(FIGURE),
         Plan(stop=0.1),
         parameters,
         Design(kind, runs, seed, rows),

@@ -121,7 +121,9 @@ def test_a_change_of_a_byte_is_damage_of_its_line(
     assert content.damaged_lines or content.size < len(whole)
     expected = {run.index: run.result for run in runs}
     assert results(content).items() <= expected.items()
-    assert content.damaged_lines == (1,) or len(results(content)) < len(runs)
+    # A line feed within the header makes two damaged lines of it.
+    is_header = content.damaged_lines in ((1,), (1, 2))
+    assert is_header or len(results(content)) < len(runs)
 
 
 LINE = b'{"run": 1, "outcome": "done", "message": "", "measures": {"swing": 1, "end": 2}'

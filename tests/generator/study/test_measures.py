@@ -9,10 +9,10 @@ import pytest
 from generator import Plan, read_figure, simulate
 from generator.diagnostics import ModelError
 from generator.figure import Figure
+from generator.model import Model
 from generator.motion_files.motion import FigureMotion, motion_from_recording
 from generator.motion_files.tables import format_csv
 from generator.recording import RecordingPart
-from generator.springs_file.read import read_springs
 from generator.study.measures import (
     check_measures,
     measure_motion,
@@ -21,7 +21,7 @@ from generator.study.measures import (
     parts_of_measures,
 )
 from generator.study.run_case import run_case
-from generator.study.study import Design, DesignKind, Measure, Study, Take
+from generator.study.study import Design, DesignKind, Measure, Statistic, Study
 from springs import SpringSet
 from tests.chains import row
 from tests.contact_figures import FLOOR, ball
@@ -43,14 +43,16 @@ def table_of(motion: FigureMotion) -> dict[str, list[str]]:
     return dict(zip(titles, map(list, zip(*rows, strict=True)), strict=True))
 
 
-def number(motion: FigureMotion, column: str, take: Take, plan: Plan | None = None) -> float | None:
+def number(
+    motion: FigureMotion, column: str, take: Statistic, plan: Plan | None = None
+) -> float | None:
     measures = [Measure("m", column, take)]
     return measure_motion(motion, plan or Plan(), measures)["m"]
 
 
 def study(figure: Figure, plan: Plan, *measures: Measure) -> Study:
     by_name = {measure.name: measure for measure in measures}
-    return Study("figure", figure, plan, {}, Design(DesignKind.LIST), by_name)
+    return Study("figure", Model(figure), plan, {}, Design(DesignKind.LIST), by_name)
 
 
 @pytest.mark.parametrize("name", ["slides", "flying"])
@@ -72,13 +74,13 @@ def test_columns_with_contact_are_those_of_the_table(bounce: tuple[Figure, Figur
 def test_every_column_of_a_start_has_a_number(bounce: tuple[Figure, FigureMotion]) -> None:
     figure, motion = bounce
     for title in motion_columns(figure, BOUNCE):
-        assert np.isfinite(number(motion, title, Take.SMALLEST, BOUNCE) or 0.0), title
+        assert np.isfinite(number(motion, title, Statistic.SMALLEST, BOUNCE) or 0.0), title
 
 
 def test_the_last_number_is_that_of_the_table() -> None:
     motion = clip("slides")
     for title, cells in table_of(motion).items():
-        assert number(motion, title, Take.LAST) == float(cells[-1])
+        assert number(motion, title, Statistic.LAST) == float(cells[-1])
 
 
 def test_numbers_that_the_table_does_not_have() -> None:
@@ -86,31 +88,31 @@ def test_numbers_that_the_table_does_not_have() -> None:
     run = motion.recording
     assert run is not None
     sideways = Plan(gravity=(-5.0, 0.0, 0.0))
-    assert number(motion, "centre_of_mass_height [cm]", Take.LAST) == pytest.approx(
+    assert number(motion, "centre_of_mass_height [cm]", Statistic.LAST) == pytest.approx(
         100.0 * run.centre_of_mass[-1, 1]
     )
-    assert number(motion, "centre_of_mass_height [cm]", Take.LAST, sideways) == pytest.approx(
+    assert number(motion, "centre_of_mass_height [cm]", Statistic.LAST, sideways) == pytest.approx(
         100.0 * run.centre_of_mass[-1, 0]
     )
     force, moment = np.split(run.reactions["swing"][-1], 2)
-    assert number(motion, "swing.reaction_force [N]", Take.LAST) == np.linalg.norm(force)
-    assert number(motion, "swing.reaction_moment [N m]", Take.LAST) == np.linalg.norm(moment)
+    assert number(motion, "swing.reaction_force [N]", Statistic.LAST) == np.linalg.norm(force)
+    assert number(motion, "swing.reaction_moment [N m]", Statistic.LAST) == np.linalg.norm(moment)
     torque = np.linalg.norm(run.passive_torques["rail"][-1])
-    assert number(motion, "rail.passive_torque [N m]", Take.LAST) == torque
+    assert number(motion, "rail.passive_torque [N m]", Statistic.LAST) == torque
 
 
 def test_extremes_and_their_times() -> None:
     motion = clip("slides")
     degrees = np.degrees(motion.displacements["swing"][:, 0])
-    largest = number(motion, "swing.1 [deg]", Take.LARGEST)
+    largest = number(motion, "swing.1 [deg]", Statistic.LARGEST)
     assert largest is not None
     assert degrees.max() <= largest <= degrees.max() + np.ptp(degrees) / 10.0
-    smallest = number(motion, "swing.1 [deg]", Take.SMALLEST)
+    smallest = number(motion, "swing.1 [deg]", Statistic.SMALLEST)
     assert smallest is not None
     assert degrees.min() - np.ptp(degrees) / 10.0 <= smallest <= degrees.min()
     for take, frame in (
-        (Take.TIME_OF_LARGEST, int(np.argmax(degrees))),
-        (Take.TIME_OF_SMALLEST, int(np.argmin(degrees))),
+        (Statistic.TIME_OF_LARGEST, int(np.argmax(degrees))),
+        (Statistic.TIME_OF_SMALLEST, int(np.argmin(degrees))),
     ):
         assert number(motion, "swing.1 [deg]", take) == pytest.approx(
             motion.times[frame], abs=motion.times[1] - motion.times[0]
@@ -125,8 +127,8 @@ def test_peaks_of_contact_are_over_all_steps(bounce: tuple[Figure, FigureMotion]
     exact = max(map(float, cells))
     in_frames = max(map(float, table_of(motion)["ground_force_vy [N]"]))
     for title in ("ground_force_vy [N]", "link.contact_force [N]"):
-        assert number(motion, title, Take.LARGEST) == pytest.approx(exact, rel=1e-2)
-        time = number(motion, title, Take.TIME_OF_LARGEST)
+        assert number(motion, title, Statistic.LARGEST) == pytest.approx(exact, rel=1e-2)
+        time = number(motion, title, Statistic.TIME_OF_LARGEST)
         assert time == pytest.approx(fine.times[cells.index(repr(exact))], abs=1e-3)
     assert in_frames < 0.9 * exact
 
@@ -135,32 +137,35 @@ def test_an_undefined_number_is_none(bounce: tuple[Figure, FigureMotion]) -> Non
     _, motion = bounce
     in_the_air = table_of(motion)["ground_force_px [cm]"][-1] == ""
     assert in_the_air
-    assert number(motion, "ground_force_px [cm]", Take.LAST) is None
-    assert number(motion, "ground_force_px [cm]", Take.LARGEST) is not None
+    assert number(motion, "ground_force_px [cm]", Statistic.LAST) is None
+    assert number(motion, "ground_force_px [cm]", Statistic.LARGEST) is not None
 
 
 def test_a_column_that_does_not_change_has_extremes_without_a_time() -> None:
     figure = ball(0.5)
     motion = motion_from_recording(simulate(figure, replace(BOUNCE, stop=0.1)), figure)
     force = "link.contact_force [N]"
-    assert number(motion, force, Take.LARGEST) == 0.0
-    assert number(motion, force, Take.TIME_OF_LARGEST) is None
+    assert number(motion, force, Statistic.LARGEST) == 0.0
+    assert number(motion, force, Statistic.TIME_OF_LARGEST) is None
 
 
 def test_displacements_at_rest_are_in_the_unit_of_the_column() -> None:
     chains = clip("slides").chains
     rest = {name: np.linspace(0.1, 0.3, len(chain)) for name, chain in chains.items()}
-    measures = [Measure("a", "rail.1 [deg]", Take.REST), Measure("b", "rail.2 [cm]", Take.REST)]
+    measures = [
+        Measure("a", "rail.1 [deg]", Statistic.REST),
+        Measure("b", "rail.2 [cm]", Statistic.REST),
+    ]
     found = measure_rest(chains, rest, measures)
     assert found == {"a": pytest.approx(np.degrees(0.1)), "b": 30.0}
     with pytest.raises(ModelError, match="no column"):
-        measure_rest(chains, rest, [Measure("c", "kinetic [J]", Take.REST)])
+        measure_rest(chains, rest, [Measure("c", "kinetic [J]", Statistic.REST)])
 
 
-WRONG: Mapping[str, tuple[str, Take, str, str]] = {
-    "misspelled": ("joint0.1 [dge]", Take.LAST, "column", "did you mean `joint0.1 [deg]`?"),
-    "without contact": ("ground_force_vy [N]", Take.LAST, "column", "known here"),
-    "energy at rest": ("kinetic [J]", Take.REST, "take", "a displacement of a joint has one"),
+WRONG: Mapping[str, tuple[str, Statistic, str, str]] = {
+    "misspelled": ("joint0.1 [dge]", Statistic.LAST, "column", "did you mean `joint0.1 [deg]`?"),
+    "without contact": ("ground_force_vy [N]", Statistic.LAST, "column", "known here"),
+    "energy at rest": ("kinetic [J]", Statistic.REST, "take", "a displacement of a joint has one"),
 }
 
 
@@ -168,24 +173,24 @@ WRONG: Mapping[str, tuple[str, Take, str, str]] = {
 def test_wrong_measures_are_faults(case: str) -> None:
     column, take, key, hint = WRONG[case]
     wrong = Measure("wrong", column, take)
-    right = Measure("right", "joint0.1 [deg]", Take.REST)
+    right = Measure("right", "joint0.1 [deg]", Statistic.REST)
     (fault,) = check_measures(study(row(1), Plan(springs=SpringSet()), right, wrong))
     assert (fault.measure, fault.key) == ("wrong", key)
     assert column in fault.message
     assert hint in fault.hint
 
 
-@pytest.mark.parametrize("take", [Take.LAST, Take.REST])
+@pytest.mark.parametrize("take", [Statistic.LAST, Statistic.REST])
 @pytest.mark.parametrize("has_floor", [False, True])
-def test_every_column_that_is_accepted_is_measured(take: Take, has_floor: bool) -> None:
+def test_every_column_that_is_accepted_is_measured(take: Statistic, has_floor: bool) -> None:
     figure = read_figure("leg" if has_floor else "pendulum")
-    plan = Plan(stop=0.04, springs=read_springs(None, figure))
+    plan = Plan(stop=0.04)
     if has_floor:
         plan = replace(plan, free_root=True, height=0.0, scene=FLOOR)
     asked = [Measure(title, title, take) for title in motion_columns(figure, plan)]
     wrong = {fault.measure for fault in check_measures(study(figure, plan, *asked))}
     accepted = [one for one in asked if one.name not in wrong]
-    assert len(accepted) == (len(asked) if take is Take.LAST else 6 if has_floor else 3)
+    assert len(accepted) == (len(asked) if take is Statistic.LAST else 6 if has_floor else 3)
     found = run_case(study(figure, plan, *accepted), ())
     assert (found.outcome, found.message) == ("done", "")
     assert found.measures.keys() == {one.name for one in accepted}
@@ -196,7 +201,7 @@ def test_the_injury_criterion_is_one_number() -> None:
     plan = Plan(scene=FLOOR, free_root=True, height=0.1, springs=SpringSet())
     measures = [
         Measure(take.name, "head.injury_criterion [1]", take)
-        for take in (Take.LAST, Take.LARGEST, Take.TIME_OF_LARGEST)
+        for take in (Statistic.LAST, Statistic.LARGEST, Statistic.TIME_OF_LARGEST)
     ]
     faults = list(check_measures(study(figure, plan, *measures)))
     assert [fault.measure for fault in faults] == ["TIME_OF_LARGEST"]
@@ -216,7 +221,7 @@ PARTS: Sequence[tuple[str, set[RecordingPart]]] = [
 
 @pytest.mark.parametrize(("column", "parts"), PARTS)
 def test_measures_need_only_their_parts(column: str, parts: set[RecordingPart]) -> None:
-    assert parts_of_measures(row(1), [Measure("m", column, Take.LAST)]) == parts
+    assert parts_of_measures(row(1), [Measure("m", column, Statistic.LAST)]) == parts
 
 
 def test_each_load_of_a_free_figure_is_recorded_for_its_measure() -> None:
@@ -225,4 +230,4 @@ def test_each_load_of_a_free_figure_is_recorded_for_its_measure() -> None:
     loads = [title for title in titles if ".reaction" in title or ".passive" in title]
     assert loads
     for title in loads:
-        assert parts_of_measures(figure, [Measure("m", title, Take.LAST)]), title
+        assert parts_of_measures(figure, [Measure("m", title, Statistic.LAST)]), title

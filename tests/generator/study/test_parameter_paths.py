@@ -1,14 +1,12 @@
 """Paths of quantities: their meaning in shipped figures, and the sentences about unknown ones."""
 
-from dataclasses import replace
-
 import pytest
 
+from generator.contact.scene import Scene
 from generator.figure_file.read import read_figure
+from generator.model import Model
 from generator.person.survey import Sex
-from generator.scene import Scene
 from generator.simulation.plan import Plan
-from generator.springs_file.read import read_springs
 from generator.study.parameter_paths import Case, UnknownPathError, parse_path
 from generator.study.study import PersonArguments
 
@@ -17,10 +15,8 @@ PERSON = PersonArguments(Sex.MALE, 1.75, 75.0)
 
 def case(name: str = "male50", choice: str | None = None, floor: bool = True) -> Case:
     figure = read_figure(name)
-    plan = Plan(springs=read_springs(choice, figure))
-    if floor:
-        plan = replace(plan, scene=Scene.floor(), free_root=True)
-    return Case(figure, plan)
+    plan = Plan(scene=Scene.floor(), free_root=True) if floor else Plan()
+    return Case(Model.of(figure, choice), plan)
 
 
 @pytest.mark.parametrize(
@@ -103,8 +99,8 @@ def test_unknown_path(path: str, sentence: str) -> None:
 def test_paths_that_need_something_else() -> None:
     bare = case(floor=False)
     for path, sentence in (
-        ("floor.friction", "`floor = true` adds one"),
-        ("height", "needs `free_root = true`"),
+        ("floor.friction", "the option `floor` adds one"),
+        ("height", "needs `free_root`, `floor` or `scene`"),
         ("person.mass", "`[person]`"),
         ("velocity.head.1", "no joint `head`"),
     ):

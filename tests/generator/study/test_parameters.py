@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError, MoverError
 from generator.figure import AxisKind, Joint, JointAxis, Vector
 from generator.figure_file.read import read_figure
 from generator.joint_chain import build_chain
+from generator.model import Model
 from generator.person.survey import Sex
-from generator.scene import Scene
 from generator.simulation.compiled.law_code import (
     LawUse,
     coupled_law,
@@ -21,7 +22,6 @@ from generator.simulation.compiled.law_code import (
     rotation_law,
 )
 from generator.simulation.plan import Plan
-from generator.springs_file.read import read_springs
 from generator.study.parameter_paths import Case, parse_path
 from generator.study.parameters import apply_values, build_case, nominal_value
 from generator.study.person_figure import make_person
@@ -36,8 +36,7 @@ SHIFTS = st.floats(-20.0, 20.0)
 
 def case(name: str = "male50", choice: str | None = None) -> Case:
     figure = read_figure(name)
-    plan = Plan(springs=read_springs(choice, figure), scene=Scene.floor(), free_root=True)
-    return Case(figure, plan)
+    return Case(Model.of(figure, choice), Plan(scene=Scene.floor(), free_root=True))
 
 
 MALE, PROTOTYPE, COUPLED = case(), case("prototype"), case("prototype", "coupled")
@@ -49,7 +48,7 @@ def two_curves() -> Case:
     curves = Hysteresis(Linear(2.0, 0.1), Linear(1.5, -0.1))
     axis = AxisSpring((1.0, 0.0, 0.0), (curves, Stop(-0.5, 0.5)), Damping(0.3, 0.2), "flexion")
     springs = SpringSet({"shoulder": JointSprings("shoulder", (axis,))})
-    return Case(figure, Plan(springs=springs))
+    return Case(Model(figure, springs), Plan())
 
 
 def vary(one: Case, **values: float) -> Case:
@@ -135,7 +134,7 @@ def test_both_sides_get_mirrored_torques(reverse: bool, shift: float, scale: flo
         hip = one.springs.joints["right_hip_joint"]
         turned = replace(hip, axes=tuple(axis.with_opposite_axis() for axis in hip.axes))
         joints = {**one.springs.joints, "right_hip_joint": turned}
-        one = replace(one, plan=replace(one.plan, springs=replace(one.springs, joints=joints)))
+        one = one.with_springs(replace(one.springs, joints=joints))
     values = {"springs.hip.flexion.offset_deg": shift, "springs.hip.abduction.scale": scale}
     changed = apply_values(one, [(parse_path(p, one), value) for p, value in values.items()])
     sign = -1.0 if reverse else 1.0
@@ -157,7 +156,7 @@ def test_slides_of_both_sides_are_mirrored(direction: Vector) -> None:
     )
     spring = AxisSpring(direction, (Linear(100.0),), Damping(5.0))
     joints = {knee.name: JointSprings(knee.name, (), (spring,)) for knee in knees}
-    one = Case(figure, replace(MALE.plan, springs=SpringSet(joints)))
+    one = Case(Model(figure, SpringSet(joints)), MALE.plan)
     changed = vary(
         one, springs__knee__offset_cm=2.0, springs__knee__viscous_Ns_m=7.0, pose__knee=2.0
     )
@@ -218,7 +217,7 @@ def test_damping_replaces_or_adds() -> None:
     for side in ("left", "right"):
         assert axis_of(changed, f"{side}_knee").damping == Damping(0.7, 0.4)
     figure = read_figure("fourbar")
-    bare = Case(figure, Plan(springs=read_springs(None, figure)))
+    bare = Case(Model.of(figure), Plan())
     pinned = vary(bare, springs__crank_pin__viscous_Nms_rad=0.1)
     assert axis_of(pinned, "crank_pin").resistance(0.0, 2.0) == pytest.approx(-0.2)
 
@@ -262,7 +261,7 @@ def test_pose_and_velocity_of_both_sides() -> None:
             for factor in MALE.figure.joints["right_hip_joint"].chain
         ),
     )
-    turned = vary(Case(MALE.figure.with_parts(one), MALE.plan), pose__hip__2=10.0)
+    turned = vary(MALE.with_figure(MALE.figure.with_parts(one)), pose__hip__2=10.0)
     assert turned.plan.displacements["right_hip_joint"][1] == -radians(10.0)
 
 
@@ -323,15 +322,14 @@ def test_impossible_value(path: str, value: float, reason: str) -> None:
 
 
 def study(person: PersonArguments | None, **paths: str) -> Study:
-    figure, plan = MALE.figure, MALE.plan
+    model, plan = MALE.model, MALE.plan
     if person is not None:
-        figure, springs = make_person(person, with_spheres=False)
-        plan = Plan(springs=springs)
+        model, plan = make_person(person, with_spheres=False), Plan()
     names = {name: path.split() for name, path in paths.items()}
     parameters = {
         name: Parameter(name, tuple(texts), Uniform(0.0, 1.0)) for name, texts in names.items()
     }
-    return Study("test", figure, plan, parameters, Design(DesignKind.SOBOL, 1), {}, person)
+    return Study("test", model, plan, parameters, Design(DesignKind.SOBOL, 1), {}, person)
 
 
 def test_case_of_a_study() -> None:
@@ -352,9 +350,9 @@ def test_case_of_a_person() -> None:
     )
     built = build_case(one, (1.70, 0.85, 2.0))
     taller = replace(person, stature=1.70)
-    figure, springs = make_person(taller, {"waist_circumference": 0.85}, with_spheres=False)
-    assert built.figure == figure != one.figure
-    assert built.springs == vary(Case(figure, Plan(springs=springs)), springs__scale=2.0).springs
+    model = make_person(taller, {"waist_circumference": 0.85}, with_spheres=False)
+    assert built.figure == model.figure != one.model.figure
+    assert built.springs == vary(Case(model, Plan()), springs__scale=2.0).springs
     with pytest.raises(MoverError, match="stature"):
         build_case(one, (5.0, 0.85, 1.0))
 
@@ -370,12 +368,12 @@ def test_person_with_a_floor_has_contact_spheres() -> None:
 
 def test_case_of_a_person_of_whom_only_springs_vary() -> None:
     one = study(PersonArguments(Sex.MALE, 1.75, 75.0), s="springs.scale")
-    assert build_case(one, (2.0,)).figure is one.figure
+    assert build_case(one, (2.0,)).figure is one.model.figure
 
 
 def test_mass_of_a_person_follows_from_the_mass_index() -> None:
     person = PersonArguments(Sex.MALE, 1.75, 75.0, "none")
     one = study(person, size="person.stature", index="person.mass_index")
     case = build_case(one, [1.8, 24.0])
-    figure, _ = make_person(replace(person, stature=1.8, mass=24.0 * 1.8**2), with_spheres=False)
-    assert case.figure == figure
+    model = make_person(replace(person, stature=1.8, mass=24.0 * 1.8**2), with_spheres=False)
+    assert case.model == model

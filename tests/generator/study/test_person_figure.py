@@ -2,9 +2,9 @@
 
 import pytest
 
+from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import UsageError
 from generator.figure_file.read import read_figure
-from generator.geometry.contact_spheres import fit_contact_spheres
 from generator.person.survey import Sex
 from generator.springs_file.read import read_springs
 from generator.study.person_figure import make_person
@@ -15,7 +15,7 @@ from generator.study.study import PersonArguments
 def test_springs_are_those_of_the_shipped_person(springs: str, choice: str | None) -> None:
     shipped = read_springs(choice, read_figure("male50"))
     person = PersonArguments(Sex.MALE, 1.756, 85.5, springs)
-    made = make_person(person, with_spheres=False)[1]
+    made = make_person(person, with_spheres=False).springs
     assert made.joints == shipped.joints
     assert made.coupled == shipped.coupled
 
@@ -23,7 +23,7 @@ def test_springs_are_those_of_the_shipped_person(springs: str, choice: str | Non
 def test_contact_spheres_are_those_of_the_shipped_surfaces() -> None:
     shipped = read_figure("male50")
     person = PersonArguments(Sex.MALE, 1.756, 85.5, "none")
-    made = make_person(person, with_spheres=True)[0]
+    made = make_person(person, with_spheres=True).figure
     assert {name: fit.spheres for name, fit in fit_contact_spheres(made).items()} == {
         name: fit.spheres for name, fit in fit_contact_spheres(shipped).items()
     }
@@ -32,7 +32,7 @@ def test_contact_spheres_are_those_of_the_shipped_surfaces() -> None:
 def test_measured_dimension_changes_the_figure() -> None:
     person = PersonArguments(Sex.FEMALE, 1.63, 68.0, "none")
     plain, large = (
-        make_person(person, measured, with_spheres=False)[0]
+        make_person(person, measured, with_spheres=False).figure
         for measured in ({}, {"foot_length": 0.28})
     )
     assert plain != large

@@ -14,8 +14,9 @@ import pytest
 from scipy.optimize import brentq
 
 from generator import Figure, Plan, read_figure, read_npz
-from generator.recording import Ending, Integrator
-from generator.simulation.plan import resolve_springs
+from generator.model import Model
+from generator.recording import Ending
+from generator.run_options import Integrator
 from generator.study.parameter_paths import Case
 from generator.study.run_case import measure_case, run_case
 from generator.study.study import (
@@ -26,36 +27,35 @@ from generator.study.study import (
     Measure,
     Parameter,
     RunResult,
+    Statistic,
     Study,
-    Take,
     Uniform,
 )
-from springs import SpringSet
 from springs.contact import Surface
 from tests.chains import row
 from tests.contact_figures import BLOCK_HALF, FLOOR, MASS, block
 from tests.processes import ENVIRONMENT
 
-SWING = ("shoulder.2 [deg]", Take.LARGEST)
-NUMBERS: Mapping[str, tuple[str, Take]] = {
+SWING = ("shoulder.2 [deg]", Statistic.LARGEST)
+NUMBERS: Mapping[str, tuple[str, Statistic]] = {
     "swing": SWING,
-    "when": (SWING[0], Take.TIME_OF_LARGEST),
-    "end": ("kinetic [J]", Take.LAST),
-    "force": ("shoulder.reaction_force [N]", Take.LARGEST),
-    "rest": (SWING[0], Take.REST),
+    "when": (SWING[0], Statistic.TIME_OF_LARGEST),
+    "end": ("kinetic [J]", Statistic.LAST),
+    "force": ("shoulder.reaction_force [N]", Statistic.LARGEST),
+    "rest": (SWING[0], Statistic.REST),
 }
 
 
-def study(numbers: Mapping[str, tuple[str, Take]] = NUMBERS, **changes: object) -> Study:
+def study(numbers: Mapping[str, tuple[str, Statistic]] = NUMBERS, **changes: object) -> Study:
     """A pendulum under gravity of another size, with one of its springs scaled."""
     figure = pendulum()
-    plan = replace(Plan(stop=0.2, springs=resolve_springs(figure, Plan())), **changes)
+    plan = replace(Plan(stop=0.2), **changes)
     parameters = {
         name: Parameter(name, (path,), Uniform(0.5, 1.5))
         for name, path in (("g", "gravity"), ("k", "springs.shoulder.scale"))
     }
     measures = {name: Measure(name, *entry) for name, entry in numbers.items()}
-    return Study("pendulum", figure, plan, parameters, Design(DesignKind.LIST), measures)
+    return Study("pendulum", Model.of(figure), plan, parameters, Design(DesignKind.LIST), measures)
 
 
 @cache
@@ -109,7 +109,7 @@ def test_values_that_make_no_case_are_wrong_input() -> None:
 
 
 def test_an_unknown_column_is_wrong_input() -> None:
-    result = run_case(study({"x": ("shoulder.9 [deg]", Take.LAST)}), [1.0, 1.0])
+    result = run_case(study({"x": ("shoulder.9 [deg]", Statistic.LAST)}), [1.0, 1.0])
     assert failed(result, WRONG_INPUT)
     assert "no column `shoulder.9 [deg]`" in result.message
 
@@ -118,37 +118,37 @@ def test_a_figure_that_turns_over_has_no_measures() -> None:
     assert failed(run_case(study(stop=2.0), [1.0, 1.0]), Ending.TURNED_OVER.value)
 
 
-def case_study(case: Case, column: str, take: Take) -> Study:
+def case_study(case: Case, column: str, take: Statistic) -> Study:
     """A study of one case with one measure."""
     measures = {"m": Measure("m", column, take)}
-    return Study("case", case.figure, case.plan, {}, Design(DesignKind.LIST), measures)
+    return Study("case", case.model, case.plan, {}, Design(DesignKind.LIST), measures)
 
 
-ENDLESS = Case(row(1), Plan(stop=1e5, frame=1e3, springs=SpringSet()))
+ENDLESS = Case(Model(row(1)), Plan(stop=1e5, frame=1e3))
 """A pendulum that swings for more than a day."""
 
 
 def test_a_run_without_wall_time_has_no_measures() -> None:
     case = replace(ENDLESS, plan=replace(ENDLESS.plan, wall_limit=1e-9))
-    result = measure_case(case_study(case, "joint0.1 [deg]", Take.LAST), case)
+    result = measure_case(case_study(case, "joint0.1 [deg]", Statistic.LAST), case)
     assert failed(result, Ending.TOO_LONG.value)
 
 
 def test_a_figure_that_does_not_rest_has_no_measures() -> None:
     case = replace(ENDLESS, plan=replace(ENDLESS.plan, wall_limit=1e-9))
-    result = measure_case(case_study(case, "joint0.1 [deg]", Take.REST), case)
+    result = measure_case(case_study(case, "joint0.1 [deg]", Statistic.REST), case)
     assert failed(result, NO_EQUILIBRIUM)
 
 
 def test_an_interrupted_run_is_not_a_result() -> None:
     Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
-        measure_case(case_study(ENDLESS, "joint0.1 [deg]", Take.LAST), ENDLESS)
+        measure_case(case_study(ENDLESS, "joint0.1 [deg]", Statistic.LAST), ENDLESS)
 
 
 def test_a_block_rests_on_the_floor() -> None:
-    case = Case(block(0.06), Plan(stop=0.1, springs=SpringSet(), scene=FLOOR))
-    result = measure_case(case_study(case, "pin.5 [cm]", Take.REST), case)
+    case = Case(Model(block(0.06)), Plan(stop=0.1, scene=FLOOR))
+    result = measure_case(case_study(case, "pin.5 [cm]", Statistic.REST), case)
     assert result.outcome == "done"
     depth = brentq(lambda d: Surface().elastic_force(d) - MASS * 9.81 / 4.0, 0.0, 0.1)
     assert result.measures["m"] == pytest.approx(100.0 * (BLOCK_HALF[1] - depth), abs=1e-3)
@@ -173,8 +173,8 @@ def swing() -> RunResult:
 
 
 def bounce() -> RunResult:
-    case = Case(block(0.06), Plan(stop=0.3, springs=SpringSet(), scene=FLOOR))
-    return measure_case(case_study(case, "link.contact_force [N]", Take.LARGEST), case)
+    case = Case(Model(block(0.06)), Plan(stop=0.3, scene=FLOOR))
+    return measure_case(case_study(case, "link.contact_force [N]", Statistic.LARGEST), case)
 
 
 def test_earlier_runs_and_the_process_have_no_effect() -> None:

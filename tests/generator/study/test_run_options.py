@@ -11,7 +11,6 @@ from generator.figure_file import read_figure
 from generator.input_files.scene import read_scene
 from generator.kinematics.free_root import settable_chains
 from generator.simulation.plan import Plan
-from generator.springs_file.read import read_springs
 from springs import Joining
 from tests.paths import FIGURES
 from tests.study_runs import parse_study_text
@@ -33,7 +32,7 @@ def plan(options: str, figure: str = "prototype", folder: Path = FIGURES) -> Pla
 
 
 def test_a_plan_without_options_is_that_of_a_run():
-    assert plan("") == Plan(springs=read_springs(None, read_figure("prototype")))
+    assert plan("") == Plan()
 
 
 def test_numbers_are_in_si():
@@ -65,9 +64,9 @@ def test_a_scene_is_a_file_or_a_name(tmp_path: Path):
 
 
 def test_a_law_joins_the_springs():
-    springs = plan('law = "weighted"').springs
-    assert springs is not None
-    assert springs.joining is Joining.WEIGHTED
+    text = f'figure = "prototype"\nlaw = "weighted"\n{REST}'
+    study = parse_study_text(text, FIGURES).require_value()
+    assert study.model.springs.joining is Joining.WEIGHTED
 
 
 def test_displacements_are_those_of_the_command_line():

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import InputError, Severity
 from generator.figure_file import read_figure
+from generator.model import Model
 from generator.person.survey import Sex
 from generator.simulation.plan import Plan
 from generator.springs_file.read import read_springs
-from generator.study.design_table import MAX_RUNS
 from generator.study.designs import design_points, run_count
 from generator.study.parameters import build_case
 from generator.study.study import (
@@ -24,11 +24,12 @@ from generator.study.study import (
     Parameter,
     PersonArguments,
     Sensitivity,
+    Statistic,
     Study,
-    Take,
     Uniform,
 )
 from generator.study.study_file import read_study
+from generator.study.study_tables import MAX_RUNS
 from tests.paths import FIGURES
 from tests.study_runs import parse_study_text
 
@@ -59,13 +60,13 @@ def test_a_study_is_its_figure_its_runs_its_parameters_and_its_measures():
     study = read(EXAMPLE)
     figure = read_figure("pendulum")
     assert study.name == "pendulum"
-    assert study.figure == figure
-    assert study.plan == Plan(stop=0.3, springs=read_springs(None, figure))
+    assert study.model == Model.of(figure)
+    assert study.plan == Plan(stop=0.3)
     assert study.design == Design(DesignKind.SOBOL, 64, 7)
     gravity = Parameter("gravity_scale", ("gravity",), Uniform(0.8, 1.2))
     assert study.parameters == {"gravity_scale": gravity}
-    swing = Measure("swing", "shoulder.2 [deg]", Take.LARGEST)
-    assert study.measures == {"swing": swing, "end": Measure("end", "kinetic [J]", Take.LAST)}
+    swing = Measure("swing", "shoulder.2 [deg]", Statistic.LARGEST)
+    assert study.measures == {"swing": swing, "end": Measure("end", "kinetic [J]", Statistic.LAST)}
     assert study.person is None
     assert study.sensitivity is None
     assert study.text == EXAMPLE
@@ -185,7 +186,7 @@ def test_a_person_takes_the_place_of_a_figure():
         text.replace("0.8", "55").replace("1.2", "70").replace("person.mass_scale", "mass")
     )
     assert study.person == PersonArguments(Sex.FEMALE, 1.63, 62.0, "published")
-    assert study.figure.total_mass == pytest.approx(62.0)
+    assert study.model.figure.total_mass == pytest.approx(62.0)
     assert study.name == "female, 1.63 m, 62 kg"
     assert build_case(study, [65.0]).figure.total_mass == pytest.approx(65.0)
 
@@ -200,11 +201,13 @@ def test_files_are_searched_in_the_folder_of_the_study(
     (folder / "own.fig").write_text((FIGURES / "pendulum.fig").read_text("utf-8"), "utf-8")
     (folder / "s.study.toml").write_text(EXAMPLE.replace("pendulum", "own.fig"), "utf-8")
     study = read_study(folder / "s.study.toml")
-    assert study.figure.path == folder / "own.fig"
+    assert study.model.figure.path == folder / "own.fig"
     assert study.name == "own"
     (folder / "pendulum").write_text((FIGURES / "fourbar.fig").read_text("utf-8"), "utf-8")
     parsed = parse_study_text(EXAMPLE.replace("shoulder.2 [deg]", "kinetic [J]"), folder)
-    assert parsed.require_value().figure == read_figure("fourbar")  # before the shipped pendulum
+    assert parsed.require_value().model.figure == read_figure(
+        "fourbar"
+    )  # before the shipped pendulum
     (elsewhere / "other.fig").write_text("", "utf-8")
     parsed = parse_study_text(EXAMPLE.replace("pendulum", "other.fig"), folder)
     assert "no file `other.fig`" in parsed.diagnostics[0].message
@@ -214,7 +217,7 @@ def test_springs_are_chosen_as_in_a_run():
     text = EXAMPLE.replace("pendulum", "prototype").replace("shoulder.2", "left_knee.1")
     study = read(f'springs = "coupled"\n{text}')
     expected = read_springs("coupled", read_figure("prototype"))
-    assert study.plan.springs == expected
+    assert study.model.springs == expected
     assert expected.coupled
 
 

@@ -465,10 +465,12 @@ def computed(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
 def test_many_runs_take_little_memory(tmp_path: Path) -> None:
     """A sweep, its continuation and the table have no object for each run at a time."""
     count, base = 10_000, list_study()
-    bare = [replace(segment, psurf=None) for segment in base.figure.segments.values()]
+    bare = [replace(segment, psurf=None) for segment in base.model.figure.segments.values()]
     study = replace(
         base,
-        figure=base.figure.with_parts(*bare),  # a buffer for the file of a psurf has 32 MB
+        model=replace(
+            base.model, figure=base.model.figure.with_parts(*bare)
+        ),  # a buffer for the file of a psurf has 32 MB
         parameters={"g": Parameter("g", ("gravity",), Uniform(0.8, 1.2))},
         design=Design(DesignKind.LATIN_HYPERCUBE, count, seed=7),
     )

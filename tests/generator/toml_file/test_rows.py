@@ -1,5 +1,6 @@
 """Rows of a table: bounds, missing and unknown keys, and what is written is read."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -8,8 +9,22 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import Diagnostics, Source
 from generator.toml_file.reader import TableReader, parse_document
-from generator.toml_file.rows import Flag, Integer, Number, Row, TableRows, Text, Vector3
+from generator.toml_file.rows import (
+    Choice,
+    Flag,
+    Integer,
+    Interval,
+    Names,
+    Number,
+    Numbers,
+    Row,
+    Sign,
+    TableRows,
+    Text,
+    Vector3,
+)
 from generator.toml_file.spans import locate_keys
+from springs import Joining
 
 lengths = st.floats(-1e3, 1e3)
 ROWS: dict[Row[Any], st.SearchStrategy[Any]] = {
@@ -20,6 +35,13 @@ ROWS: dict[Row[Any], st.SearchStrategy[Any]] = {
     Flag("floor"): st.booleans(),
     Vector3("point_m", 1e3): st.tuples(lengths, lengths, lengths),
     Vector3("angles_deg", 1e3): st.tuples(lengths, lengths, lengths),
+    Numbers("offsets_deg", 1e3, count=2): st.tuples(lengths, lengths),
+    Interval("limits_deg", 1e3): st.tuples(lengths, lengths).map(lambda ends: tuple(sorted(ends))),
+    Sign("sense"): st.sampled_from((-1, 1)),
+    Choice("law", tuple(Joining)): st.sampled_from(Joining),
+    Choice("axis", ("x", "y")): st.sampled_from(("x", "y")),
+    Names("joints"): st.lists(st.text(), min_size=1).map(tuple),
+    Text("why", is_long=True): st.text(),
 }
 
 
@@ -66,6 +88,19 @@ WHOLE = "without quotes and decimals"
         (Vector3("x", 5.0, "at most 5 m"), "[0, -6, 0]", "this number is too large", "at most 5 m"),
         (Vector3("x", positive_error=("too flat", "in m")), "[1, 0, 1]", "too flat", "in m"),
         (Vector3("x"), "[1, 2]", "`x` has 2 instead of 3 numbers", ""),
+        (Number("low_deg", is_positive=True), "-9", "`low_deg` must be above zero, not -9", ""),
+        (Number("scale", 0.0, hint="why"), "-9", "`scale` must not be below zero", "why"),
+        (Numbers("x", count=2, negative_error=("no", "why")), "[0, -1]", "no", "why"),
+        (Interval("x"), "[2, 1]", "`x` ends before it begins", "[lower, upper]"),
+        (Sign("sense", "up or down"), "2", "`sense` must be -1 or +1", "up or down"),
+        (
+            Choice("law", tuple(Joining)),
+            '"weihted"',
+            "`law` cannot be `weihted`",
+            "did you mean `weighted`?",
+        ),
+        (Choice("axis", ("x", "y")), "3", "`axis` cannot be `3`", "it is one of: x, y"),
+        (Names("joints", '["a"]'), "[1]", "`joints` must be a list of names", 'as in `["a"]`'),
     ],
 )
 def test_a_wrong_value_has_an_error_at_its_place(
@@ -99,3 +134,54 @@ def test_a_missing_key_is_an_error_unless_another_is_a_slip_of_it(
     table = reader(text)
     KEYS.check_keys(table)
     assert [one.message for one in table.diagnostics.entries] == messages
+
+
+@dataclass(frozen=True)
+class Part:
+    viscous: float
+    coulomb: float = 0.0
+
+
+@dataclass(frozen=True)
+class Whole:
+    name: str
+    lower: float = -1.0
+    upper: float = 1.0
+    part: Part | None = None
+    senses: tuple[int, ...] = ()
+
+
+WHOLE_ROWS = TableRows(
+    "whole",
+    (
+        Text("name", example='"a"'),
+        Interval("ends_deg", attribute=("lower", "upper")),
+        Number("viscous_Nms_rad", 0.0, attribute="part.viscous", is_always_written=True),
+        Number("coulomb_Nm", 0.0, attribute="part.coulomb"),
+        Numbers("senses", count="senses", usual=1),
+    ),
+)
+
+
+def whole_of(values: dict[str, Any]) -> Whole:
+    part = {
+        name: values.pop(f"part.{name}")
+        for name in ("viscous", "coulomb")
+        if f"part.{name}" in values
+    }
+    return Whole(**values, part=Part(**part) if part else None)
+
+
+ENDS = st.tuples(lengths, lengths).map(sorted)
+PARTS = st.none() | st.builds(Part, st.floats(0.0, 9.0), st.floats(0.0, 9.0))
+
+
+@given(st.builds(lambda name, ends, part: Whole(name, *ends, part), st.text(), ENDS, PARTS))
+def test_an_object_is_read_from_its_lines(whole: Whole) -> None:
+    assert whole_of(WHOLE_ROWS.read(reader("\n".join(WHOLE_ROWS.lines(whole))))) == whole
+
+
+def test_defaults_and_usual_items_are_not_written() -> None:
+    assert list(WHOLE_ROWS.lines(Whole("a", senses=(1, 1)))) == ['name = "a"']
+    lines = list(WHOLE_ROWS.lines(Whole("a", part=Part(0.0), senses=(1, -1))))
+    assert lines == ['name = "a"', "viscous_Nms_rad = 0", "senses = [1, -1]"]

@@ -15,7 +15,7 @@ from generator.viewer.body_panel import (
     BodyPanel,
 )
 from generator.viewer.scene import SELECTED_COLOUR, rgb
-from generator.viewer.viewer import Driver, Shown, Viewer
+from generator.viewer.viewer import Driver, FigureState, Viewer
 from tests.browser import node_pose
 from tests.generator.viewer.conftest import wait_until
 
@@ -51,7 +51,7 @@ def test_balance_is_drawn_in_the_colour_of_the_pose(run_viewer, open_page):
     lean = pose_matrix(matrix_from_rotation_vector(np.array([0.3, 0.0, 0.0])), np.zeros(3))
     first = viewer.shown
     poses = {name: lean @ pose for name, pose in first.poses.items()}
-    leaning = Shown(Driver.POSE, first.displacements, poses)
+    leaning = FigureState(Driver.POSE, first.displacements, poses)
     running.call(lambda: viewer.show(leaning))
     wait_until(lambda: has_colour(UNBALANCED_COLOUR))
     state = BalanceModel(viewer.figure, viewer.scene.appearances).state(leaning.poses)

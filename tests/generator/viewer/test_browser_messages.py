@@ -163,7 +163,7 @@ class Client:
 def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Messages in the corner of the page."""
     texts: list[str] = []
-    monkeypatch.setattr(Viewer, "tell", lambda _self, _title, text, **_: texts.append(text))
+    monkeypatch.setattr(Viewer, "notify", lambda _self, _title, text, **_: texts.append(text))
     return texts
 
 

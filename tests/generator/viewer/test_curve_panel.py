@@ -7,7 +7,7 @@ import numpy as np
 from generator.kinematics.placement import forward_kinematics
 from generator.springs_file.read import read_springs
 from generator.viewer.curve_panel import CurvePanel
-from generator.viewer.viewer import Driver, Shown, Viewer
+from generator.viewer.viewer import Driver, FigureState, Viewer
 from springs import SpringSet, total_torque
 from tests.generator.viewer.conftest import type_into, wait_until
 
@@ -46,7 +46,7 @@ def bend(viewer: Viewer, joint: str, angle: float) -> None:
     """Show the figure with one joint at another angle [rad]."""
     at = {**viewer.shown.displacements, joint: np.array([angle])}
     placement = forward_kinematics(viewer.content.placement.tree, at)
-    viewer.show(Shown(Driver.POSE, at, placement.poses))
+    viewer.show(FigureState(Driver.POSE, at, placement.poses))
 
 
 def test_a_curve_is_doubled_on_the_page_and_saved(run_viewer, open_page, tmp_path):

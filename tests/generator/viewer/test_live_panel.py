@@ -15,10 +15,10 @@ from generator.input_files.live import LIVE_FILE, SetGravity, SetScales, SetSpri
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.motion_files import read_action
 from generator.simulation.live import replay
 from generator.springs_file.edit import SpringEdit, apply_edits, springs_from_text
-from generator.springs_file.read import read_springs
 from generator.viewer.live_panel import (
     FLOOR_GAP,
     MAX_HEIGHT,
@@ -34,7 +34,7 @@ from generator.viewer.live_panel import (
 )
 from generator.viewer.live_process import LiveFrame
 from generator.viewer.play_panel import PlayPanel
-from generator.viewer.viewer import Driver, Shown
+from generator.viewer.viewer import Driver, FigureState
 from tests.browser import PageClient, node_pose
 from tests.command import run
 from tests.generator.viewer.conftest import content_of, type_into, wait_until
@@ -73,7 +73,7 @@ def test_texts_of_energy_and_of_the_end_of_the_process():
 def test_figures_with_loops_cannot_be_simulated_live():
     for name, reason in (("fourbar", "closed loops"), ("prototype", None)):
         figure = read_figure(name)
-        obstacle = live_obstacle(figure, read_springs(None, figure))
+        obstacle = live_obstacle(Model.of(figure))
         assert (reason is None and obstacle is None) or reason in obstacle
 
 
@@ -319,7 +319,9 @@ def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
         build_tree(figure), {**initial_displacements(build_tree(figure)), **bent}
     )
     running.call(
-        lambda: running.viewer.show(Shown(Driver.POSE, placement.displacements, placement.poses))
+        lambda: running.viewer.show(
+            FigureState(Driver.POSE, placement.displacements, placement.poses)
+        )
     )
     page.get_by_text("Start", exact=True).click()
     wait_until(lambda: panel._frame is not None and panel._frame.number > 5, WAIT)

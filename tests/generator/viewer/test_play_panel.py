@@ -9,7 +9,7 @@ from generator.motion_files import motion_writer
 from generator.rotations import quaternion_from_matrix
 from generator.viewer.play_panel import NEXT, NO_SITE, PlayPanel
 from generator.viewer.scene import node_name
-from generator.viewer.viewer import Driver, Shown
+from generator.viewer.viewer import Driver, FigureState
 from tests.generator.viewer.conftest import content_of, wait_until
 from tests.motions import any_motion, clip, shipped
 
@@ -97,7 +97,7 @@ def test_another_driver_pauses(play):
     running.call(lambda: panel.playback.set_speed(0.05, panel.clock()))
     wait_until(lambda: panel._play.label == "Pause")
     pose = viewer.content.placement
-    running.call(lambda: viewer.show(Shown(Driver.POSE, pose.displacements, pose.poses)))
+    running.call(lambda: viewer.show(FigureState(Driver.POSE, pose.displacements, pose.poses)))
     running.call(lambda: None)  # after another tick
     assert not panel.playback.is_playing(panel.clock())
     assert viewer.shown.driver is Driver.POSE
@@ -211,7 +211,7 @@ def test_a_table_of_opensim_is_loaded_and_columns_that_are_left_out_are_told(
     (tmp_path / "ik.mot").write_text(text)
     running = run_viewer(content_of("prototype", tmp_path), (PlayPanel,))
     panel, messages = running.viewer.panels[0], []
-    monkeypatch.setattr(running.viewer, "tell", lambda *words: messages.append(words))
+    monkeypatch.setattr(running.viewer, "notify", lambda *words: messages.append(words))
     assert panel._file.options == ("ik.mot",)
     running.call(lambda: panel._read(panel.load))
     wait_until(lambda: len(messages) == 2)

@@ -200,7 +200,7 @@ def undamped() -> FigureMotion:
     figure = shipped("prototype")
     springs = read_springs(None, figure).scaled(1.0, 0.0)
     recording = simulate(figure, Plan(stop=0.3, tolerance=1e-4, springs=springs))
-    return motion_from_recording(recording, figure, springs)
+    return motion_from_recording(recording)
 
 
 @pytest.mark.parametrize("joint", ["left_knee", "left_hip_joint", "waist"])

@@ -14,7 +14,7 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.tree import build_tree
 from generator.viewer.pose_panel import MAX_FOLDERS, PosePanel
 from generator.viewer.scene import node_name
-from generator.viewer.viewer import Content, Driver, Shown
+from generator.viewer.viewer import Content, Driver, FigureState
 from springs import SpringSet
 from tests.browser import node_pose
 from tests.chains import BALL, row
@@ -81,7 +81,7 @@ def test_a_slider_moves_the_figure_on_the_page(run_viewer, open_page, tmp_path):
 def test_a_pose_is_saved_beside_those_that_exist(run_viewer, tmp_path, monkeypatch):
     running, panel = start(run_viewer, "pendulum")
     told: list[str] = []
-    monkeypatch.setattr(running.viewer, "tell", lambda _, text, **__: told.append(text))
+    monkeypatch.setattr(running.viewer, "notify", lambda _, text, **__: told.append(text))
     (tmp_path / "new.pose").write_text("precious")
     (tmp_path / "sub").mkdir()
     for name, written in (
@@ -111,7 +111,7 @@ def test_sliders_follow_a_motion_and_take_over_where_it_is(run_viewer):
         tree, initial_displacements(tree) | {"left_elbow": np.array([0.5]),
                                              "waist": np.array([0.1, 0.2, 0.3])}
     )  # fmt: skip
-    shown = Shown(Driver.MOTION, moved.displacements, moved.poses, 1.0)
+    shown = FigureState(Driver.MOTION, moved.displacements, moved.poses, 1.0)
     running.call(lambda: viewer.show(shown))
     wait_until(lambda: slider.value == pytest.approx(np.degrees(0.5)))
     act(slider, 40.0)
@@ -144,7 +144,7 @@ def test_joints_that_a_free_figure_does_not_have_are_disabled_meanwhile(run_view
     free, moved = detach_root(viewer.figure, viewer.shown.displacements)
     placement = forward_kinematics(build_tree(free), moved)
     pose = viewer.shown
-    running.call(lambda: viewer.show(Shown(Driver.LIVE, moved, placement.poses, 0.0)))
+    running.call(lambda: viewer.show(FigureState(Driver.LIVE, moved, placement.poses, 0.0)))
     wait_until(lambda: root.disabled)
     assert not panel.sliders[ELBOW].disabled
     running.call(lambda: viewer.show(pose))
@@ -156,7 +156,7 @@ def test_a_displacement_beyond_the_slider_widens_it(run_viewer):
     slider = panel.sliders[ELBOW]
     running.call(lambda: panel.editor.set_coordinate(ELBOW, 3.0))
     placement = panel.editor.placement
-    shown = Shown(Driver.POSE, placement.displacements, placement.poses)
+    shown = FigureState(Driver.POSE, placement.displacements, placement.poses)
     running.call(lambda: running.viewer.show(shown))
     wait_until(lambda: slider.value == pytest.approx(np.degrees(3.0)))
     assert slider.max >= slider.value

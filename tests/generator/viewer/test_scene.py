@@ -16,7 +16,7 @@ from generator.viewer.scene import (
     mesh_with_creases,
     node_name,
 )
-from generator.viewer.viewer import Driver, Shown
+from generator.viewer.viewer import Driver, FigureState
 from tests.bodies import box
 from tests.browser import node_pose
 from tests.generator.viewer.conftest import wait_until
@@ -32,7 +32,7 @@ def test_the_browser_has_the_poses_of_the_server(run_viewer, open_page):
     small = pose_matrix(matrix_from_rotation_vector(np.full(3, 2e-6)), np.full(3, 3e-6))
     for turn in (np.eye(4), small):
         poses = {name: turn @ pose for name, pose in viewer.content.placement.poses.items()}
-        running.call(lambda poses=poses: viewer.show(Shown(Driver.POSE, {}, poses)))
+        running.call(lambda poses=poses: viewer.show(FigureState(Driver.POSE, {}, poses)))
         for segment, node in zip(viewer.scene.meshes, nodes, strict=True):
             wait_until(
                 lambda pose=poses[segment], node=node: (

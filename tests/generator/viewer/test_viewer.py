@@ -22,8 +22,8 @@ from generator.viewer.scene import node_name
 from generator.viewer.viewer import (
     Content,
     Driver,
+    FigureState,
     Panel,
-    Shown,
     Viewer,
     error_text,
     html_lines,
@@ -70,9 +70,9 @@ class Messages:
 
     def __init__(self, viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
         self.texts: list[tuple[str, str, bool]] = []
-        monkeypatch.setattr(viewer, "tell", self.tell)
+        monkeypatch.setattr(viewer, "notify", self.notify)
 
-    def tell(self, title: str, text: str, *, is_error: bool = False) -> None:
+    def notify(self, title: str, text: str, *, is_error: bool = False) -> None:
         self.texts.append((title, text, is_error))
 
 
@@ -148,7 +148,7 @@ class CountingPanel(Panel):
 
 
 def test_a_panel_that_fails_does_not_stop_the_others(run_viewer, monkeypatch):
-    monkeypatch.setattr(Viewer, "tell", lambda *_args, **_named: None)
+    monkeypatch.setattr(Viewer, "notify", lambda *_args, **_named: None)
     running = run_viewer("fourbar", (FailingPanel, CountingPanel))
     failing, counting = running.viewer.panels
     wait_until(lambda: failing.failures == 0 and counting.ticks > 3)
@@ -204,7 +204,7 @@ def test_two_browsers_show_one_pose_and_ask_no_other_host(run_viewer, browser):
     viewer, first = running.viewer, running.viewer.shown
     turn = pose_matrix(matrix_from_rotation_vector(np.array([0.1, 0.4, -0.2])), np.ones(3))
     poses = {name: turn @ pose for name, pose in first.poses.items()}
-    running.call(lambda: viewer.show(Shown(Driver.POSE, first.displacements, poses)))
+    running.call(lambda: viewer.show(FigureState(Driver.POSE, first.displacements, poses)))
     for page in pages:
         for segment in viewer.scene.meshes:
             node, pose = node_name(segment), poses[segment]
@@ -245,7 +245,7 @@ def test_names_of_files_are_not_markup(run_viewer, open_page, tmp_path):
     wait_until(lambda: node_pose(page, node_name(MARKUP)) is not None)
     running.call(lambda: viewer.select_segment(MARKUP))
     running.call(lambda: viewer.select_joint(MARKUP))
-    running.call(lambda: viewer.tell(MARKUP, MARKUP))
+    running.call(lambda: viewer.notify(MARKUP, MARKUP))
     running.call(lambda: viewer.tell_error(UsageError(MARKUP)))
     page.get_by_text(MARKUP).first.wait_for()
     assert page.locator("img[onerror]").count() == 0
@@ -268,7 +268,7 @@ def long_chain(count: int, folder: Path) -> Content:
 
 def test_a_figure_of_160_segments_has_its_page(run_viewer, monkeypatch, tmp_path):
     told: list[object] = []
-    monkeypatch.setattr(Viewer, "tell", lambda _viewer, *texts, **_named: told.append(texts))
+    monkeypatch.setattr(Viewer, "notify", lambda _viewer, *texts, **_named: told.append(texts))
     running = run_viewer(long_chain(160, tmp_path), PANELS)
     viewer = running.viewer
     assert len(viewer.scene.meshes) == 160

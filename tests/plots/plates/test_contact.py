@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from plots.contact_cases import ContactCase
-from plots.plates.contact import DAMPINGS, IMPACT_SPEEDS, ROD_ANGLES, Cases, build_plate
+from plots.plates.contact import DAMPINGS, IMPACT_SPEEDS, ROD_ANGLES, Cases
 from tests.paths import DOCS
-from tests.plots.drawn import contact_cases, plate
+from tests.plots.drawn import data, maker, plate
 
 ROD_ROWS = (0.3, 0.5, 0.81)
 
 
 @pytest.fixture(scope="module")
 def cases() -> Cases:
-    return contact_cases()
+    return data("contact")
 
 
 def test_all_claims_hold() -> None:
@@ -39,15 +39,14 @@ def test_claims_fail_for_other_numbers(cases: Cases) -> None:
     groups = ("impacts", "peaks", "creeping", "slipping", "balls", "turned", "stopping")
     changed = {name: off_last(getattr(cases, name)) for name in (*groups, "beginning")}
     wrong = replace(
-        cases,
-        **changed,
-        rod=[*cases.rod[:-1], off(cases.rod[-1])],
-        resting=off(cases.resting),
+        cases, **changed, rod=[*cases.rod[:-1], off(cases.rod[-1])], resting=off(cases.resting)
     )
-    failing = [k for k, claim in enumerate(build_plate(wrong).claims) if not claim.holds]
+    failing = [k for k, claim in enumerate(maker("contact").build(wrong).claims) if not claim.holds]
     assert failing == [0, 1, 2, 3, 4, 5, 7, 9, 10]
     only_turned = replace(cases, turned=changed["turned"])
-    assert [k for k, c in enumerate(build_plate(only_turned).claims) if not c.holds] == [8]
+    assert [k for k, c in enumerate(maker("contact").build(only_turned).claims) if not c.holds] == [
+        8
+    ]
 
 
 def test_claims_fail_for_a_run_with_another_energy_momentum_or_acceleration(cases: Cases) -> None:
@@ -64,7 +63,7 @@ def test_claims_fail_for_a_run_with_another_energy_momentum_or_acceleration(case
         contact=replace(run.contact, segments=segments),
         agreement_with_exudyn=None,
     )
-    claims = build_plate(replace(cases, tumbling=wrong)).claims
+    claims = maker("contact").build(replace(cases, tumbling=wrong)).claims
     assert [k for k, claim in enumerate(claims) if not claim.holds] == [11, 12, 13]
 
 

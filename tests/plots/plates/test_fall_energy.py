@@ -5,12 +5,12 @@ import pytest
 
 from generator import read_figure
 from plots.plates.fall_energy import STEP_SIZES
-from tests.plots.drawn import falls, plate
+from tests.plots.drawn import data, plate
 
 
 @pytest.fixture(scope="module")
 def made():
-    return falls()
+    return data("fall_energy")
 
 
 @pytest.fixture(scope="module")

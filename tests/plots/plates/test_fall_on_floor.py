@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from generator.contact_record import SegmentContact
-from plots.plates.fall_on_floor import Collapse, build_plate, contact_groups
-from tests.plots.drawn import collapse, plate
+from generator.contact.record import SegmentContact
+from plots.plates.fall_on_floor import Collapse, contact_groups
+from tests.plots.drawn import data, maker, plate
 
 
 @pytest.fixture(scope="module")
 def made() -> Collapse:
-    return collapse()
+    return data("fall_on_floor")
 
 
 @pytest.fixture(scope="module")
@@ -86,5 +86,7 @@ def test_a_wrong_run_fails_its_claims(made) -> None:
     accuracy = replace(run.accuracy, estimate=0.01 * run.accuracy.estimate)
     weak = replace(contact, segments=segments, weight_carried=0.98)
     wrong = replace(run, energy=energy, accuracy=accuracy, contact=weak, agreement_with_exudyn=1e-7)
-    failing = [not claim.holds for claim in build_plate(replace(made, run=wrong)).claims]
+    failing = [
+        not claim.holds for claim in maker("fall_on_floor").build(replace(made, run=wrong)).claims
+    ]
     assert failing == [True, True, True, True, False, True, False]

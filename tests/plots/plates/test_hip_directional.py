@@ -7,7 +7,7 @@ from plots.plates.hip_directional import HYSTERESIS_WIDTH, drive_hip, hysteresis
 from springs import Cubic
 from springs.hysteresis import Hysteresis
 from springs.transformed import Transformed
-from tests.plots.drawn import cycle, plate
+from tests.plots.drawn import data, plate
 
 
 def thesis(angle: np.ndarray) -> np.ndarray:
@@ -22,7 +22,7 @@ def drawn():
 
 @pytest.fixture(scope="module")
 def made():
-    return cycle()
+    return data("hip_directional")
 
 
 def test_all_claims_hold(drawn) -> None:

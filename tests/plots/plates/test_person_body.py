@@ -8,20 +8,13 @@ import pytest
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.person.measures import Sex
 from plots.plate import Outcome
-from plots.plates.person_body import (
-    DIMENSIONS,
-    MEASURED_POSTURES,
-    SITTING,
-    STANDING,
-    WholePerson,
-    build_plate,
-)
+from plots.plates.person_body import DIMENSIONS, MEASURED_POSTURES, SITTING, STANDING, WholePerson
 from plots.whole_body import mass_properties
-from tests.plots.drawn import plate, whole_bodies
+from tests.plots.drawn import data, maker, plate
 
 
 def man() -> WholePerson:
-    return whole_bodies().mean(Sex.MALE)
+    return data("person_body").mean(Sex.MALE)
 
 
 def test_the_centre_of_mass_agrees() -> None:
@@ -72,12 +65,14 @@ def test_a_measured_man_of_twice_the_inertia_differs() -> None:
         return replace(measured, postures=postures)
 
     wrong = replace(
-        whole_bodies(),
-        men=tuple((twice(measured), person) for measured, person in whole_bodies().men),
+        data("person_body"),
+        men=tuple((twice(measured), person) for measured, person in data("person_body").men),
     )
     ratios = wrong.inertia_ratios(STANDING)
-    assert ratios == pytest.approx(0.5 * whole_bodies().inertia_ratios(STANDING))
-    claims = [c for c in build_plate(wrong).claims if "moment of inertia" in c.sentence]
+    assert ratios == pytest.approx(0.5 * data("person_body").inertia_ratios(STANDING))
+    claims = [
+        c for c in maker("person_body").build(wrong).claims if "moment of inertia" in c.sentence
+    ]
     assert all(claim.outcome is Outcome.DIFFERS for claim in claims)
 
 

@@ -21,11 +21,10 @@ from plots.plates.person_pendulums import (
     WOMAN,
     Setup,
     Swings,
-    build_plate,
     release,
 )
 from plots.whole_body import mass_properties, place_in_posture
-from tests.plots.drawn import plate, swings
+from tests.plots.drawn import data, maker, plate
 
 
 def limb(setup: Setup, *segments: str) -> tuple[float, float]:
@@ -46,11 +45,12 @@ def claim_of(text: str) -> Claim:
     return found
 
 
+@pytest.mark.slow
 def test_the_limp_leg_is_a_rigid_pendulum() -> None:
     """Released at 20 deg, its period is 1 + a^2 / 16 of that of small swings."""
     leg, _ = SETUPS["leg"]
     inertia, moment = limb(leg, "left_upper_leg", "left_lower_leg", "left_foot")
-    swing = swings().swing("leg", LIMP)
+    swing = data("person_pendulums").swing("leg", LIMP)
     amplitude = abs(swing.start - swing.rest)
     period = 2.0 * pi * sqrt(inertia / moment) * (1.0 + amplitude**2 / 16.0)
     assert swing.period(2) == pytest.approx(period, rel=1e-3)
@@ -67,7 +67,7 @@ def test_the_limp_leg_is_a_rigid_pendulum() -> None:
 def test_no_limb_is_faster_than_its_energy(name, case, setup, segments) -> None:
     """Gravity and the springs give the rate: at most what falling the drop gives, and half more."""
     inertia, moment = limb(setup, *segments)
-    swing = swings().swing(name, case)
+    swing = data("person_pendulums").swing(name, case)
     free = sqrt(2.0 * moment * (1.0 - np.cos(swing.rest - swing.start)) / inertia)
     assert 0.7 * free < swing.peak_rates[0] < 1.5 * free
 
@@ -75,7 +75,7 @@ def test_no_limb_is_faster_than_its_energy(name, case, setup, segments) -> None:
 def test_joints_fall_into_flexion_and_come_to_rest() -> None:
     for name in ("knee", "elbow"):
         for case in SETUPS[name][1]:
-            swing = swings().swing(name, case)
+            swing = data("person_pendulums").swing(name, case)
             assert swing.start < swing.rest < swing.turning_angles[0]
             distances = np.abs(swing.turning_angles - swing.rest)
             assert np.all(distances[2:] < distances[:-2])
@@ -88,7 +88,10 @@ def test_people_and_persons_swing_alike() -> None:
 
 
 def test_the_coupled_leg_is_stiffer_sitting_than_lying() -> None:
-    lying, sitting = swings().swing("knee", COUPLED), swings().swing("seated knee", SITTING)
+    lying, sitting = (
+        data("person_pendulums").swing("knee", COUPLED),
+        data("person_pendulums").swing("seated knee", SITTING),
+    )
     assert lying.period() > sitting.period()
     assert lying.rest < sitting.rest
 
@@ -98,7 +101,7 @@ def test_what_differs_says_why_and_the_index_of_the_elbow_is_not_compared() -> N
         assert bool(claim.explanation) == (claim.outcome is not Outcome.AGREES), claim.sentence
     elbow = claim_of("Elbow of the man: relaxation index")
     assert elbow.outcome is Outcome.INCOMPARABLE
-    assert f"{swings().swing('elbow', MAN).relaxation_index:.2f}" in elbow.sentence
+    assert f"{data('person_pendulums').swing('elbow', MAN).relaxation_index:.2f}" in elbow.sentence
 
 
 def test_the_bands_drawn_are_those_of_the_facts() -> None:
@@ -113,11 +116,11 @@ def test_the_bands_drawn_are_those_of_the_facts() -> None:
 
 def test_a_stiffer_knee_fails_its_claims() -> None:
     """A swing with a third of the times has three times the rates."""
-    made = swings()
+    made = data("person_pendulums")
     swing = made.swing("knee", MAN)
     fast = replace(swing, times=swing.times / 3.0, rates=3.0 * swing.rates)
     wrong = Swings(made.man, {**made.swings, ("knee", MAN.words): fast})
-    claims = {claim.sentence: claim for claim in build_plate(wrong).claims}
+    claims = {claim.sentence: claim for claim in maker("person_pendulums").build(wrong).claims}
     (period,) = [c for s, c in claims.items() if s.startswith("Knee of the man: period")]
     assert period.outcome is Outcome.DIFFERS
 

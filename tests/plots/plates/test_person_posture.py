@@ -6,18 +6,13 @@ import pytest
 from generator import build_tree, forward_kinematics, static_torques
 from plots.person_facts import person_facts
 from plots.plate import Outcome
-from plots.plates.person_posture import (
-    LANDMARKS,
-    PERSONS,
-    ear_below_vertex,
-    stand,
-)
-from tests.plots.drawn import plate, postures
+from plots.plates.person_posture import LANDMARKS, PERSONS, ear_below_vertex, stand
+from tests.plots.drawn import data, plate
 
 
 @pytest.mark.parametrize("name", PERSONS)
 def test_the_landmarks_are_where_people_have_them(name: str) -> None:
-    standing = postures().standing[name]
+    standing = data("person_posture").standing[name]
     facts = person_facts().facts
     for landmark in LANDMARKS[1:]:
         forward, _ = standing.landmarks[landmark]
@@ -35,7 +30,7 @@ def test_the_landmarks_are_where_people_have_them(name: str) -> None:
 
 def test_the_centre_of_all_is_that_of_its_parts() -> None:
     """All above the knee and the four segments below it make the whole."""
-    standing = postures().standing["male50"]
+    standing = data("person_posture").standing["male50"]
     body = standing.body
     below = [f"{side}_{name}" for side in ("left", "right") for name in ("lower_leg", "foot")]
     mass = {name: body.segments[name].mass for name in body.bodies}
@@ -57,7 +52,7 @@ def test_standing_people_agree() -> None:
 
 
 def test_a_lower_ear_bends_the_head_further() -> None:
-    one = postures().standing["male50"]
+    one = data("person_posture").standing["male50"]
     other = stand(one.body, ear_below_vertex("male50") + 0.05)
     assert other.landmarks["ear"][0] == pytest.approx(one.landmarks["ear"][0])
     assert other.centre_in_front("hip") > one.centre_in_front("hip") + 0.01
@@ -65,7 +60,7 @@ def test_a_lower_ear_bends_the_head_further() -> None:
 
 @pytest.mark.parametrize("name", ["man", "man with coupled leg"])
 def test_the_angle_is_that_of_hip_and_spine(name: str) -> None:
-    relaxed = postures().relaxed[name]
+    relaxed = data("person_posture").relaxed[name]
     bent = relaxed.angle("left_hip_joint", 2)
     assert relaxed.trunk_to_thigh == pytest.approx(180.0 - bent, abs=5.0)
     for joint in ("hip_joint", "knee", "elbow"):
@@ -74,7 +69,7 @@ def test_the_angle_is_that_of_hip_and_spine(name: str) -> None:
 
 
 def test_without_gravity_no_torque_is_left() -> None:
-    relaxed = postures().relaxed["man"]
+    relaxed = data("person_posture").relaxed["man"]
     standing = {name: np.zeros_like(values) for name, values in relaxed.displacements.items()}
     torques = static_torques(relaxed.body, [relaxed.displacements, standing])
     for name, rows in torques.items():

@@ -47,6 +47,7 @@ def test_the_indices_are_those_of_the_table() -> None:
                 )
 
 
+@pytest.mark.slow
 def test_the_claims_hold() -> None:
     claims = [*plate("study_falls").claims, *plate("study_falls_stiffness").claims]
     assert [claim for claim in claims if not claim.holds] == []

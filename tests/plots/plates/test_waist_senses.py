@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from generator import Plan, read_figure
-from generator.simulation.plan import resolve_springs
+from generator import read_figure
+from generator.springs_file.read import read_springs
 from plots.plate import ClaimKind, Outcome
 from plots.plates.waist_senses import FLEXION, TWIST, reading_springs
 from springs import SpringSet, total_torque
@@ -13,7 +13,7 @@ from tests.plots.drawn import plate
 
 @pytest.fixture(scope="module")
 def springs() -> SpringSet:
-    return resolve_springs(read_figure("prototype"), Plan())
+    return read_springs(None, read_figure("prototype"))
 
 
 def torque(springs: SpringSet, motion: str, angle: float) -> float:
@@ -38,6 +38,7 @@ def test_only_what_is_named_is_turned(springs) -> None:
     assert other.joints["left_knee"] is springs.joints["left_knee"]
 
 
+@pytest.mark.slow
 def test_the_sense_decides_the_motion() -> None:
     claims = plate("waist_senses").claims
     runs = [one for one in claims if one.kind is ClaimKind.VERIFICATION]

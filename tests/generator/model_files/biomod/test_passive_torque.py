@@ -50,6 +50,7 @@ def test_the_error_is_that_of_the_written_torque(name: str) -> None:
     assert fitted.error.rms == pytest.approx(np.sqrt(np.mean(differences**2)), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPRINGS.joints)
 def test_the_torque_does_not_drive_the_joint_on(name: str) -> None:
     for fitted in torques_of(SPRINGS.joints[name], PROTOTYPE.joints[name]).fitted.values():

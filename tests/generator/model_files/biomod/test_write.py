@@ -10,11 +10,11 @@ import pytest
 from generator import read_figure
 from generator.figure import Figure, SiteRef
 from generator.figure_file.read import FIGURE_FILE
+from generator.identifiers import coordinate_names, plain_names
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.model_files.biomod.write import FITTED_LOSS, format_files
 from generator.model_files.fit_error import joint_ranges
-from generator.names import coordinate_names, plain_names
 from generator.passive_curve import passive_torque
 from generator.springs_file.read import read_springs
 from springs import Linear, SpringSet
@@ -139,6 +139,7 @@ def test_inverse_dynamics_agree_with_pinocchio(name: str, tmp_path: Path) -> Non
         assert torques == pytest.approx(loaded.vector(by_joint), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_meshes_passive_torques_and_ranges_are_read(name: str, tmp_path: Path) -> None:
     of = SHIPPED[name]

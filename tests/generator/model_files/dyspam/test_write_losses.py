@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from generator import read_figure
+from generator.cli.answer import format_paragraphs
 from generator.cli.convert import convert
 from generator.diagnostics import InputError, Parsed
 from generator.figure import (
@@ -215,7 +216,7 @@ def test_the_command_takes_the_folder_s_name_for_its_format(tmp_path):
     for _ in range(2):
         answer = convert("pendulum", [folder])
         assert sorted(path.name for path in folder.iterdir()) == sorted(dyspam.FILES)
-    assert "psurfs: floor, link1" in answer.text
+    assert "psurfs: floor, link1" in format_paragraphs(answer.paragraphs())
     convert("pendulum", [tmp_path / "other"], to="dyspam")
     for name in dyspam.FILES:
         assert (tmp_path / "other" / name).read_text() == (folder / name).read_text()

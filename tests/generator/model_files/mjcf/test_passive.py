@@ -49,6 +49,7 @@ def with_callback(of: Figure, springs: SpringSet) -> dict[str, np.ndarray]:
         loaded.api.set_mjcb_passive(None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reverse", [False, True])
 @pytest.mark.parametrize("text", ["R-x Ry Rz", "Rx Ry", "Rx Ry Rz Tx"])
 def test_springs_of_several_rotations_are_ours(text: str, reverse: bool) -> None:

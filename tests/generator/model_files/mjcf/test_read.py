@@ -13,7 +13,7 @@ from generator.model_files.body_tree.to_figure import ORIGIN, WORLD
 from generator.model_files.formats import parse_model, read_model
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf.write import format_mjcf
-from generator.recording import Integrator
+from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet

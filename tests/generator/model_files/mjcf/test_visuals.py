@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from generator.figure import Figure
-from generator.geometry.contact_spheres import mass_capsule
+from generator.geometry.appearance import mass_capsule
 from generator.geometry.read import segment_colour
 from generator.model_files.mjcf.write import format_mjcf
 from springs import SpringSet

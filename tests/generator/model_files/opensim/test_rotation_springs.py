@@ -74,6 +74,7 @@ def check_torques(name: str, imported: Imported, folder: Path, joining: Joining)
         assert found.damping <= DAMPING
 
 
+@pytest.mark.slow
 @pytest.mark.verify
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("joining", Joining)

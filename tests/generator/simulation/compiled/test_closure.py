@@ -14,8 +14,9 @@ from generator.joint_chain import build_chain
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind, TimedLoad
-from generator.recording import Integrator
+from generator.model import Model
 from generator.rotations import inverse_pose, quaternion_from_matrix
+from generator.run_options import Integrator
 from generator.simulation.agreement import BodyState, ExudynEquations
 from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
@@ -28,11 +29,11 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.projection import MAX_GAP, project_state
 from generator.simulation.compiled.refinement import have_same_breakpoints, run_once
 from generator.simulation.compiled_run import build_trace, compile_model
-from generator.simulation.integrate import Trace
 from generator.simulation.joint_motion import SegmentMotion
 from generator.simulation.model import ExudynModel, build_model, initial_state
-from generator.simulation.plan import Plan, resolve_springs
+from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.trace import Trace
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
 from tests.chains import (
     BALL,
@@ -318,7 +319,7 @@ CASES = {
 def random_states(case: Case, count: int) -> Iterator[tuple[ExudynModel, Trace, BodyState]]:
     """States on the constraints, evaluated by the compiled code."""
     plan = case.full_plan()
-    model = build_model(case.figure, plan, resolve_springs(case.figure, plan))
+    model = build_model(case.figure, plan)
     compiled = compile_model(model)
     mechanism, scratch = compiled.mechanism, compiled.scratch
     arguments = (compiled.equations, mechanism, scratch)
@@ -384,6 +385,7 @@ def test_accelerations_are_those_of_exudyns_equations(name: str) -> None:
         assert np.max(np.abs(trace.accelerations[0] - exact)) < 1e-10 * scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_motions_and_reactions_are_those_of_exudyns_integrator(name: str) -> None:
     """Motions to 1e-6 rad or m, reactions to 1e-4 of the largest; no energy is lost."""
@@ -392,10 +394,12 @@ def test_motions_and_reactions_are_those_of_exudyns_integrator(name: str) -> Non
     assert (ours.integrator, ours.integrator_reason) == (Integrator.COMPILED, "")
     assert ours.agreement_with_exudyn is not None
     assert ours.agreement_with_exudyn < 1e-10
-    theirs = simulate(case.figure, case.full_plan(integrator=Integrator.EXUDYN, **tight))
+    # The extrapolation of two passes is much more accurate than their difference, the estimate.
+    loose = {**tight, "tolerance": 1e-4}
+    theirs = simulate(case.figure, case.full_plan(integrator=Integrator.EXUDYN, **loose))
     assert ours.outcome.succeeded
     assert theirs.outcome.succeeded
-    assert max(ours.constraint_drift, ours.strayed) < 1e-9
+    assert max(ours.constraint_drift, ours.prescribed_motion_drift) < 1e-9
     assert energy_error(ours) < 1e-6 * max(1.0, float(np.max(ours.energy["kinetic"])))
     for name in case.figure.joints:
         assert np.allclose(ours.displacements[name], theirs.displacements[name], atol=1e-6)
@@ -405,6 +409,7 @@ def test_motions_and_reactions_are_those_of_exudyns_integrator(name: str) -> Non
         assert np.allclose(torque, theirs.drive_torques[name], atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["four-bar", "ball", "welded", "hinge", "slide", "floating", "linked shoulders"]
 )
@@ -447,7 +452,7 @@ def test_a_loop_passes_the_breakpoints_of_its_laws() -> None:
     """The steps end at the same breakpoints at any tolerance."""
     case = CASES["four-bar with stops"]
     plan = case.full_plan()
-    compiled = compile_model(build_model(case.figure, plan, resolve_springs(case.figure, plan)))
+    compiled = compile_model(build_model(case.figure, plan))
     coarse, fine = (run_once(compiled, np.linspace(0.0, 1.0, 11), size) for size in (1e-8, 1e-11))
     assert len(fine.event_times) > 10
     assert have_same_breakpoints(coarse, fine)
@@ -456,8 +461,7 @@ def test_a_loop_passes_the_breakpoints_of_its_laws() -> None:
 
 def test_a_pose_that_no_closed_one_is_near_is_not_projected() -> None:
     """A crank far from its axis: no step of Newton's method ends on the constraints."""
-    plan = Plan(springs=SpringSet())
-    compiled = compile_model(build_model(FOURBAR, plan, SpringSet()))
+    compiled = compile_model(build_model(Model(FOURBAR, SpringSet())))
     state = compiled.initial_state.copy()
     compiled.mechanism.row_constants[:, :3] += 10.0
     arguments = (compiled.equations, compiled.mechanism, compiled.scratch)

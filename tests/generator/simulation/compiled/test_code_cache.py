@@ -78,12 +78,12 @@ def test_a_second_process_compiles_nothing(first: dict) -> None:
     assert {name: after[name] for name in before} == before
 
 
-def path_of(module: str) -> Path:
-    return ROOT / (module.replace(".", "/") + ".py")
-
-
 def test_the_folder_is_named_by_the_sources(monkeypatch) -> None:
-    paths = [*PACKAGE.glob("*.py"), *map(path_of, code_cache._CONTACT_MODULES)]
+    paths = [
+        *PACKAGE.glob("*.py"),
+        *(ROOT / "generator/contact").glob("*.py"),
+        ROOT / "springs/contact.py",
+    ]
     texts = [path.read_text(encoding="utf-8") for path in paths]
     assert sorted(code_cache._sources()) == sorted(texts)
     before = expected_folder()
@@ -209,6 +209,7 @@ class Planted:
         return os.mkdir, (str(self.folder),)
 
 
+@pytest.mark.slow
 @posix
 def test_a_planted_program_does_not_run(tmp_path: Path) -> None:
     folder, trace = tmp_path / "cache", tmp_path / "trace"
@@ -247,6 +248,7 @@ def test_a_run_without_a_cache_says_so_once(folder: Path, monkeypatch) -> None:
     assert "compiled; accelerations differ" in found.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.slow
 def test_a_run_without_a_cache_is_the_same(tmp_path, first: dict) -> None:
     """In a home that is a file, nothing can be stored: all is compiled, and nothing is left."""

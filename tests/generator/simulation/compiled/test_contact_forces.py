@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.contact.scene import Scene
+from generator.contact.states import ContactStates, evaluate_contacts
 from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
 from generator.rotations import quaternion_from_matrix
-from generator.scene import Scene
 from generator.simulation.agreement import ExudynEquations
 from generator.simulation.bodies import body_pose
 from generator.simulation.compiled.layout import CONTACT_SWITCHES, FRICTION, IMPACT
-from generator.simulation.contacts import ContactStates, evaluate_contacts
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from springs import SpringSet
 from tests.compiled_models import SettableModel
@@ -55,7 +55,7 @@ def settable(name: str, scene: Scene = SLOPE_AND_CRATE) -> tuple[SettableModel, 
         plan = replace(plan, height=20.0)
     else:
         plan = replace(plan, displacements={case.root: (0.0, 0.0, 0.0, 0.0, 20.0, 0.0)})
-    model = ExudynModel.of(case.figure, plan)
+    model = build_model(case.figure, plan)
     return SettableModel.of(model), ExudynEquations(model)
 
 
@@ -220,7 +220,7 @@ def test_the_rates_of_the_integrals_are_forces_and_powers() -> None:
 def test_a_standing_start_is_in_contact_with_the_floor_alone() -> None:
     """A model is built where its spheres just touch; its first forces vanish."""
     made = SettableModel.of(
-        ExudynModel.of(CASES["prototype"].figure, Plan(free_root=True, height=0.0, scene=FLOOR))
+        build_model(CASES["prototype"].figure, Plan(free_root=True, height=0.0, scene=FLOOR))
     )
     model = made.model
     made.settle(Pose(model, model.placement, np.zeros_like(model.rates), 0.0))

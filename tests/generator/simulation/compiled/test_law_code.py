@@ -227,6 +227,7 @@ EXAMPLES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joining", Joining)
 def test_compiled_laws_are_those_of_plain_python(joining):
     """All laws in one function, each for an angle; about three skew axes; and over two joints."""

@@ -11,14 +11,15 @@ import pytest
 from numpy.random import default_rng
 from scipy.integrate import solve_ivp
 
+from generator.contact.box import Box
+from generator.contact.scene import Prop, Scene, floor_prop
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
 from generator.recording import Ending
-from generator.scene import Box, Prop, Scene, floor_prop
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import CompiledRun, StiffMotionError, run_once
 from generator.simulation.compiled_run import compile_model
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from springs import FLOATS, AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from springs.contact import Surface
@@ -45,7 +46,7 @@ TABLE = Interpolated(POINTS)
 
 
 def build(made: Figure, springs: SpringSet, stop: float, **fields: Any) -> CompiledModel:
-    return compile_model(ExudynModel.of(made, Plan(stop=stop, springs=springs, **fields)))
+    return compile_model(build_model(made, Plan(stop=stop, springs=springs, **fields)))
 
 
 def integrate(
@@ -365,7 +366,7 @@ def drop_ball(height: float, tolerance: float, surface: Surface, speed: float = 
     plan = replace(
         ROUND, stop=0.5, scene=scene, velocities={"pin": (0.0, 0.0, 0.0, 0.0, speed, 0.0)}
     )
-    model = compile_model(ExudynModel.of(free_ball(height), plan))
+    model = compile_model(build_model(free_ball(height), plan))
     return run_once(model, np.linspace(0.0, 0.5, 26), tolerance)
 
 
@@ -437,7 +438,7 @@ def test_a_ball_does_not_pass_through_a_thin_plate(speed, start) -> None:
             gravity=(0.0, 0.0, 0.0),
             velocities={"pin": (0.0, 0.0, 0.0, 0.0, -speed, 0.0)},
         )
-        model = compile_model(ExudynModel.of(free_ball(height), plan))
+        model = compile_model(build_model(free_ball(height), plan))
         run = run_once(model, np.array([start, plan.stop]), 1e-6)
         assert run.event_times[0] == pytest.approx(touch, abs=1e-9)
         assert np.min(run.path_states[:, heights_place(run)]) > 0.0
@@ -445,5 +446,5 @@ def test_a_ball_does_not_pass_through_a_thin_plate(speed, start) -> None:
 
 def test_steps_are_as_long_as_the_motion_permits_without_props() -> None:
     plan = replace(ROUND, stop=2.0, scene=Scene())
-    model = compile_model(ExudynModel.of(free_ball(1.0), plan))
+    model = compile_model(build_model(free_ball(1.0), plan))
     assert run_once(model, np.array([0.0, 2.0]), 1e-6).steps < 10

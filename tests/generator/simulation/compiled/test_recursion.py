@@ -12,7 +12,7 @@ from generator.drive import Drive
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
 from generator.simulation.agreement import ExudynEquations
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from springs import (
     AxisSpring,
@@ -176,7 +176,7 @@ CASES = {
 @cache
 def settable(name: str) -> tuple[SettableModel, ExudynEquations]:
     case = CASES[name]
-    model = ExudynModel.of(case.figure, Plan(**case.plan))
+    model = build_model(case.figure, Plan(**case.plan))
     return SettableModel.of(model), ExudynEquations(model)
 
 

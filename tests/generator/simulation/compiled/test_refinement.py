@@ -22,7 +22,7 @@ from generator.simulation.compiled.refinement import (
     run_until_agreed,
 )
 from generator.simulation.compiled_run import compile_model, disturbed_start
-from generator.simulation.model import ExudynModel
+from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from springs import AxisSpring, Damping, SpringSet
 from tests.chains import BALL, Z, chain, one_body, row
@@ -56,7 +56,7 @@ class Motion:
         }
         velocities = {j.name: self.speed * rng.normal(size=j.degrees_of_freedom) for j in moving}
         plan = replace(self.plan, displacements=displacements, velocities=velocities)
-        return compile_model(ExudynModel.of(self.figure, plan))
+        return compile_model(build_model(self.figure, plan))
 
 
 def motion(made: Figure, seed: int, stop: float, **fields) -> Motion:
@@ -213,7 +213,7 @@ def test_a_tolerance_that_rounding_does_not_allow_is_not_claimed() -> None:
     """A wild row amplifies errors by more than any tolerance makes up for."""
     made = row(3)
     plan = Plan(stop=12.0, springs=SpringSet(), velocities={"joint0": (12.0, 10.0, 8.0)})
-    model = compile_model(ExudynModel.of(made, plan))
+    model = compile_model(build_model(made, plan))
     agreed = run_until_agreed(model, np.linspace(0.0, 12.0, 241), 1e-9)
     assert agreed.run.ending is Ending.DONE
     assert agreed.errors[0] <= 1e-9 < agreed.errors[-1]
@@ -231,14 +231,14 @@ def test_a_tolerance_below_rounding_ends_and_is_not_claimed() -> None:
 def test_two_runs_of_the_same_steps_are_no_estimate(tolerance) -> None:
     """The first steps of a short run satisfy both tolerances."""
     times = np.linspace(0.0, 0.2, 11)
-    model = compile_model(ExudynModel.of(read_figure("fourbar"), Plan(stop=0.2)))
+    model = compile_model(build_model(read_figure("fourbar"), Plan(stop=0.2)))
     agreed = run_until_agreed(model, times, tolerance)
     error = joint_differences(model, agreed.run, run_once(model, times, 1e-12))[-1]
     assert 0.0 < error <= agreed.errors[-1] <= tolerance
 
 
 def test_runs_at_rest_have_no_error() -> None:
-    model = compile_model(ExudynModel.of(row(2), Plan(gravity=(0.0, 0.0, 0.0))))
+    model = compile_model(build_model(row(2), Plan(gravity=(0.0, 0.0, 0.0))))
     agreed = run_until_agreed(model, np.linspace(0.0, 1.0, 11), 1e-3)
     assert np.all(agreed.errors == 0.0)
     assert agreed.runs <= 5
@@ -247,7 +247,7 @@ def test_runs_at_rest_have_no_error() -> None:
 def test_damping_that_no_explicit_step_resolves_is_too_stiff() -> None:
     spring = AxisSpring(Z, (), Damping(1e13))
     plan = Plan(springs=springs_of("pin", spring), velocities={"pin": (1.0,)})
-    model = compile_model(ExudynModel.of(one_body(chain("Rz")), plan))
+    model = compile_model(build_model(one_body(chain("Rz")), plan))
     with pytest.raises(StiffMotionError, match="too short"):
         run_until_agreed(model, np.linspace(0.0, 1.0, 51), 1e-3)
 
@@ -255,7 +255,7 @@ def test_damping_that_no_explicit_step_resolves_is_too_stiff() -> None:
 def test_a_motion_that_is_too_stiff() -> None:
     spring = AxisSpring(Z, (), Damping(0.0, 10.0, 1e-8))
     plan = Plan(springs=springs_of("pin", spring), velocities={"pin": (1.0,)})
-    model = compile_model(ExudynModel.of(one_body(chain("Rz")), plan))
+    model = compile_model(build_model(one_body(chain("Rz")), plan))
     with pytest.raises(StiffMotionError, match="more than 100,000 steps a second"):
         run_until_agreed(model, np.linspace(0.0, 1.0, 51), 1e-3)
 
@@ -276,9 +276,9 @@ def test_the_difference_of_two_runs_is_the_angle_between_their_joints() -> None:
             gravity=(0.0, 0.0, 0.0),
             displacements={"joint0": (0.3, 0.2, 0.4 + turn), "joint1": (shift,)},
         )
-        return run_once(compile_model(ExudynModel.of(made, plan)), np.array([0.0, 0.02]), 1e-9)
+        return run_once(compile_model(build_model(made, plan)), np.array([0.0, 0.02]), 1e-9)
 
-    model = compile_model(ExudynModel.of(made, Plan(springs=SpringSet())))
+    model = compile_model(build_model(made, Plan(springs=SpringSet())))
     one = run(0.0, 0.1)
     assert joint_differences(model, one, run(1e-9, 0.1)) == pytest.approx([1e-9] * 2, abs=1e-14)
     assert joint_differences(model, one, run(0.7, 0.1)) == pytest.approx([0.7] * 2, abs=1e-12)
@@ -301,7 +301,7 @@ def falling() -> tuple[CompiledModel, np.ndarray]:
         displacements={"root": (0.1, 0.2, -0.3, 0.0, 0.9, 0.0)},
         velocities={"hinge": (2.0,)},
     )
-    model = compile_model(ExudynModel.of(two_segments(), plan))
+    model = compile_model(build_model(two_segments(), plan))
     return model, disturbed_start(model, 0.0)
 
 

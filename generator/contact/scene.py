@@ -1,0 +1,111 @@
+"""Props that a figure may touch."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from generator.contact.box import Box
+from generator.contact.plane import Plane
+from generator.contact.shape import Shape, Vector
+from generator.diagnostics import ModelError
+from generator.rotations import Array
+from springs.contact import DEFAULT_SURFACE, Surface
+from springs.short_repr import short_repr
+
+SHAPES: tuple[type[Shape], ...] = (Plane, Box)
+"""Classes of shapes, in the order in which compiled code numbers them."""
+
+FLOOR = "floor"
+"""Name of the plane that the option `--floor` adds."""
+
+
+@short_repr
+@dataclass(frozen=True)
+class Prop:
+    """A fixed body that a figure may touch."""
+
+    name: str
+    shape: Shape
+    surface: Surface
+
+
+@short_repr
+@dataclass(frozen=True)
+class Scene:
+    """The props around a figure. Raises ModelError for two of one name."""
+
+    props: tuple[Prop, ...] = ()
+
+    @classmethod
+    def floor(cls, up: Vector = (0.0, 1.0, 0.0), surface: Surface = DEFAULT_SURFACE) -> "Scene":
+        """Return a floor alone."""
+        return cls((floor_prop(up, surface),))
+
+    def __post_init__(self) -> None:
+        """Check the names."""
+        names = Counter(prop.name for prop in self.props)
+        for name, count in names.items():
+            if count > 1:
+                raise ModelError(f"two props are called `{name}`")
+
+
+NO_SCENE = Scene()
+"""Scene without props."""
+
+
+def floor_prop(up: Vector, surface: Surface = DEFAULT_SURFACE) -> Prop:
+    """Return a plane through the world's origin, below which everything is floor."""
+    return Prop(FLOOR, Plane((0.0, 0.0, 0.0), up), surface)
+
+
+def add_floor(scene: Scene, up: Vector, friction: float | None = None) -> Scene:
+    """Return a scene with a floor below its props.
+
+    Args:
+        scene: Other props.
+        up: Normal of the floor.
+        friction: Coefficient of its friction; None for that of the default surface.
+
+    Raises:
+        ModelError: the scene has a floor.
+    """
+    if any(prop.name == FLOOR for prop in scene.props):
+        raise ModelError(f"the scene has a prop `{FLOOR}` already")
+    surface = DEFAULT_SURFACE if friction is None else replace(DEFAULT_SURFACE, friction=friction)
+    return Scene((floor_prop(up, surface), *scene.props))
+
+
+class Penetration(NamedTuple):
+    """Depth of a sphere in a prop [m], negative outside, with the prop and the sphere's segment."""
+
+    depth: float
+    prop: str
+    segment: str
+
+
+def deepest_start(
+    scene: Scene, centres: Array, radii: Array, segments: Sequence[str]
+) -> Penetration | None:
+    """Return the sphere that is deepest in a prop; None without spheres or props.
+
+    Args:
+        scene: scene with the props.
+        centres: centres of the spheres in the world [m], shape (n, 3).
+        radii: [m], shape (n,).
+        segments: segment of each sphere.
+    """
+    deepest: Penetration | None = None
+    for prop in scene.props:
+        pose = prop.shape.pose
+        local = (centres - pose[:3, 3]) @ pose[:3, :3]
+        x, y, z = np.moveaxis(local, -1, 0)
+        depths = radii - prop.shape.distance((x, y, z))[0]
+        if not len(depths):
+            continue
+        k = int(np.argmax(depths))
+        if deepest is None or depths[k] > deepest.depth:
+            deepest = Penetration(float(depths[k]), prop.name, segments[k])
+    return deepest

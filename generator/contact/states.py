@@ -1,0 +1,373 @@
+"""Contact in the states of a run: spheres with props, and capsules with each other, as arrays."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generator.contact.force import contact_force
+from generator.contact.scene import Scene
+from generator.contact.self_contact import LIMB_SURFACE, CapsulePair, capsule_force
+from generator.contact.shape import Components
+from generator.figure import ContactSphere, Figure
+from generator.rotations import Array
+
+_TIME_ROUNDING = 1e-12
+"""Rounding of the times of steps, relative to 1 s or to the time."""
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """Contact of a figure with the props of a scene, and of its segments with each other.
+
+    Attributes:
+        scene: the props.
+        spheres: contact spheres of each moving segment that has some.
+        pairs: capsules of segments that touch each other.
+        connectors: the Exudyn connector of each sphere and prop.
+        functions: user functions of the system, which must outlive it.
+    """
+
+    scene: Scene
+    spheres: Mapping[str, Sequence[ContactSphere]]
+    pairs: tuple[CapsulePair, ...] = ()
+    connectors: tuple[Any, ...] = ()
+    functions: tuple[Any, ...] = ()
+
+    @property
+    def parts(self) -> list[str]:
+        """Name of the part of each sphere, which is its segment's without another."""
+        return [one.part or name for name, some in self.spheres.items() for one in some]
+
+    @property
+    def owners(self) -> NDArray[np.intp]:
+        """Place of the segment of each sphere among those with spheres, shape (S,)."""
+        sizes = [len(some) for some in self.spheres.values()]
+        return np.repeat(np.arange(len(sizes)), sizes)
+
+
+@dataclass(frozen=True)
+class ContactStates:
+    """Contact in n states; S spheres of G segments, in world axes.
+
+    Attributes:
+        depths: deepest penetration of each sphere, negative off the props, shape (n, S) [m].
+        rates: rate of this depth, shape (n, S) [m/s].
+        wrenches: wrenches of props on each segment about the world's origin, shape (n, G, 6):
+            force, moment.
+        self_wrenches: self wrenches of other segments on each, likewise.
+        energy: stored, shape (n,) [J].
+        impact_power: impact power of damping in impacts, shape (n,) [W].
+        friction_power: shape (n,) [W].
+    """
+
+    depths: Array
+    rates: Array
+    wrenches: Array
+    self_wrenches: Array
+    energy: Array
+    impact_power: Array
+    friction_power: Array
+
+    @property
+    def forces(self) -> Array:
+        """Force of props on each segment, shape (n, G, 3) [N]."""
+        return self.wrenches[..., :3]
+
+    def take(self, places: Any) -> "ContactStates":
+        """Return the states at some places."""
+        return ContactStates(*(values[places] for values in self._arrays))
+
+    def extend(self, more: "ContactStates") -> "ContactStates":
+        """Append states."""
+        return ContactStates.join([self, more])
+
+    @classmethod
+    def join(cls, parts: "Sequence[ContactStates]") -> "ContactStates":
+        """Return the states of all parts."""
+        columns = zip(*(part._arrays for part in parts), strict=True)
+        return cls(*(np.concatenate(column) for column in columns))
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return (
+            self.depths,
+            self.rates,
+            self.wrenches,
+            self.self_wrenches,
+            self.energy,
+            self.impact_power,
+            self.friction_power,
+        )
+
+
+@dataclass(frozen=True)
+class ContactTrace:
+    """Integrals of the contact forces at n frames, and the contact after each of m steps.
+
+    Attributes:
+        losses: losses of impact damping and of friction since the start, shape (n, 2) [J].
+        impulses: impulses of the force on each segment since the start, shape (n, G, 3) [N s].
+        step_times: start, and ends of the steps, shape (m,) [s].
+        steps: contact then.
+        centres: centre of mass of the figure then, shape (m, 3) [m].
+        accelerations: accelerations of the centres of mass of the B bodies then, shape (m, B, 3)
+            [m/s^2].
+        is_complete: whether the contact of all steps is there, and not of the start alone.
+        sensitivity: differences of a run whose start is disturbed, shape (n, 2): the largest angle
+            between the joints [rad], and the height of the centre of mass [m]; None without one.
+        disturbed: times of the steps of that run, and contact then; None likewise.
+    """
+
+    losses: Array
+    impulses: Array
+    step_times: Array
+    steps: ContactStates
+    centres: Array
+    accelerations: Array
+    sensitivity: Array | None = None
+    disturbed: tuple[Array, ContactStates] | None = None
+    is_complete: bool = True
+
+    def first_frames(self, count: int, last_time: float) -> "ContactTrace":
+        """Return the first `count` frames, the last of which is at `last_time` [s]."""
+        kept = self.step_times <= last_time + _TIME_ROUNDING * max(1.0, abs(last_time))
+        return ContactTrace(
+            self.losses[:count],
+            self.impulses[:count],
+            self.step_times[kept],
+            self.steps.take(kept),
+            self.centres[kept],
+            self.accelerations[kept],
+            None if self.sensitivity is None else self.sensitivity[:count],
+            self.disturbed,
+            self.is_complete,
+        )
+
+    def extend_from(self, longer: "ContactTrace") -> "ContactTrace":
+        """Append the frames and steps by which another trace is longer."""
+        count, later = len(self.losses), longer.step_times > self.step_times[-1]
+        return ContactTrace(
+            np.concatenate([self.losses, longer.losses[count:]]),
+            np.concatenate([self.impulses, longer.impulses[count:]]),
+            np.concatenate([self.step_times, longer.step_times[later]]),
+            self.steps.extend(longer.steps.take(later)),
+            np.concatenate([self.centres, longer.centres[later]]),
+            np.concatenate([self.accelerations, longer.accelerations[later]]),
+        )
+
+
+def evaluate_contacts(
+    contacts: ContactModel,
+    figure: Figure,
+    positions: Array,
+    rotations: Array,
+    velocities: Array,
+    angular_velocities: Array,
+) -> ContactStates:
+    """Return the contact of a figure in n states of its B bodies.
+
+    Args:
+        contacts: props, spheres and pairs.
+        figure: figure with these bodies.
+        positions: positions of the centres of mass, shape (n, B, 3) [m].
+        rotations: rotations of the segment axes, shape (n, B, 3, 3).
+        velocities: velocities of the centres of mass, shape (n, B, 3) [m/s].
+        angular_velocities: shape (n, B, 3) [rad/s].
+    """
+    count = len(positions)
+    bodies, owners, groups = list(figure.bodies), contacts.owners, len(contacts.spheres)
+    places = np.array([bodies.index(name) for name in contacts.spheres])[owners]
+    radii = np.array([s.radius for some in contacts.spheres.values() for s in some])
+    local = np.array(
+        [
+            np.asarray(sphere.centre) - np.asarray(figure.segments[name].centre_of_mass)
+            for name, some in contacts.spheres.items()
+            for sphere in some
+        ]
+    )
+    arms = (rotations[:, places] @ local[..., None])[..., 0]
+    centres, spins = positions[:, places] + arms, angular_velocities[:, places]
+    speeds = velocities[:, places] + np.cross(spins, arms)
+    depths, rates = np.full((count, len(radii)), -np.inf), np.zeros((count, len(radii)))
+    forces, moments = np.zeros_like(centres), np.zeros_like(centres)
+    energy, impact, friction = (np.zeros(count) for _ in range(3))
+    for prop in contacts.scene.props:
+        pose = prop.shape.pose
+        turn = pose[:3, :3]
+        inputs = [
+            tuple(np.moveaxis(vectors @ turn, -1, 0))
+            for vectors in (centres - pose[:3, 3], speeds, spins)
+        ]
+        force = contact_force(prop.shape, prop.surface, radii, inputs[0], inputs[1], inputs[2])
+        normal = force.normal
+        on_sphere, about_centre = (
+            np.stack([np.broadcast_to(normal * part, normal.shape) for part in parts], axis=-1)
+            @ turn.T
+            for parts in (force.direction, force.arm)
+        )
+        forces += on_sphere
+        moments += about_centre + np.cross(centres, on_sphere)
+        energy += np.sum(prop.surface.energy(force.depth), axis=1)
+        impact += np.sum((normal - force.elastic) * force.rate, axis=1)
+        friction += np.sum(normal * force.friction_power, axis=1)
+        is_deeper = force.depth > depths
+        depths = np.where(is_deeper, force.depth, depths)
+        rates = np.where(is_deeper, force.rate, rates)
+    wrenches = np.zeros((count, groups, 6))
+    for g in range(groups):
+        own = owners == g
+        wrenches[:, g, :3] = forces[:, own].sum(axis=1)
+        wrenches[:, g, 3:] = moments[:, own].sum(axis=1)
+    self_wrenches = np.zeros_like(wrenches)
+    if contacts.pairs:
+        states = evaluate_self_contact(
+            CapsuleTable.of(contacts.pairs, figure),
+            positions,
+            rotations,
+            velocities,
+            angular_velocities,
+        )
+        energy, impact = energy + states.energy, impact + states.impact_power
+        friction = friction + states.friction_power
+        own_bodies = [bodies.index(name) for name in contacts.spheres]
+        self_wrenches = states.wrenches[:, own_bodies]
+        self_wrenches[..., 3:] += np.cross(positions[:, own_bodies], self_wrenches[..., :3])
+    return ContactStates(depths, rates, wrenches, self_wrenches, energy, impact, friction)
+
+
+@dataclass(frozen=True)
+class SelfContactStates:
+    """Contact of B bodies with each other in n states, in world axes.
+
+    Attributes:
+        depths: depths of the overlap of each pair, negative apart, shape (n, P) [m].
+        wrenches: wrenches on each body about its centre of mass, shape (n, B, 6): force, moment.
+        energy: stored, shape (n,) [J].
+        impact_power: impact power of damping in impacts, shape (n,) [W].
+        friction_power: shape (n,) [W].
+    """
+
+    depths: Array
+    wrenches: Array
+    energy: Array
+    impact_power: Array
+    friction_power: Array
+
+
+@dataclass(frozen=True)
+class CapsuleTable:
+    """P pairs of capsules among B bodies.
+
+    Attributes:
+        bodies: number of bodies.
+        owners: bodies of the capsules, shape (P, 2).
+        middles: middles from the centres of mass, in the axes of the bodies, shape (P, 2, 3) [m].
+        half_lines: half lines in the same axes, shape (P, 2, 3) [m].
+        reach: distance of the lines below which they touch, shape (P,) [m].
+        radius_differences: radius of the first less that of the second, shape (P,) [m].
+    """
+
+    bodies: int
+    owners: NDArray[np.intp]
+    middles: Array
+    half_lines: Array
+    reach: Array
+    radius_differences: Array
+
+    @classmethod
+    def of(cls, pairs: Sequence[CapsulePair], figure: Figure) -> "CapsuleTable":
+        """Tabulate pairs among the bodies of a figure."""
+        names = list(figure.bodies)
+        ends = [(pair.first, pair.second) for pair in pairs]
+        centres = {name: np.asarray(figure.segments[name].centre_of_mass) for name in names}
+        capsules = [pair.capsules for pair in pairs]
+        own_centres = np.array([[centres[name] for name in both] for both in ends])
+        return cls(
+            len(names),
+            np.array([[names.index(name) for name in both] for both in ends]),
+            np.array([[one.middle for one in both] for both in capsules]) - own_centres,
+            np.array([[one.half_line for one in both] for both in capsules]),
+            np.array([pair.reach for pair in pairs]),
+            np.array([first.radius - second.radius for first, second in capsules]),
+        )
+
+    def near(self, positions: Array, rotations: Array) -> "CapsuleTable":
+        """Return the pairs whose middles are so near that they may touch in a state.
+
+        Args:
+            positions: positions of the centres of mass, shape (B, 3) [m].
+            rotations: rotations of the bodies' axes, shape (B, 3, 3).
+        """
+        middles = positions[self.owners] + turned(rotations[self.owners], self.middles)
+        distances = np.linalg.norm(middles[:, 1] - middles[:, 0], axis=-1)
+        lengths = np.linalg.norm(self.half_lines, axis=-1).sum(axis=1)
+        kept = distances < self.reach + lengths
+        return CapsuleTable(
+            self.bodies,
+            self.owners[kept],
+            self.middles[kept],
+            self.half_lines[kept],
+            self.reach[kept],
+            self.radius_differences[kept],
+        )
+
+
+def evaluate_self_contact(
+    table: CapsuleTable,
+    positions: Array,
+    rotations: Array,
+    velocities: Array,
+    angular_velocities: Array,
+) -> SelfContactStates:
+    """Return the contact of bodies with each other in n states.
+
+    Args:
+        table: the pairs.
+        positions: positions of the centres of mass, shape (n, B, 3) [m].
+        rotations: rotations of the bodies' axes, shape (n, B, 3, 3).
+        velocities: velocities of the centres of mass, shape (n, B, 3) [m/s].
+        angular_velocities: shape (n, B, 3) [rad/s].
+    """
+    turns, spins = rotations[:, table.owners], angular_velocities[:, table.owners]
+    arms, halves = turned(turns, table.middles), turned(turns, table.half_lines)
+    places = positions[:, table.owners] + arms
+    speeds = velocities[:, table.owners] + np.cross(spins, arms)
+    force = capsule_force(
+        LIMB_SURFACE,
+        table.reach,
+        table.radius_differences,
+        _components(places[:, :, 1] - places[:, :, 0]),
+        (_components(halves[:, :, 0]), _components(halves[:, :, 1])),
+        _components(speeds[:, :, 1] - speeds[:, :, 0]),
+        (_components(spins[:, :, 0]), _components(spins[:, :, 1])),
+    )
+    normal = np.asarray(force.normal)
+    on_second, first_moment, second_moment = (
+        normal[..., None] * np.stack(parts, axis=-1)
+        for parts in (force.direction, force.first_arm, force.second_arm)
+    )
+    wrenches = np.zeros((len(positions), table.bodies, 6))
+    for side, on_body, moment in ((0, -on_second, first_moment), (1, on_second, second_moment)):
+        moment = moment + np.cross(arms[:, :, side], on_body)
+        wrench = np.concatenate([on_body, moment], axis=-1)
+        incidence = table.owners[:, side, None] == np.arange(table.bodies)
+        wrenches += np.einsum("npk,pb->nbk", wrench, incidence.astype(float))
+    return SelfContactStates(
+        np.asarray(force.depth),
+        wrenches,
+        np.sum(LIMB_SURFACE.energy(force.depth), axis=1),
+        np.sum((normal - force.elastic) * force.rate, axis=1),
+        np.sum(normal * force.friction_power, axis=1),
+    )
+
+
+def turned(turns: Array, vectors: Array) -> Array:
+    """Return vectors along other axes, shape (..., 3)."""
+    return (turns @ vectors[..., None])[..., 0]
+
+
+def _components(vectors: Array) -> Components:
+    return vectors[..., 0], vectors[..., 1], vectors[..., 2]

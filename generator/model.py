@@ -1,0 +1,71 @@
+"""A figure with the springs of its joints: all of a body that a run needs."""
+
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from generator.diagnostics import shorten, spelling_hint
+from generator.figure import Figure
+from generator.named_mapping import UnknownNameError
+from generator.springs_file.read import read_springs
+from springs import Joining, SpringSet
+
+
+@dataclass(frozen=True)
+class Model:
+    """A figure with the springs of its joints.
+
+    Attributes:
+        figure: Segments and joints.
+        springs: Springs of its joints; none by default.
+    """
+
+    figure: Figure
+    springs: SpringSet = field(default_factory=SpringSet)
+
+    def __post_init__(self) -> None:
+        """Check the types, and that the figure has the joints of the springs.
+
+        Raises TypeError and UnknownNameError.
+        """
+        figure, springs = cast("tuple[object, object]", (self.figure, self.springs))
+        if not isinstance(figure, Figure):
+            raise TypeError(f"a Model needs a Figure, such as read_figure(...), not {figure!r}")
+        if not isinstance(springs, SpringSet):
+            kind = type(springs).__name__
+            raise TypeError(f"springs are a SpringSet, such as read_springs(...), not a {kind}")
+        for name in self.springs.joints.keys() - self.figure.joints.keys():
+            hint = spelling_hint(name, self.figure.joints)
+            message = f"the springs are for joint `{name}`, unknown to the figure; {hint}"
+            raise UnknownNameError(message)
+
+    @classmethod
+    def of(
+        cls,
+        figure: Figure,
+        choice: str | Path | None = None,
+        joining: Joining | None = None,
+    ) -> "Model":
+        """Return a figure with the springs that a run of it has; see `read_springs`."""
+        return cls(figure, read_springs(choice, figure, joining))
+
+    def __repr__(self) -> str:
+        """The figure and its springs, in a line."""
+        return f"<Model of {self.figure!r} with springs from {shorten(self.springs.origin)}>"
+
+    def with_parameter(self, path: str, value: float) -> "Model":
+        """Return the model with a quantity set as a study sets it.
+
+        `model.with_parameter("springs.knee.scale", 4)` makes both knees four times as stiff.
+
+        Args:
+            path: Path of a quantity of the springs or the segments, as in a study file.
+            value: Value in the unit of the path.
+
+        Raises:
+            UnknownPathError: The model has no such quantity; the message states the nearest one.
+            ModelError: The quantity cannot have this value.
+        """
+        # By name, since studies are above: what they vary beside the model is the run.
+        return import_module("generator.study.parameters").with_parameter(self, path, value)

@@ -1,0 +1,345 @@
+"""Contact records of falls, slides and overlaps against closed forms."""
+
+from dataclasses import replace
+from functools import cache
+from math import cos, radians, sin, sqrt, tan
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from generator.contact.plane import Plane
+from generator.contact.record import ContactRecord, head_injury_criterion
+from generator.contact.scene import Prop, Scene
+from generator.recording import Recording
+from generator.run_options import Integrator
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from springs import SpringSet
+from springs.contact import Surface
+from tests.chains import FREE, body, figure, ground, joint, one_body
+from tests.contact_figures import (
+    BALL_INERTIA,
+    BLOCK_HALF,
+    FLOOR,
+    MASS,
+    RADIUS,
+    ball,
+    block,
+    with_spheres,
+)
+from tests.runs import energy_error
+
+NONE = SpringSet()
+GRAVITY = 9.81
+HEIGHT = 0.2
+ELASTIC = Surface(damping=0.0, friction=0.0)
+
+
+def scene(surface: Surface, normal=(0.0, 1.0, 0.0)) -> Scene:
+    return Scene((Prop("slope", Plane((0.0, 0.0, 0.0), normal), surface),))
+
+
+def run_plan(made, **fields) -> Recording:
+    run = simulate(made, Plan(**{"springs": NONE, "tolerance": 1e-7, **fields}))
+    assert run.outcome.succeeded
+    assert run.contact is not None
+    return run
+
+
+def contact_of(run: Recording) -> ContactRecord:
+    assert run.contact is not None
+    return run.contact
+
+
+@cache
+def drop() -> Recording:
+    """A ball falls from `HEIGHT` and bounces."""
+    return run_plan(ball(HEIGHT), stop=0.5, scene=FLOOR)
+
+
+@cache
+def bounce() -> Recording:
+    return run_plan(ball(HEIGHT), stop=0.3, scene=scene(ELASTIC))
+
+
+@pytest.mark.parametrize("run", [drop, bounce])
+def test_the_first_touch_of_a_dropped_ball(run) -> None:
+    """At sqrt(2 h / g) with sqrt(2 g h), interpolated between steps that end there."""
+    touch = contact_of(run()).segments["link"]
+    assert touch.first_time == pytest.approx(sqrt(2.0 * HEIGHT / GRAVITY), abs=1e-9)
+    assert touch.impact_speed == pytest.approx(sqrt(2.0 * GRAVITY * HEIGHT), abs=1e-8)
+
+
+def test_the_peak_of_an_elastic_impact() -> None:
+    """Where the stored energy is that of the fall: the largest depth, and its force."""
+    contact = contact_of(bounce())
+
+    def excess(depth: float) -> float:
+        return float(ELASTIC.energy(depth)) - MASS * GRAVITY * (HEIGHT + depth)
+
+    depth = brentq(excess, 1e-3, 0.1, xtol=1e-15)
+    force = float(ELASTIC.elastic_force(depth))
+    assert contact.max_depth == pytest.approx(depth, rel=2e-3)
+    assert contact.max_depth <= depth * (1.0 + 1e-9)
+    assert contact.max_force == pytest.approx(force, rel=2e-3)
+    assert contact.max_force <= force * (1.0 + 1e-9)
+    assert contact.max_depth_segment == contact.max_depth_part == "link"
+    touch = contact.segments["link"]
+    assert contact.max_force == touch.peak_force
+    assert contact.max_force_time == touch.peak_time
+    assert touch.first_time < touch.peak_time < touch.first_time + 0.05
+    assert contact.dissipated == pytest.approx(0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("run", [drop, bounce])
+def test_the_impulse_is_the_change_of_momentum(run) -> None:
+    recording = run()
+    impulse = np.array(contact_of(recording).segments["link"].impulse)
+    duration = recording.times[-1]
+    change = recording.velocities["pin"][-1, 3:] - recording.velocities["pin"][0, 3:]
+    expected = MASS * (change + np.array([0.0, GRAVITY * duration, 0.0]))
+    assert impulse == pytest.approx(expected, abs=1e-6)
+    assert impulse[1] > 5.0
+
+
+def test_forces_and_depths_of_the_frames() -> None:
+    """The force is along the plane's normal, through the ball's lowest point."""
+    run = drop()
+    contact = contact_of(run)
+    heights = run.centre_of_mass[:, 1]
+    assert contact.depths["link"] == pytest.approx(np.maximum(RADIUS - heights, 0.0), abs=1e-12)
+    forces = contact.forces["link"]
+    touching = contact.depths["link"] > 0.0
+    assert 0 < np.count_nonzero(touching) < len(run.times)
+    assert np.all(forces[~touching] == 0.0)
+    assert np.array_equal(contact.ground_reaction[:, :3], forces)
+    moments = np.cross(run.centre_of_mass, forces)
+    assert contact.ground_reaction[:, 3:] == pytest.approx(moments, abs=1e-9)
+    depths = contact.depths["link"][touching]
+    rates = -run.velocities["pin"][touching, 4]
+    surface = FLOOR.props[0].surface
+    expected = surface.elastic_force(depths) * surface.impact_factor(rates)
+    assert forces[touching, 1] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("run", [drop, bounce])
+def test_the_energy_book_closes(run) -> None:
+    recording = run()
+    assert energy_error(recording) < 1e-8
+    lost = recording.energy["contact damping"][-1] + recording.energy["friction"][-1]
+    assert contact_of(recording).dissipated == lost
+
+
+def test_what_a_dropped_ball_loses() -> None:
+    """The energy before and after the impact, while it flies."""
+    run = run_plan(ball(HEIGHT), stop=0.26, scene=FLOOR)
+    contact = contact_of(run)
+    assert contact.depths["link"][[0, -1]] == pytest.approx(0.0, abs=0.0)
+    total = run.energy["kinetic"] + run.energy["gravity"]
+    assert contact.dissipated == pytest.approx(total[0] - total[-1], abs=1e-8)
+    assert contact.dissipated > 1.0
+
+
+# Sliding and resting
+
+
+@cache
+def slide() -> Recording:
+    """A block that starts above the floor with 0.8 m/s, slides and comes to rest."""
+    return run_plan(
+        block(BLOCK_HALF[1]),
+        stop=1.0,
+        scene=scene(Surface(damping=20.0)),
+        velocities={"pin": (0.0, 0.0, 0.0, 0.8, 0.0, 0.0)},
+    )
+
+
+def test_a_sliding_block_loses_its_energy_by_friction() -> None:
+    run, contact = slide(), contact_of(slide())
+    start = 0.5 * MASS * 0.8**2
+    sunk = MASS * GRAVITY * (run.centre_of_mass[0, 1] - run.centre_of_mass[-1, 1])
+    stored = run.energy["contact"][-1]
+    assert contact.dissipated == pytest.approx(start + sunk - stored, abs=1e-6)
+    assert contact.dissipated == pytest.approx(
+        run.energy["friction"][-1] + run.energy["contact damping"][-1]
+    )
+    assert run.energy["friction"][-1] > 0.8 * start
+    assert np.min(np.diff(run.energy["friction"])) >= 0.0
+
+
+def test_a_block_at_rest_is_carried_and_does_not_creep() -> None:
+    contact = contact_of(slide())
+    assert contact.weight_carried == pytest.approx(1.0, abs=1e-3)
+    assert contact.creep < 1e-3
+    sphere_depth = contact.depths["link"][-1]
+    carried = 4.0 * Surface().elastic_force(sphere_depth)
+    assert carried == pytest.approx(MASS * GRAVITY, rel=1e-3)
+
+
+@pytest.mark.parametrize("slope", [0.0, 10.0, 20.0])
+def test_a_block_creeps_on_a_slope(slope: float) -> None:
+    """With c = s r / sqrt(1 - r^2), r = tan(slope) / mu; its horizontal part is reported."""
+    angle, surface = radians(slope), Surface(damping=20.0, friction=0.6)
+    normal = (-sin(angle), cos(angle), 0.0)
+    run = run_plan(
+        block(BLOCK_HALF[1], angle), stop=1.0, scene=scene(surface, normal), tolerance=1e-6
+    )
+    ratio = tan(angle) / surface.friction
+    speed = surface.friction_speed * ratio / sqrt(1.0 - ratio**2)
+    contact = contact_of(run)
+    assert contact.creep == pytest.approx(speed * cos(angle), rel=1e-3, abs=1e-6)
+    assert contact.weight_carried == pytest.approx(1.0, abs=1e-3)
+
+
+def test_without_gravity_no_weight_is_carried() -> None:
+    """A ball thrown down; its creep is its horizontal speed, in a run shorter than 0.2 s too."""
+    run = run_plan(
+        ball(0.05),
+        stop=0.1,
+        scene=scene(ELASTIC),
+        gravity=(0.0, 0.0, 0.0),
+        velocities={"pin": (0.0, 0.0, 0.0, 0.3, -1.0, 0.4)},
+    )
+    contact = contact_of(run)
+    assert contact.weight_carried is None
+    assert contact.creep == pytest.approx(0.5)
+    assert contact.segments["link"].first_time == pytest.approx(0.05, abs=1e-9)
+    assert contact.segments["link"].impact_speed == pytest.approx(1.0)
+
+
+def test_up_is_against_gravity() -> None:
+    """The same fall onto a wall, along x: all that is horizontal stays so."""
+    wall = Scene((Prop("wall", Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), FLOOR.props[0].surface),))
+    link = with_spheres(
+        body("link", MASS, BALL_INERTIA, (0.0, 0.0, 0.0)), ((0.0, 0.0, 0.0), RADIUS)
+    )
+    made = one_body(FREE, (0.0, 0.0, 0.0, HEIGHT + RADIUS, 0.0, 0.0), link)
+    run = run_plan(made, stop=0.5, scene=wall, gravity=(-GRAVITY, 0.0, 0.0))
+    found, expected = contact_of(run), contact_of(drop())
+    assert found.weight_carried == pytest.approx(expected.weight_carried, abs=1e-6)
+    assert found.segments["link"].first_time == pytest.approx(
+        expected.segments["link"].first_time, abs=1e-9
+    )
+    assert found.creep < 1e-9
+
+
+# Touching nothing, and several segments
+
+
+def test_a_ball_that_touches_nothing() -> None:
+    contact = contact_of(run_plan(ball(1.0), stop=0.1, scene=FLOOR))
+    touch = contact.segments["link"]
+    assert touch.first_time is None
+    assert touch.impact_speed == touch.peak_force == contact.max_force == contact.max_depth == 0.0
+    assert touch.impulse == (0.0, 0.0, 0.0)
+    assert contact.weight_carried == contact.dissipated == 0.0
+    assert contact.overlap is None
+
+
+def test_a_run_without_a_scene_has_no_record() -> None:
+    assert simulate(ball(1.0), Plan(stop=0.1, springs=NONE)).contact is None
+
+
+def two_balls(names=("one", "other"), height: float = 1.0, shift: float = 0.05):
+    """Two free balls 0.6 m from each other, beside each other along z by a shift [m]."""
+    links = [
+        with_spheres(body(name, MASS, BALL_INERTIA, (0.0,) * 3), ((0.0,) * 3, RADIUS))
+        for name in names
+    ]
+    joints = [
+        joint(f"to {name}", "ground.base", f"{name}.near", FREE, (0.0, 0.0, 0.0, x, height, z))
+        for name, x, z in zip(names, (-0.3, 0.3), (0.0, shift), strict=True)
+    ]
+    return figure([ground(), *links], joints)
+
+
+def test_the_overlap_of_balls_that_pass_through_each_other() -> None:
+    run = run_plan(
+        two_balls(),
+        stop=0.6,
+        scene=FLOOR,
+        gravity=(0.0, 0.0, 0.0),
+        velocities={
+            "to one": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0),
+            "to other": (0.0, 0.0, 0.0, -1.0, 0.0, 0.0),
+        },
+    )
+    overlap = contact_of(run).overlap
+    assert overlap is not None
+    assert {overlap.segment, overlap.other} == {"one", "other"}
+    assert overlap.time == pytest.approx(0.3)
+    assert overlap.depth == pytest.approx(2.0 * RADIUS - 0.05, abs=1e-9)
+    assert contact_of(run).max_force == 0.0
+
+
+def test_each_segment_has_its_own_contact() -> None:
+    """One ball falls from twice the height of the other."""
+    made = two_balls()
+    other = replace(made.joints["to other"], displacement=(0.0, 0.0, 0.0, 0.3, 0.4 + RADIUS, 0.0))
+    one = replace(made.joints["to one"], displacement=(0.0, 0.0, 0.0, -0.3, 0.2 + RADIUS, 0.0))
+    sphere = replace(made.segments["other"].contact_spheres[0], part="ball")
+    body = replace(made.segments["other"], contact_spheres=(sphere,))
+    run = run_plan(made.with_parts(one, other, body), stop=0.35, scene=FLOOR)
+    contact = contact_of(run)
+    assert contact.max_depth_part == "ball"
+    for name, height in (("one", 0.2), ("other", 0.4)):
+        touch = contact.segments[name]
+        assert touch.first_time == pytest.approx(sqrt(2.0 * height / GRAVITY), abs=1e-8)
+        assert touch.impact_speed == pytest.approx(sqrt(2.0 * height * GRAVITY), abs=1e-7)
+        change = run.velocities[f"to {name}"][-1, 4]
+        assert touch.impulse[1] == pytest.approx(MASS * (change + GRAVITY * 0.35), abs=1e-6)
+    assert contact.max_depth_segment == "other"
+    assert contact.segments["other"].peak_force > contact.segments["one"].peak_force
+    total = contact.forces["one"] + contact.forces["other"]
+    assert contact.ground_reaction[:, :3] == pytest.approx(total)
+
+
+def test_only_a_head_has_a_head_injury_criterion() -> None:
+    """That of the ball's acceleration less what the record of the frames misses."""
+    assert contact_of(drop()).head_injury == {}
+    made = two_balls(("left foot", "head"), HEIGHT + RADIUS)
+    foot = replace(made.joints["to left foot"], displacement=(0.0, 0.0, 0.0, -0.3, 0.5, 0.0))
+    made = made.with_parts(foot)
+    run = run_plan(made, stop=0.5, frame=1e-4, scene=FLOOR)
+    (name, value), *others = contact_of(run).head_injury.items()
+    assert name == "head"
+    assert not others
+    forces = contact_of(run).forces["head"]
+    accelerations = forces / MASS - np.array([0.0, GRAVITY, 0.0])
+    assert value == pytest.approx(head_injury_criterion(run.times, accelerations), rel=1e-2)
+    assert value > 1.0
+
+
+# Exudyn's integrator
+
+
+def test_exudyn_s_integrator_records_the_same_fall() -> None:
+    """Within the errors of its steps; it has no disturbed run."""
+    run = run_plan(
+        ball(HEIGHT), stop=0.5, tolerance=1e-5, scene=FLOOR, integrator=Integrator.EXUDYN
+    )
+    found, expected = contact_of(run), contact_of(drop())
+    assert found.sensitivity is None
+    assert found.height_sensitivity is None
+    touch, exact = found.segments["link"], expected.segments["link"]
+    assert touch.first_time == pytest.approx(exact.first_time, abs=1e-4)
+    assert touch.impact_speed == pytest.approx(exact.impact_speed, rel=1e-3)
+    assert touch.peak_force == pytest.approx(exact.peak_force, rel=1e-2)
+    assert touch.impulse == pytest.approx(exact.impulse, rel=1e-3, abs=1e-3)
+    assert found.dissipated == pytest.approx(expected.dissipated, rel=1e-3)
+    assert found.max_depth == pytest.approx(expected.max_depth, rel=1e-2)
+    assert found.weight_carried == pytest.approx(expected.weight_carried, abs=1e-2)
+
+
+def test_exudyn_s_integrator_gives_the_same_head_injury_criterion() -> None:
+    """The steps of the compiled integrator are longer, and the peak between two is not seen."""
+    made = two_balls(("left foot", "head"), 1.0)
+    head = replace(made.joints["to head"], displacement=(0.0, 0.0, 0.0, 0.3, 0.3, 0.0))
+    fields = {"stop": 0.4, "tolerance": 1e-5, "scene": FLOOR}
+    values = [
+        contact_of(run_plan(made.with_parts(head), integrator=each, **fields)).head_injury["head"]
+        for each in Integrator
+    ]
+    assert values[0] > 1.0
+    assert values[1] == pytest.approx(values[0], rel=2e-2)
