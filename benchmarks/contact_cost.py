@@ -21,7 +21,7 @@ from generator.figure_file.read import read_figure
 from generator.input_files.scene import read_scene
 from generator.run_options import Integrator
 from generator.simulation.compiled_run import compile_model
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from springs.contact import DEFAULT_SURFACE
 

@@ -21,9 +21,9 @@ from generator.model_files.fit_error import are_in_range, joint_ranges
 from generator.model_files.formats import model_format
 from generator.model_files.mjcf.passive import PassiveSprings
 from generator.rotations import Array, pose_matrix
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
-from generator.simulation.statics import StaticState
+from generator.simulation.statics.static_forces import StaticState
 from springs import JointSprings, SpringSet
 
 Poses = dict[str, Array]

@@ -50,7 +50,7 @@ Row = dict[str, object]
 
 def engine_alone(figure_name: str) -> Row:
     """Advance the same fall for four simulated seconds, as fast as the engine can."""
-    from generator.simulation.live import LiveRun
+    from generator.simulation.live.live_run import LiveRun
 
     best = 0.0
     for _ in range(ROUNDS):

@@ -25,8 +25,8 @@ from generator.person.measures import Measures, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.person_files import person_files
 from generator.person.survey import Sex, survey
-from generator.simulation.equilibrium import find_equilibrium
 from generator.simulation.preconditions import import_exudyn, simulation_obstacles
+from generator.simulation.statics.equilibrium import find_equilibrium
 
 PERSONS = 1000
 BEYOND = 0.2

@@ -18,10 +18,10 @@ from benchmarks.tree import between
 from generator.figure import Figure
 from generator.figure_file.read import read_figure
 from generator.run_options import Integrator
+from generator.simulation.exudyn_model.model import build_model
+from generator.simulation.exudyn_model.springs import SpringBuilder
 from generator.simulation.exudyn_run import integrate
-from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
-from generator.simulation.springs import SpringBuilder
 from generator.simulation.trace import frame_times
 
 STOP = 2.0

@@ -41,11 +41,11 @@ from .person.measures import estimate_measures
 from .person.person import Person, build_person
 from .person.survey import Sex
 from .recording import Ending, Integrator, Outcome, Recording, RecordingPart
-from .simulation.model import ExudynModel, build_model
+from .simulation.exudyn_model.model import ExudynModel, build_model
 from .simulation.plan import Plan
 from .simulation.run import Progress, simulate
-from .simulation.statics import static_torques
-from .simulation.stepper import Stepper
+from .simulation.statics.static_forces import static_torques
+from .simulation.live.stepper import Stepper
 from .springs_file.read import read_springs
 from .study.designs import design_points
 from .study.parameter_paths import Case

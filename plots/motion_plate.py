@@ -170,7 +170,7 @@ def _joint_rotations(motion: FigureMotion, spring: CoupledSpring) -> dict[str, A
 
 def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Array]:
     """Moments of the laws over several joints on the children, parent's axes, (n, 3) [N m]."""
-    from generator.simulation.coupled_springs import coupled_torques
+    from generator.simulation.exudyn_model.coupled_springs import coupled_torques
 
     moments: dict[str, Array] = {}
     for spring in springs.coupled:
@@ -190,7 +190,7 @@ def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Arra
 
 def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
     """Energy of the springs, shape (n,) [J]."""
-    from generator.simulation.coupled_springs import coupled_energy
+    from generator.simulation.exudyn_model.coupled_springs import coupled_energy
 
     stored = np.zeros(len(motion.times))
     for name, own in springs.joints.items():

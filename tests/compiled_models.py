@@ -20,7 +20,7 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.marching import settle_branches
 from generator.simulation.compiled.mechanism import CompiledModel, _Builder
 from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
-from generator.simulation.model import ExudynModel
+from generator.simulation.exudyn_model.model import ExudynModel
 from springs import FLOATS
 from tests.poses import Pose
 

@@ -7,10 +7,10 @@ import numpy as np
 from generator.kinematics.loops import close_loops, consistent_rates
 from generator.kinematics.placement import Placement, forward_kinematics, segment_jacobians
 from generator.rotations import cross_matrix
-from generator.simulation.agreement import BodyState
-from generator.simulation.bodies import body_pose
-from generator.simulation.exudyn_api import rigid
-from generator.simulation.model import ExudynModel
+from generator.simulation.exudyn_model.agreement import BodyState
+from generator.simulation.exudyn_model.bodies import body_pose
+from generator.simulation.exudyn_model.exudyn_api import rigid
+from generator.simulation.exudyn_model.model import ExudynModel
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from functools import cache
 
 from generator import read_figure
 from generator.contact.states import CapsuleTable, SelfContactStates, evaluate_self_contact
-from generator.simulation.agreement import ExudynEquations
-from generator.simulation.contacts import _rotations
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.agreement import ExudynEquations
+from generator.simulation.exudyn_model.contacts import _rotations
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from tests.compiled_models import SettableModel
 from tests.contact_figures import FLOOR

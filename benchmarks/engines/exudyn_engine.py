@@ -15,7 +15,7 @@ from generator.rotations import Array, matrix_from_rotation_vector
 from generator.run_options import Integrator
 from generator.simulation import compiled_run
 from generator.simulation.compiled.refinement import AgreedRun, run_once
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet

@@ -78,7 +78,7 @@ def replay_live(
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
     load_compiled_integrator(show_progress=show_progress)
-    from generator.simulation.live import replay  # the import of Exudyn is slow
+    from generator.simulation.live.live_run import replay  # the import of Exudyn is slow
     from generator.simulation.run import Progress
 
     stop = max(log.end_frame, 1) * log.start.frame

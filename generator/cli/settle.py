@@ -61,8 +61,8 @@ from generator.simulation.plan import Plan
 from generator.simulation.preconditions import import_exudyn
 
 if TYPE_CHECKING:
-    from generator.simulation.equilibrium import Equilibrium
-    from generator.simulation.resting import AttachedPose, RestingPose
+    from generator.simulation.statics.equilibrium import Equilibrium
+    from generator.simulation.statics.resting import AttachedPose, RestingPose
 
 
 @dataclass(frozen=True)
@@ -233,12 +233,12 @@ def settle(
         return _rest_on_props(name, figure, plan, output, faults, show_progress=show_progress)
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
-    from generator.simulation.equilibrium import (  # Exudyn takes its time
+    from generator.simulation.statics.equilibrium import (  # Exudyn takes its time
         MAX_STEPS,
         NoEquilibriumError,
         SearchProgress,
     )
-    from generator.simulation.equilibrium import find_equilibrium as come_to_rest
+    from generator.simulation.statics.equilibrium import find_equilibrium as come_to_rest
 
     monitor = item_progress_bar if show_progress else no_monitor
     try:
@@ -338,10 +338,10 @@ def _rest_on_props(
         import_exudyn()
     load_compiled_integrator(show_progress=show_progress)
     try:
-        from generator.simulation.resting import MAX_TESTS, attach_pose, find_resting_pose
+        from generator.simulation.statics.resting import MAX_TESTS, attach_pose, find_resting_pose
     except ImportError as failure:
         raise MoverError(f"a pose at rest on props needs numba: {failure}") from None
-    from generator.simulation.equilibrium import NoEquilibriumError
+    from generator.simulation.statics.equilibrium import NoEquilibriumError
 
     faults = add_sphere_warnings(figure, faults)
     props = [prop.name for prop in plan.scene.props]

@@ -60,7 +60,7 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         from generator.simulation.compiled_run import compile_model
     except ImportError as failure:
         raise NotInstalledError(f"numba cannot be loaded: {failure}") from None
-    from generator.simulation.model import build_model
+    from generator.simulation.exudyn_model.model import build_model
 
     floor = Scene.floor()
     compile_model(build_model(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor)))

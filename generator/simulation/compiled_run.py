@@ -23,7 +23,6 @@ from generator.rotations import (
     quaternion_from_matrix,
     unit_vector,
 )
-from generator.simulation.agreement import BodyState, ExudynEquations
 from generator.simulation.compiled.code_cache import mark_compiled
 from generator.simulation.compiled.layout import (
     AXIS_IN_PARENT,
@@ -53,7 +52,8 @@ from generator.simulation.compiled.refinement import (
     record_links,
     run_until_agreed,
 )
-from generator.simulation.model import ExudynModel
+from generator.simulation.exudyn_model.agreement import BodyState, ExudynEquations
+from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.plan import WallLimit
 from generator.simulation.trace import (
     RefinedRun,

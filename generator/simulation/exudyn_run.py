@@ -27,10 +27,10 @@ from generator.rotations import (
     rotation_vector_from_matrix,
 )
 from generator.run_options import Integrator
-from generator.simulation.bodies import Constraint
-from generator.simulation.exudyn_api import SolverError, exu, set_times
-from generator.simulation.model import ExudynModel
-from generator.simulation.sensors import SensorLog
+from generator.simulation.exudyn_model.bodies import Constraint
+from generator.simulation.exudyn_model.exudyn_api import SolverError, exu, set_times
+from generator.simulation.exudyn_model.model import ExudynModel
+from generator.simulation.exudyn_model.sensors import SensorLog
 from generator.simulation.trace import (
     RefinedRun,
     Trace,

@@ -19,10 +19,10 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from generator.simulation.constraints import RateTerm
-from generator.simulation.coupled_springs import coupled_energy, coupled_torques
-from generator.simulation.model import ExudynModel
-from generator.simulation.springs import JointKind, generalized_force
+from generator.simulation.exudyn_model.constraints import RateTerm
+from generator.simulation.exudyn_model.coupled_springs import coupled_energy, coupled_torques
+from generator.simulation.exudyn_model.model import ExudynModel
+from generator.simulation.exudyn_model.springs import JointKind, generalized_force
 from generator.simulation.trace import Trace
 from springs import (
     NUMPY,

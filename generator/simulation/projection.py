@@ -15,8 +15,8 @@ from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.prescribed import PrescribedMotion, loop_closure_jacobian
 from generator.recording import Outcome
 from generator.rotations import Array
+from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.joint_motion import JointMotion
-from generator.simulation.model import ExudynModel
 from generator.simulation.trace import Trace
 
 _RANK_TOLERANCE = 1e-7

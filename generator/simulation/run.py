@@ -26,6 +26,7 @@ from generator.recording import (
 from generator.rotations import Array
 from generator.run_options import Integrator
 from generator.simulation.compiled.code_cache import require_numba
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.exudyn_run import run_exudyn
 from generator.simulation.joint_motion import (
     JointMotion,
@@ -36,7 +37,6 @@ from generator.simulation.joint_motion import (
     energy_by_kind,
     newton_euler_reactions,
 )
-from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
 from generator.simulation.projection import (
     constraint_drift,

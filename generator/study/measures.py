@@ -108,7 +108,7 @@ def parts_of_measures(figure: Figure, measures: Iterable[Measure]) -> frozenset[
 
 def _columns_of_start(figure: Figure, plan: Plan) -> dict[str, Column]:
     """Return the columns of a run by title, from its start."""
-    from generator.simulation.model import initial_state  # imports Exudyn
+    from generator.simulation.exudyn_model.model import initial_state  # imports Exudyn
 
     start = initial_state(figure, plan)
     joints = start.placement.tree.figure.joints

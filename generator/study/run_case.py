@@ -53,8 +53,8 @@ def run_case(
 
 def measure_case(study: Study, case: Case, keep: Path | None = None, threads: int = 2) -> RunResult:
     """Run and measure a case of a study; see `run_case`."""
-    from generator.simulation.equilibrium import NoEquilibriumError  # imports Exudyn
     from generator.simulation.run import simulate
+    from generator.simulation.statics.equilibrium import NoEquilibriumError  # imports Exudyn
 
     measures = tuple(study.measures.values())
     at_rest = [each for each in measures if each.take is Statistic.REST]
@@ -86,12 +86,12 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
 def _measure_at_rest(case: Case, measures: Sequence[Measure]) -> Measured:
     """Return the measures in the equilibrium of a figure, or on the props of its scene."""
     if case.plan.scene.props:
-        from generator.simulation.resting import find_resting_pose
+        from generator.simulation.statics.resting import find_resting_pose
 
         pose = find_resting_pose(case.model, case.plan)
         figure, displacements = pose.figure, pose.displacements
     else:
-        from generator.simulation.equilibrium import find_equilibrium
+        from generator.simulation.statics.equilibrium import find_equilibrium
 
         displacements = find_equilibrium(case.model, case.plan).displacements
         figure = case.figure

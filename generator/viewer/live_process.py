@@ -293,7 +293,7 @@ class Engine:
 
     def __init__(self, figure: Figure, folder: Path) -> None:
         """Import the simulation, which takes some seconds."""
-        from generator.simulation.live import LiveRun  # imports Exudyn
+        from generator.simulation.live.live_run import LiveRun  # imports Exudyn
 
         self._make_run = partial(LiveRun, figure, folder=folder)
         self._figure = figure

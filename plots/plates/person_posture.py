@@ -190,7 +190,7 @@ def _turn_about_ankles(poses: Mapping[str, Array], angle: float) -> Poses:
 
 def relax(body: Body, springs: str | None) -> Relaxed:
     """Find the rest of a person without gravity, the pelvis fixed, with a choice of springs."""
-    from generator.simulation.equilibrium import find_equilibrium  # Exudyn takes its time
+    from generator.simulation.statics.equilibrium import find_equilibrium  # Exudyn takes its time
 
     plan = Plan(gravity=(0.0, 0.0, 0.0), locked=("root_torso",), spring_choice=springs)
     displacements = find_equilibrium(body, plan).displacements

@@ -5,13 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.exudyn_run import (
     IntegrationPass,
     integrate,
     joint_differences,
     richardson_extrapolation,
 )
-from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.trace import frame_times
 from tests.chains import BALL, chain, row

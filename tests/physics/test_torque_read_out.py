@@ -22,8 +22,8 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from generator.simulation.exudyn_api import exu
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.exudyn_api import exu
+from generator.simulation.exudyn_model.model import build_model
 from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,

@@ -5,11 +5,11 @@ import pytest
 
 from generator import read_figure
 from generator.model import Model
-from generator.simulation.exudyn_api import exu
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.exudyn_api import exu
+from generator.simulation.exudyn_model.model import build_model
+from generator.simulation.exudyn_model.springs import JointKind
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from generator.simulation.springs import JointKind
 from generator.springs_file.read import read_springs
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies

@@ -5,8 +5,8 @@ import pytest
 
 from generator.model import Model
 from generator.rotations import cross_matrix, matrix_from_rotation_vector
-from generator.simulation.exudyn_api import exu, rigid
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.exudyn_api import exu, rigid
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import (

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from generator.simulation.exudyn_api import SYMBOLIC, symbols
+from generator.simulation.exudyn_model.exudyn_api import SYMBOLIC, symbols
 from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs

@@ -18,7 +18,7 @@ from generator.input_files.live import (
 )
 from generator.motion_files import motion_from_recording
 from generator.motion_files.motion import file_sha256
-from generator.simulation.live import LiveRun
+from generator.simulation.live.live_run import LiveRun
 from tests.command import mover, run
 from tests.motion_readers import Page
 

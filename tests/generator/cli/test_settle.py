@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from generator import read_figure
-from generator.simulation import equilibrium, resting
+from generator.simulation.statics import equilibrium, resting
 from tests.command import answer, mover, run
 
 REFUSED = Path(__file__).parent / "refusals" / "files"

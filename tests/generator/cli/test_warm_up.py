@@ -1,7 +1,7 @@
 """`mover warm-up`: what is compiled ahead, and where it is stored."""
 
 from generator.simulation import compiled_run
-from generator.simulation.model import ExudynModel
+from generator.simulation.exudyn_model.model import ExudynModel
 from tests.command import answer, run
 
 

@@ -8,7 +8,7 @@ from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_xyz
-from generator.simulation.model import initial_state
+from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet

@@ -16,7 +16,7 @@ from generator.kinematics.placement import (
     segment_jacobians,
 )
 from generator.kinematics.tree import build_tree
-from generator.simulation.model import initial_state
+from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
 from tests.chains import BALL, at, body, figure, ground, joint, row
 

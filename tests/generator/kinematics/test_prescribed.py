@@ -12,7 +12,7 @@ from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
-from generator.simulation.model import initial_state
+from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
 from tests.chains import BALL, chain, row
 

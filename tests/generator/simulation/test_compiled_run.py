@@ -20,7 +20,7 @@ from generator.simulation.compiled import layout, mechanism, refinement
 from generator.simulation.compiled.layout import COORDINATE, KIND, ROTATION
 from generator.simulation.compiled.refinement import record_links
 from generator.simulation.compiled_run import build_trace, compile_model, disturbed_start
-from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import NO_LIMIT, Plan
 from generator.simulation.run import simulate
 from generator.simulation.trace import mean_position

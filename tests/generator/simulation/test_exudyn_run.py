@@ -10,8 +10,8 @@ import pytest
 from generator.model import Model
 from generator.recording import Ending
 from generator.run_options import Integrator
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.exudyn_run import integrate
-from generator.simulation.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import Progress, simulate
 from generator.simulation.trace import frame_times

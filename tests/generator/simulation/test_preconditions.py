@@ -11,7 +11,7 @@ from generator.cli.app import app
 from generator.diagnostics import ModelError, MoverError
 from generator.figure_file import read_figure
 from generator.model import Model
-from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from generator.simulation.preconditions import simulation_obstacles
 from generator.simulation.run import simulate

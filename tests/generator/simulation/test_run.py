@@ -15,7 +15,7 @@ from generator.diagnostics import ModelError, MoverError
 from generator.named_mapping import UnknownNameError
 from generator.recording import Ending, RecordingPart
 from generator.run_options import Integrator
-from generator.simulation.exudyn_api import exu
+from generator.simulation.exudyn_model.exudyn_api import exu
 from generator.simulation.run import Progress
 from springs import Joining, SpringSet, Surface
 from tests.chains import BALL, chain, one_body, row

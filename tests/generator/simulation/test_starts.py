@@ -22,7 +22,7 @@ from generator.kinematics.tree import build_tree
 from generator.recording import Ending, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation import starts
-from generator.simulation.model import initial_state
+from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.starts import study_starts, summarize_starts, vary_start

@@ -17,7 +17,7 @@ from generator.kinematics.placement import forward_kinematics, initial_displacem
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.motion_files import read_action
-from generator.simulation.live import replay
+from generator.simulation.live.live_run import replay
 from generator.springs_file.edit import SpringEdit, apply_edits, springs_from_text
 from generator.viewer.live_panel import (
     FLOOR_GAP,

@@ -23,7 +23,7 @@ from generator.input_files.live import (
     SetSprings,
 )
 from generator.motion_files import read_action
-from generator.simulation.live import replay
+from generator.simulation.live.live_run import replay
 from generator.viewer.live_process import (
     MAX_LAG,
     MAX_PULL,

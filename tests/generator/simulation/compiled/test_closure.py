@@ -17,7 +17,6 @@ from generator.loads import LoadKind, TimedLoad
 from generator.model import Model
 from generator.rotations import inverse_pose, quaternion_from_matrix
 from generator.run_options import Integrator
-from generator.simulation.agreement import BodyState, ExudynEquations
 from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     MEASURED_ANGLE,
@@ -29,8 +28,9 @@ from generator.simulation.compiled.layout import (
 from generator.simulation.compiled.projection import MAX_GAP, project_state
 from generator.simulation.compiled.refinement import have_same_breakpoints, run_once
 from generator.simulation.compiled_run import build_trace, compile_model
+from generator.simulation.exudyn_model.agreement import BodyState, ExudynEquations
+from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
 from generator.simulation.joint_motion import SegmentMotion
-from generator.simulation.model import ExudynModel, build_model, initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.trace import Trace

@@ -13,10 +13,10 @@ from generator.contact.states import ContactStates, evaluate_contacts
 from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
 from generator.rotations import quaternion_from_matrix
-from generator.simulation.agreement import ExudynEquations
-from generator.simulation.bodies import body_pose
 from generator.simulation.compiled.layout import CONTACT_SWITCHES, FRICTION, IMPACT
-from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.agreement import ExudynEquations
+from generator.simulation.exudyn_model.bodies import body_pose
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from springs import SpringSet
 from tests.compiled_models import SettableModel

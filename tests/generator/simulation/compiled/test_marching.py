@@ -19,7 +19,7 @@ from generator.recording import Ending
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import CompiledRun, StiffMotionError, run_once
 from generator.simulation.compiled_run import compile_model
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from springs import FLOATS, AxisSpring, Cubic, Damping, JointSprings, Linear, SpringSet
 from springs.contact import Surface

@@ -11,8 +11,8 @@ from generator import read_figure
 from generator.drive import Drive
 from generator.figure import Figure, SiteRef
 from generator.loads import LoadKind, TimedLoad
-from generator.simulation.agreement import ExudynEquations
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.agreement import ExudynEquations
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from springs import (
     AxisSpring,

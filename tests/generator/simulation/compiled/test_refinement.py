@@ -22,7 +22,7 @@ from generator.simulation.compiled.refinement import (
     run_until_agreed,
 )
 from generator.simulation.compiled_run import compile_model, disturbed_start
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from springs import AxisSpring, Damping, SpringSet
 from tests.chains import BALL, Z, chain, one_body, row

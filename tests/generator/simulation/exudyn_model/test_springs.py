@@ -5,8 +5,8 @@ import pytest
 
 from generator.diagnostics import ModelError
 from generator.model import Model
-from generator.simulation.exudyn_api import exu
-from generator.simulation.model import build_model, initial_state
+from generator.simulation.exudyn_model.exudyn_api import exu
+from generator.simulation.exudyn_model.model import build_model, initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.preconditions import placement_obstacles
 from generator.simulation.run import simulate

@@ -7,7 +7,7 @@ import pytest
 
 from generator.figure import Site, SiteRef
 from generator.loads import LoadKind, TimedLoad, constant_load
-from generator.simulation.bodies import constant_site_loads
+from generator.simulation.exudyn_model.bodies import constant_site_loads
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet

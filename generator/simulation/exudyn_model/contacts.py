@@ -23,8 +23,8 @@ from generator.contact.states import CapsuleTable, ContactModel, evaluate_self_c
 from generator.figure import Figure
 from generator.kinematics.placement import Placement
 from generator.rotations import Array, pose_matrix
-from generator.simulation.bodies import add_marker
-from generator.simulation.exudyn_api import (
+from generator.simulation.exudyn_model.bodies import add_marker
+from generator.simulation.exudyn_model.exudyn_api import (
     SYMBOLIC,
     Index,
     MainSystem,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from generator.simulation.exudyn_api import SYMBOLIC, symbols
+from generator.simulation.exudyn_model.exudyn_api import SYMBOLIC, symbols
 from springs import FLOATS
 from springs.published.tables import coupled_law
 

@@ -7,10 +7,10 @@ import pytest
 
 from generator.contact.self_contact import LIMB_SURFACE
 from generator.run_options import Integrator
-from generator.simulation.contacts import _rotations, _UserFunctions
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.contacts import _rotations, _UserFunctions
+from generator.simulation.exudyn_model.model import build_model
+from generator.simulation.live.stepper import Stepper
 from generator.simulation.run import simulate
-from generator.simulation.stepper import Stepper
 from tests.compiled_models import SettableModel
 from tests.runs import energy_error
 from tests.self_contact_poses import PLAN, PROTOTYPE, contact_in, poses, settable, table

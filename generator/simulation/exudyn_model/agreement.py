@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import ModelError
 from generator.rotations import Array
-from generator.simulation.exudyn_api import exu
+from generator.simulation.exudyn_model.exudyn_api import exu
+from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.exudyn_run import Multipliers, current_multipliers
-from generator.simulation.model import ExudynModel
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -37,7 +37,7 @@ from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import start_progress
 from generator.simulation.compiled.runge_kutta import TIME, Progress
 from generator.simulation.compiled_run import body_rotations, centre_arms, centre_velocities
-from generator.simulation.coupled_springs import coupled_energy
+from generator.simulation.exudyn_model.coupled_springs import coupled_energy
 from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
 
 FIRST_STEP = 1e-3

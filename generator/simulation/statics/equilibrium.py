@@ -25,9 +25,9 @@ from generator.kinematics.prescribed import loop_closure_jacobian
 from generator.loads import LoadKind
 from generator.model import Model
 from generator.rotations import Array
-from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
-from generator.simulation.statics import StaticState
+from generator.simulation.statics.static_forces import StaticState
 from generator.units import AxisUnits
 from springs import Joining
 

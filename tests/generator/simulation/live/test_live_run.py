@@ -22,7 +22,7 @@ from generator.input_files.live import (
     write_live,
 )
 from generator.motion_files import MOTION_FORMATS, motion_from_recording, motion_writer, read_npz
-from generator.simulation.live import LiveRun, floor_scene, replay
+from generator.simulation.live.live_run import LiveRun, floor_scene, replay
 from tests.chains import BALL, chain, one_body, row
 
 HINGE = chain("Ry")
@@ -248,7 +248,7 @@ def test_floors_are_horizontal():
 
 
 def test_a_full_log_is_refused_and_can_still_be_replayed(bars, monkeypatch):
-    monkeypatch.setattr("generator.simulation.live.MAX_LOG_LENGTH", 1000)
+    monkeypatch.setattr("generator.simulation.live.live_run.MAX_LOG_LENGTH", 1000)
     run = LiveRun(bars, LiveStart())
 
     def change_often() -> None:

@@ -25,15 +25,19 @@ from generator.kinematics.placement import (
     segment_jacobians,
 )
 from generator.loads import LoadKind, TimedLoad
-from generator.simulation import agreement
-from generator.simulation.agreement import BodyState, ExudynEquations, _solve_constrained
-from generator.simulation.bodies import body_pose, load_pose
-from generator.simulation.exudyn_api import rigid
+from generator.simulation.exudyn_model import agreement
+from generator.simulation.exudyn_model.agreement import (
+    BodyState,
+    ExudynEquations,
+    _solve_constrained,
+)
+from generator.simulation.exudyn_model.bodies import body_pose, load_pose
+from generator.simulation.exudyn_model.exudyn_api import rigid
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.springs import JointKind, generalized_force
 from generator.simulation.exudyn_run import integrate
 from generator.simulation.joint_motion import SegmentMotion
-from generator.simulation.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
-from generator.simulation.springs import JointKind, generalized_force
 from generator.simulation.trace import Trace, frame_times
 from springs import NUMPY, AxisSpring, Damping, Joining, Linear, SpringSet
 from tests.chains import BALL, SKEW, X, chain, free_body, one_body, row

@@ -40,10 +40,10 @@ from generator.simulation.compiled_run import (
     centre_accelerations,
     centre_velocities,
 )
-from generator.simulation.equilibrium import NEUTRAL_RATE_SQUARED, NoEquilibriumError
+from generator.simulation.live.stepper import Stepper
+from generator.simulation.live.stepper_state import evaluate
 from generator.simulation.plan import Plan, resolve_model
-from generator.simulation.stepper import Stepper
-from generator.simulation.stepper_state import evaluate
+from generator.simulation.statics.equilibrium import NEUTRAL_RATE_SQUARED, NoEquilibriumError
 from springs import Joining
 from springs.contact import Surface
 

@@ -15,7 +15,7 @@ from generator.kinematics.closures import FREE, LOCKED, LockedAxes
 from generator.kinematics.placement import Placement, segment_jacobians
 from generator.loads import LoadKind, TimedLoad, constant_load
 from generator.rotations import Array, inverse_pose, pose_matrix
-from generator.simulation.exudyn_api import (
+from generator.simulation.exudyn_model.exudyn_api import (
     Index,
     MainSystem,
     exu,

@@ -11,11 +11,11 @@ import numpy as np
 from generator.contact.states import ContactStates, ContactTrace, evaluate_contacts
 from generator.loads import LoadKind, TimedLoad
 from generator.rotations import Array
-from generator.simulation.constraints import CoordinateConstraint
-from generator.simulation.coupled_springs import coupled_torques
-from generator.simulation.exudyn_api import Index, exu, items
-from generator.simulation.model import ExudynModel
-from generator.simulation.springs import Connector, JointKind
+from generator.simulation.exudyn_model.constraints import CoordinateConstraint
+from generator.simulation.exudyn_model.coupled_springs import coupled_torques
+from generator.simulation.exudyn_model.exudyn_api import Index, exu, items
+from generator.simulation.exudyn_model.model import ExudynModel
+from generator.simulation.exudyn_model.springs import Connector, JointKind
 from generator.simulation.trace import mean_position
 from springs import AxisSpring, Joining, damping_torque, elastic_torque
 

@@ -23,8 +23,8 @@ from generator.joint_chain import Chain
 from generator.kinematics.links import Link
 from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.rotations import Array
-from generator.simulation.exudyn_api import Index, MainSystem, exu, items, unused_name
-from generator.simulation.relative_rotation import (
+from generator.simulation.exudyn_model.exudyn_api import Index, MainSystem, exu, items, unused_name
+from generator.simulation.exudyn_model.relative_rotation import (
     JointEnd,
     JointRates,
     Quaternion,
@@ -32,7 +32,7 @@ from generator.simulation.relative_rotation import (
     Vector,
     build_joint_end,
 )
-from generator.simulation.springs import SpringBuilder
+from generator.simulation.exudyn_model.springs import SpringBuilder
 
 _UNIT_AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

@@ -25,9 +25,9 @@ from generator.drive import Drive
 from generator.figure import ContactSphere
 from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.tree import build_tree
-from generator.simulation import resting
-from generator.simulation.equilibrium import NoEquilibriumError
-from generator.simulation.resting import attach_pose, find_resting_pose
+from generator.simulation.statics import resting
+from generator.simulation.statics.equilibrium import NoEquilibriumError
+from generator.simulation.statics.resting import attach_pose, find_resting_pose
 from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
 from springs.contact import Surface
 from tests.chains import BALL, FREE, Y, Z, at, body, chain, figure, ground, joint, one_body

@@ -15,10 +15,10 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from generator.simulation.statics import static_torques
+from generator.simulation.statics.static_forces import static_torques
 from springs import (
     FLOATS,
     NUMPY,

@@ -21,8 +21,8 @@ from generator.rotations import (
     pose_matrix,
     rotation_with_z_axis,
 )
-from generator.simulation.bodies import add_marker
-from generator.simulation.exudyn_api import (
+from generator.simulation.exudyn_model.bodies import add_marker
+from generator.simulation.exudyn_model.exudyn_api import (
     SYMBOLIC,
     Index,
     MainSystem,

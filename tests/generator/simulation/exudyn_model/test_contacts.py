@@ -13,10 +13,10 @@ from generator.contact.scene import Prop, Scene
 from generator.contact.states import ContactModel, ContactStates, ContactTrace, evaluate_contacts
 from generator.figure import ContactSphere
 from generator.figure_file.read import read_figure
-from generator.simulation.agreement import ExudynEquations
 from generator.simulation.compiled import contact_tables
 from generator.simulation.compiled_run import compile_model
-from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.agreement import ExudynEquations
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE, Surface

@@ -16,8 +16,8 @@ import numpy as np
 from generator.figure import SiteRef
 from generator.joint_chain import Chain
 from generator.rotations import Array, unit_vector
-from generator.simulation.exudyn_api import Index, exu, items, unused_name
-from generator.simulation.relative_rotation import (
+from generator.simulation.exudyn_model.exudyn_api import Index, exu, items, unused_name
+from generator.simulation.exudyn_model.relative_rotation import (
     JointAngles,
     JointEnd,
     Quaternion,
@@ -26,7 +26,7 @@ from generator.simulation.relative_rotation import (
     SphericalAngles,
     build_joint_end,
 )
-from generator.simulation.springs import Connector, JointKind, SpringBuilder
+from generator.simulation.exudyn_model.springs import Connector, JointKind, SpringBuilder
 from springs import FLOATS, CoupledAxis, CoupledSpring, group_torque
 
 _COORDINATES_PER_BODY = 7

@@ -37,8 +37,6 @@ from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Outcome
 from generator.rotations import Array
 from generator.run_options import Integrator
-from generator.simulation.agreement import ExudynEquations
-from generator.simulation.bodies import constant_site_loads
 from generator.simulation.compiled.layout import (
     DISSIPATION,
     EXTERNAL,
@@ -57,7 +55,9 @@ from generator.simulation.compiled.runge_kutta import (
     SWITCH,
 )
 from generator.simulation.compiled_run import build_trace, frame_disagreement
-from generator.simulation.model import (
+from generator.simulation.exudyn_model.agreement import ExudynEquations
+from generator.simulation.exudyn_model.bodies import constant_site_loads
+from generator.simulation.exudyn_model.model import (
     InitialState,
     build_model,
     contact_geometry,
@@ -66,8 +66,7 @@ from generator.simulation.model import (
     require_defined_torques,
     require_valid_model,
 )
-from generator.simulation.plan import Plan, resolve_model
-from generator.simulation.stepper_state import (
+from generator.simulation.live.stepper_state import (
     FIRST_STEP,
     Point,
     Setting,
@@ -76,6 +75,7 @@ from generator.simulation.stepper_state import (
     project_velocities,
     weighted_velocities,
 )
+from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.trace import half_turn_outcome, solver_failure_outcome
 from springs import SpringSet
 

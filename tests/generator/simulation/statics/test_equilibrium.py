@@ -11,9 +11,9 @@ from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import Site
 from generator.kinematics.links import Coordinate, Link, Links
-from generator.simulation.equilibrium import NoEquilibriumError, find_equilibrium
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.statics.equilibrium import NoEquilibriumError, find_equilibrium
 from springs import AxisSpring, Cubic, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, Y, Z, at, body, chain, figure, ground, joint, one_body, row
 from tests.runs import springs_of
@@ -154,7 +154,7 @@ def test_corners_of_laws_are_come_over() -> None:
 
 
 def test_what_falls_freely_comes_to_no_rest(monkeypatch) -> None:
-    monkeypatch.setattr("generator.simulation.equilibrium.MAX_STEPS", 600)
+    monkeypatch.setattr("generator.simulation.statics.equilibrium.MAX_STEPS", 600)
     made = one_body(chain("Ty"), (0.0,))
     with pytest.raises(
         NoEquilibriumError, match=r"after .* 19.6 N still act on pin 1; pin 1 has moved 60 m"
@@ -229,7 +229,7 @@ def test_what_flutters_leaves_its_rest_in_a_simulation(push, flutters) -> None:
 
 def test_what_goes_round_without_end_is_not_said_to_fall(monkeypatch) -> None:
     """Pushed harder, the column creeps round a circle of poses."""
-    monkeypatch.setattr("generator.simulation.equilibrium.MAX_STEPS", 600)
+    monkeypatch.setattr("generator.simulation.statics.equilibrium.MAX_STEPS", 600)
     with pytest.raises(NoEquilibriumError, match="still act on low 1; it stays nearby, so another"):
         find_equilibrium(column(10.0, HEAVY, 0.1, 0.1), WEIGHTLESS)
 

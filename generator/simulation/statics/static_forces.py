@@ -28,19 +28,19 @@ from generator.loads import LoadKind, TimedLoad
 from generator.model import Model
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_product, matrix_from_rotation_vector
-from generator.simulation.bodies import body_pose
-from generator.simulation.coupled_springs import coupled_torques
-from generator.simulation.exudyn_api import exu, rigid
+from generator.simulation.exudyn_model.bodies import body_pose
+from generator.simulation.exudyn_model.coupled_springs import coupled_torques
+from generator.simulation.exudyn_model.exudyn_api import exu, rigid
+from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
+from generator.simulation.exudyn_model.springs import JointKind
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
     coupled_joint_rotations,
     energy_by_kind,
 )
-from generator.simulation.model import ExudynModel, build_model, initial_state
 from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.preconditions import is_at_half_turn
-from generator.simulation.springs import JointKind
 from generator.simulation.trace import Trace
 from springs import elastic_torque, total_torque
 

@@ -7,10 +7,10 @@ import pytest
 
 from generator.figure import SiteRef
 from generator.loads import LoadKind, constant_load
-from generator.simulation.model import build_model
+from generator.simulation.exudyn_model.model import build_model
+from generator.simulation.exudyn_model.sensors import SensorLog
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from generator.simulation.sensors import SensorLog
 from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
 from tests.contact_figures import FLOOR, ball, block, two_segments

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from generator.joint_chain import build_chain
 from generator.rotations import matrix_from_axis_angle, matrix_from_rotation_vector
-from generator.simulation.relative_rotation import (
+from generator.simulation.exudyn_model.relative_rotation import (
     JointEnd,
     JointRates,
     RelativeRotation,

@@ -36,7 +36,7 @@ from generator.loads import TimedLoad
 from generator.model import Model
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array
-from generator.simulation.bodies import (
+from generator.simulation.exudyn_model.bodies import (
     Constraint,
     add_bodies,
     add_constraints,
@@ -45,13 +45,16 @@ from generator.simulation.bodies import (
     constant_site_loads,
     require_centre_of_mass,
 )
-from generator.simulation.constraints import CoordinateConstraint, add_coordinate_constraints
-from generator.simulation.contacts import add_contacts
-from generator.simulation.coupled_springs import CoupledObject, add_coupled_spring
-from generator.simulation.exudyn_api import Index, MainSystem, exu
+from generator.simulation.exudyn_model.constraints import (
+    CoordinateConstraint,
+    add_coordinate_constraints,
+)
+from generator.simulation.exudyn_model.contacts import add_contacts
+from generator.simulation.exudyn_model.coupled_springs import CoupledObject, add_coupled_spring
+from generator.simulation.exudyn_model.exudyn_api import Index, MainSystem, exu
+from generator.simulation.exudyn_model.springs import Connector, SpringBuilder, add_joint_springs
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
 from generator.simulation.preconditions import model_obstacles, place, placement_obstacles
-from generator.simulation.springs import Connector, SpringBuilder, add_joint_springs
 from springs import JointSprings, SpringSet
 
 

@@ -44,15 +44,15 @@ from generator.rotations import Array
 from generator.run_options import LIVE_ROWS
 from generator.simulation.compiled.runge_kutta import STEPS, TIME
 from generator.simulation.compiled_run import build_trace
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
     newton_euler_reactions,
 )
-from generator.simulation.model import ExudynModel, build_model
+from generator.simulation.live.stepper import Stepper
+from generator.simulation.live.stepper_state import Setting, StepperState, evaluate
 from generator.simulation.plan import Plan, plan_fields
-from generator.simulation.stepper import Stepper
-from generator.simulation.stepper_state import Setting, StepperState, evaluate
 from generator.simulation.trace import mean_position
 from generator.springs_file.edit import springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE

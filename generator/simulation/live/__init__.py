@@ -1,0 +1,1 @@
+"""Simulation step by step of a figure that changes in between."""

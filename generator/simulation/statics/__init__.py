@@ -1,0 +1,1 @@
+"""Forces at rest, and the poses in which a figure rests."""
