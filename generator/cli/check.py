@@ -11,15 +11,7 @@ from typing import Annotated
 
 import typer
 
-from generator.cli.answer import (
-    HIDDEN,
-    OMITTED_IF_NONE,
-    CommandResult,
-    ExitCode,
-    Paragraphs,
-    Table,
-    format_count,
-)
+from generator.cli import answer
 from generator.cli.inputs import parse_springs_option
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.options import SpringsChoice, complete_figure_name
@@ -49,14 +41,14 @@ from springs.lint.report import (
 
 
 @dataclass(frozen=True)
-class CheckResult(CommandResult):
+class CheckResult(answer.CommandResult):
     """Verdict on a file, with its faults and findings about its curves."""
 
-    error: str | None = field(init=False, metadata=OMITTED_IF_NONE)
+    error: str | None = field(init=False, metadata=answer.OMITTED_IF_NONE)
     verdict: str
     faults: tuple[Diagnostic, ...]
     findings: Sequence[Mapping[str, object]] = ()
-    sections: Paragraphs = field(default=(), metadata=HIDDEN)
+    sections: answer.Paragraphs = field(default=(), metadata=answer.HIDDEN)
 
     def __post_init__(self) -> None:
         """Set the error."""
@@ -64,11 +56,11 @@ class CheckResult(CommandResult):
         object.__setattr__(self, "error", wrong)
 
     @property
-    def code(self) -> ExitCode:
+    def code(self) -> answer.ExitCode:
         """Exit code: doubts and warnings do not change it."""
-        return ExitCode.WRONG_INPUT if self.error else ExitCode.SUCCESS
+        return answer.ExitCode.WRONG_INPUT if self.error else answer.ExitCode.SUCCESS
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return faults, findings and the verdict."""
         return (*map(str, self.faults), *self.sections, self.verdict)
 
@@ -104,16 +96,18 @@ def _coupled_paragraphs(reports: Sequence[CoupledReport], *, include_notes: bool
             yield f"{sides}: {names}\n{_findings_table(report, include_notes=include_notes)}"
 
 
-def _findings_table(report: CurveReport | CoupledReport, *, include_notes: bool) -> Table:
+def _findings_table(report: CurveReport | CoupledReport, *, include_notes: bool) -> answer.Table:
     findings = report.findings if include_notes else report.doubts
-    return Table([(f"  {_severity(f)}", f.kind.value, f.sentence) for f in findings], 3)
+    return answer.Table([(f"  {_severity(f)}", f.kind.value, f.sentence) for f in findings], 3)
 
 
 def _report_counts(reports: Sequence[CurveReport], coupled: Sequence[CoupledReport]) -> str:
     """Count curves, laws and doubts: `8 curves, 1 law over several joints, 12 doubts`."""
     doubts = sum(len(report.doubts) for report in (*reports, *coupled))
-    laws = [f"{format_count(len(coupled), 'law')} over several joints"] if coupled else []
-    return ", ".join([format_count(len(reports), "curve"), *laws, format_count(doubts, "doubt")])
+    laws = [f"{answer.format_count(len(coupled), 'law')} over several joints"] if coupled else []
+    return ", ".join(
+        [answer.format_count(len(reports), "curve"), *laws, answer.format_count(doubts, "doubt")]
+    )
 
 
 def _findings_data(reports: Sequence[CurveReport | CoupledReport]) -> Iterator[dict[str, object]]:
@@ -155,7 +149,7 @@ def check(
         ),
     ],
     springs: SpringsChoice = None,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Check a figure, springs, a scene or a study for errors."""
     for noun, is_of_kind, check_file in _OTHER_KINDS:
         if is_of_kind(name):
@@ -193,12 +187,12 @@ def _is_scene(name: str) -> bool:
     )
 
 
-def _check_scene(name: str) -> CommandResult:
+def _check_scene(name: str) -> answer.CommandResult:
     reading = SCENE_FILE.parse_file(name)
     use = "the scene cannot be used" if reading.value is None else "the scene can be used"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
     rows = [_prop_row(prop) for prop in (reading.value or Scene()).props]
-    return CheckResult(verdict, reading.diagnostics, sections=[Table(rows, 3)])
+    return CheckResult(verdict, reading.diagnostics, sections=[answer.Table(rows, 3)])
 
 
 def _is_study(name: str) -> bool:
@@ -210,7 +204,7 @@ def _is_study(name: str) -> bool:
     return name in STUDY_FILE.shipped()
 
 
-def _check_study(name: str) -> CommandResult:
+def _check_study(name: str) -> answer.CommandResult:
     from generator.study.designs import run_count
     from generator.study.study_file import STUDY_FILE
 
@@ -219,7 +213,8 @@ def _check_study(name: str) -> CommandResult:
     reading = STUDY_FILE.parse_file(name)
     study, use = reading.value, "the study cannot be run"
     if study is not None:
-        use = f"the study can be run, with {format_count(run_count(study), 'run')} of {study.name}"
+        runs = answer.format_count(run_count(study), "run")
+        use = f"the study can be run, with {runs} of {study.name}"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
     return CheckResult(verdict, reading.diagnostics)
 
@@ -231,7 +226,7 @@ def _prop_row(prop: Prop) -> tuple[str, str, str]:
     return prop.name, prop.shape.describe(), numbers
 
 
-def _check_springs_file(name: str) -> CommandResult:
+def _check_springs_file(name: str) -> answer.CommandResult:
     reading = load_springs_file(Path(name))
     faults, loaded = reading.diagnostics, reading.value or LoadedSprings(SpringSet())
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
@@ -245,7 +240,7 @@ def _check_springs_file(name: str) -> CommandResult:
     )
 
 
-_OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], CommandResult]]] = (
+_OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], answer.CommandResult]]] = (
     ("a scene", _is_scene, _check_scene),
     ("a study", _is_study, _check_study),
     ("a springs file", lambda name: Path(name).suffix == ".toml", _check_springs_file),
@@ -271,7 +266,7 @@ def _check_result(
     verdict: str,
     *,
     include_notes: bool = False,
-) -> CommandResult:
+) -> answer.CommandResult:
     coupled = report_coupled(springs, replaced)
     sections = [
         *_curve_paragraphs(reports, include_notes=include_notes),
@@ -285,7 +280,7 @@ def _check_result(
 def _severity_counts(diagnostics: tuple[Diagnostic, ...]) -> str:
     errors = len(select_errors(diagnostics))
     warnings = sum(one.severity is Severity.WARNING for one in diagnostics)
-    return f"{format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
+    return f"{answer.format_count(errors, 'error')}, {answer.format_count(warnings, 'warning')}"
 
 
 def _usability_sentence(

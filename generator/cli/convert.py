@@ -8,16 +8,9 @@ from typing import Annotated
 
 import typer
 
+from generator import conversion, motion_files
+from generator.cli import inputs
 from generator.cli.answer import HIDDEN, OMITTED_IF_NONE, CommandResult, Paragraphs, format_count
-from generator.cli.inputs import (
-    check_chains,
-    check_segment_distances,
-    load_figure,
-    load_motion,
-    springs_from_option,
-    start_displacements_from_options,
-    start_warnings,
-)
 from generator.cli.options import (
     FreeRoot,
     JoiningLaw,
@@ -39,16 +32,6 @@ from generator.cli.outputs import (
     write_models,
     writing,
 )
-from generator.conversion import (
-    StartedFigure,
-    check_no_macros,
-    check_readable,
-    check_scale,
-    figure_at_start,
-    figure_format,
-    is_model,
-    start_placement,
-)
 from generator.diagnostics import Diagnostic, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
@@ -59,13 +42,6 @@ from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import Imported, format_imported_springs, imported_files
 from generator.model_files.model_files import ModelFiles, unreadable_file_error
-from generator.motion_files import (
-    COORDINATES_FILE,
-    MOTION_FORMATS,
-    FigureMotion,
-    motion_writer,
-    read_action,
-)
 from generator.motion_files.resample import resample
 from springs import Joining
 
@@ -285,8 +261,8 @@ def convert(
     motions a figure is a single frame.
     """
     check_distinct_paths(outputs)
-    check_scale(outputs, scale)
-    check_no_macros(source)
+    conversion.check_scale(outputs, scale)
+    conversion.check_no_macros(source)
     of_figures: dict[str, object] = {
         "--to": to,
         "--springs": springs,
@@ -297,15 +273,15 @@ def convert(
     }
     of_motions: dict[str, object] = {"--figure": figure, "--fps": fps}
     path = Path(source)
-    if separate and not is_model(source):
+    if separate and not conversion.is_model(source):
         raise UsageError(f"{source}: --apart is for models of other programs")
     if path.suffix.lower() == POSE_FILE.suffix:
         raise UsageError(f"{path} is a pose: convert its figure with --pose {path}")
-    if path.suffix.lower() in MOTION_FORMATS:
-        check_readable(path)
+    if path.suffix.lower() in motion_files.MOTION_FORMATS:
+        conversion.check_readable(path)
         _refuse_options(f"{path} is a motion", of_figures, "figures")
         return _convert_motion(source, outputs, figure, fps, scale, verbose)
-    if is_model(source):
+    if conversion.is_model(source):
         what = f"{source} is a model of another program"
         _refuse_options(what, {**of_figures, **of_motions}, "figures and motions")
         return import_model(source, outputs, separate=separate, verbose=verbose)
@@ -337,12 +313,12 @@ def _convert_motion(
                 f"{output} is a figure and {path} a motion; convert the figure instead"
             )
     check_motion_formats(outputs)
-    motion, warnings = load_motion(path, figure_name)
+    motion, warnings = inputs.load_motion(path, figure_name)
     figure = motion.figure
     check_writable(outputs, (path, figure.path))
     if fps is not None:
         motion = resample(motion, fps)
-    check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
+    inputs.check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
     written = write_all_or_none([(out, _motion_writer(out, scale, motion)) for out in outputs])
     return Conversion(
         source=source,
@@ -357,16 +333,18 @@ def _convert_motion(
 
 
 _MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
-    ".action": read_action,
-    ".mot": lambda path: COORDINATES_FILE.parse_file(path).require_value(),
-    ".sto": lambda path: COORDINATES_FILE.parse_file(path).require_value(),
+    ".action": motion_files.read_action,
+    ".mot": lambda path: motion_files.COORDINATES_FILE.parse_file(path).require_value(),
+    ".sto": lambda path: motion_files.COORDINATES_FILE.parse_file(path).require_value(),
 }
 """Readers of what a conversion writes, by suffix."""
 
 
-def _motion_writer(path: Path, scale: float | None, motion: FigureMotion) -> OutputWriter:
+def _motion_writer(
+    path: Path, scale: float | None, motion: motion_files.FigureMotion
+) -> OutputWriter:
     """Return a writer that raises InputError if the file could not be read again."""
-    write, read = motion_writer(path, scale), _MOTION_READERS.get(path.suffix.lower())
+    write, read = motion_files.motion_writer(path, scale), _MOTION_READERS.get(path.suffix.lower())
 
     def write_readable(part: Path) -> Losses:
         losses = write(motion, part)
@@ -392,17 +370,17 @@ class _Start:
     sets: tuple[str, ...]
     free_root: bool
 
-    def of_figure(self, figure: Figure) -> tuple[StartedFigure, tuple[Diagnostic, ...]]:
+    def of_figure(self, figure: Figure) -> tuple[conversion.StartedFigure, tuple[Diagnostic, ...]]:
         """Return the figure with its springs at the start, with warnings."""
-        springs, warnings = springs_from_option(figure, self.springs, self.law)
+        springs, warnings = inputs.springs_from_option(figure, self.springs, self.law)
         if self.pose is None and not self.sets and not self.free_root:
-            return StartedFigure(figure, springs), warnings
-        check_chains(figure)
-        start, more = start_displacements_from_options(figure, self.pose, self.sets)
-        warnings += (*more, *start_warnings(figure, springs, start))
-        placement = start_placement(figure, start)
-        check_segment_distances(placement)
-        return figure_at_start(placement, springs, free_root=self.free_root), warnings
+            return conversion.StartedFigure(figure, springs), warnings
+        inputs.check_chains(figure)
+        start, more = inputs.start_displacements_from_options(figure, self.pose, self.sets)
+        warnings += (*more, *inputs.start_warnings(figure, springs, start))
+        placement = conversion.start_placement(figure, start)
+        inputs.check_segment_distances(placement)
+        return conversion.figure_at_start(placement, springs, free_root=self.free_root), warnings
 
 
 def _convert_figure(
@@ -415,9 +393,10 @@ def _convert_figure(
 ) -> CommandResult:
     """Write a figure with its springs in formats of models, and its pose in those of motions."""
     formats = [
-        (out, figure_format(out, format_name, free_root=options.free_root)) for out in outputs
+        (out, conversion.figure_format(out, format_name, free_root=options.free_root))
+        for out in outputs
     ]
-    figure, warnings = load_figure(source)
+    figure, warnings = inputs.load_figure(source)
     start, more = options.of_figure(figure)
     new = [out for out, each in formats if each is None or each.suffixes or not out.is_dir()]
     check_writable(new, (figure.path, options.springs, options.pose))

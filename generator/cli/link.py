@@ -8,15 +8,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from generator.cli import inputs, options, outputs
-from generator.cli.answer import (
-    HIDDEN,
-    CommandResult,
-    Paragraphs,
-    Table,
-    format_count,
-    format_written,
-)
+from generator.cli import answer, inputs, options, outputs
 from generator.cli.options import JointDisplacement, in_display_units, joint_displacements
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
@@ -42,28 +34,28 @@ class LinkedCoordinate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LinkResult(CommandResult):
+class LinkResult(answer.CommandResult):
     """Pose of a figure with links."""
 
     figure: str
     links: Sequence[LinkedCoordinate]
     joints: Sequence[JointDisplacement]
     files: Sequence[Path]
-    laws: Mapping[str, str] = field(metadata=HIDDEN)
-    moved: set[str] = field(metadata=HIDDEN)
-    count: int = field(metadata=HIDDEN)
+    laws: Mapping[str, str] = field(metadata=answer.HIDDEN)
+    moved: set[str] = field(metadata=answer.HIDDEN)
+    count: int = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return tables of the links and of the joints that take part."""
-        yield f"{self.figure}: {format_count(self.count, 'link')}"
-        yield Table([("follower", "is"), *self.laws.items()], 2)
+        yield f"{self.figure}: {answer.format_count(self.count, 'link')}"
+        yield answer.Table([("follower", "is"), *self.laws.items()], 2)
         rows = [
             [joint.name, ", ".join(map(_format_rounded, joint.displacement, joint.units))]
             for joint in self.joints
             if joint.name in self.moved
         ]
-        yield Table([["joint", "displacement"], *rows], 2)
-        yield format_written(self.files)
+        yield answer.Table([["joint", "displacement"], *rows], 2)
+        yield answer.format_written(self.files)
 
 
 def link(
@@ -74,7 +66,7 @@ def link(
     pose: options.PoseFile = None,
     displacements: options.JointValues = None,
     output: options.PoseOutput = None,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Set joints and move the joints that are linked to them.
 
     The option --set may be repeated and changes what --pose says.

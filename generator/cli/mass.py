@@ -10,14 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import typer
 
-from generator.cli.answer import (
-    HIDDEN,
-    OMITTED_IF_NONE,
-    CommandResult,
-    Paragraphs,
-    Table,
-    format_count,
-)
+from generator.cli import answer
 from generator.cli.inputs import load_figure
 from generator.cli.options import (
     Density,
@@ -62,7 +55,7 @@ class About(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MassResult(CommandResult):
+class MassResult(answer.CommandResult):
     """Mass properties of the body within a surface."""
 
     file: str
@@ -81,14 +74,14 @@ class MassResult(CommandResult):
     principal_moments_kg_m2: Array
     principal_axes: Array
     products_ratio: float
-    about: About | None = field(metadata=OMITTED_IF_NONE)
-    segment: str | None = field(metadata=OMITTED_IF_NONE)
-    statements: Mapping[str, str] | None = field(metadata=OMITTED_IF_NONE)
-    solid: Solid = field(metadata=HIDDEN)
-    density_option: str = field(metadata=HIDDEN)
-    products: ProductsOfInertia = field(metadata=HIDDEN)
+    about: About | None = field(metadata=answer.OMITTED_IF_NONE)
+    segment: str | None = field(metadata=answer.OMITTED_IF_NONE)
+    statements: Mapping[str, str] | None = field(metadata=answer.OMITTED_IF_NONE)
+    solid: Solid = field(metadata=answer.HIDDEN)
+    density_option: str = field(metadata=answer.HIDDEN)
+    products: ProductsOfInertia = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return the surface, its mass, inertia and principal axes."""
         size = float(np.sqrt(np.trace(self.inertia_kg_m2) / self.mass_kg))
         yield self._summary()
@@ -98,7 +91,7 @@ class MassResult(CommandResult):
             ["mass", f"{self.mass_kg:.9g} kg"],
             ["centre of mass", f"{centre} m"],
         ]
-        yield Table(rows, 2)
+        yield answer.Table(rows, 2)
         inertia = _format_tensor(self.inertia_kg_m2)
         yield f"inertia about the centre of mass [kg m^2]\n{inertia}"
         moments, axes = self.principal_moments_kg_m2.tolist(), self.principal_axes.tolist()
@@ -107,7 +100,7 @@ class MassResult(CommandResult):
             for moment, axis in zip(moments, axes, strict=True)
         ]
         title = "principal moments [kg m^2], and the axis of each in a row, right-handed"
-        yield f"{title}\n{Table(rows, 0)}"
+        yield f"{title}\n{answer.Table(rows, 0)}"
         if self.about is not None:
             point = _format_position(self.about.point_m, size)
             yield (
@@ -127,9 +120,9 @@ class MassResult(CommandResult):
         """Return the bodies, and a table on the surface."""
         surface, flipped = self.solid.surface, self.solid.flipped.tolist()
         bodies = sum(not shell.void for shell in self.shells)
-        voids = format_count(len(self.shells) - bodies, "void")
+        voids = answer.format_count(len(self.shells) - bodies, "void")
         count = "1 body" if bodies == 1 else f"{bodies} bodies"
-        faces = format_count(surface.face_count, "face")
+        faces = answer.format_count(surface.face_count, "face")
         density = f"{self.density_kg_m3:.9g} kg/m^3 ({self.density_option})"
         rows = [
             ["density", f"{density}, the same everywhere"],
@@ -141,10 +134,10 @@ class MassResult(CommandResult):
             names = ", ".join(map(surface.face_name, flipped[:MAX_FACES_LISTED]))
             more = len(flipped) - MAX_FACES_LISTED
             names += f" and {more} more" if more > 0 else ""
-            rows.append(["flipped", f"{format_count(len(flipped), 'face')}: {names}"])
+            rows.append(["flipped", f"{answer.format_count(len(flipped), 'face')}: {names}"])
         if self.joined_vertices:
             rows.append(["joined", f"vertices at the place of others: {self.joined_vertices}"])
-        return f"{self.file}: {count}, {voids}\n{Table(rows, 2)}"
+        return f"{self.file}: {count}, {voids}\n{answer.Table(rows, 2)}"
 
 
 def mass(
@@ -174,7 +167,7 @@ def mass(
     fix_winding: Annotated[
         bool, typer.Option("--fix-winding", help="Flip faces that point inward.")
     ] = False,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Compute the mass properties of a closed surface."""
     kg_per_m3 = density_from_option("--density", density)
     surface, metres = _load_surface(file, segment, unit)
@@ -242,7 +235,9 @@ def _format_position(position: Array, size: float) -> str:
 def _format_tensor(tensor: Array) -> str:
     largest = float(np.abs(tensor).max())
     rows: Sequence[Sequence[float]] = tensor.tolist()
-    return str(Table([["", *(_format_number(value, largest) for value in row)] for row in rows]))
+    return str(
+        answer.Table([["", *(_format_number(value, largest) for value in row)] for row in rows])
+    )
 
 
 def _format_number(value: float, scale: float) -> str:

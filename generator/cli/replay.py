@@ -4,17 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from generator.cli import outputs
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table
 from generator.cli.inputs import load_figure
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
-from generator.cli.outputs import (
-    NO_MOTION_FILES,
-    LossesByPath,
-    check_motion_formats,
-    check_writable,
-    losses_text,
-    write_motion,
-)
 from generator.cli.progress import load_compiled_integrator, no_monitor, progress_bar
 from generator.conversion import find_named_figure
 from generator.diagnostics import Diagnostic, UsageError, format_count, warning
@@ -41,7 +34,7 @@ class ReplayResult(CommandResult):
     law: str
     energy: Mapping[str, EnergyChange]
     files: Sequence[Path]
-    losses: LossesByPath
+    losses: outputs.LossesByPath
     energy_text: str = field(metadata=HIDDEN)
 
     def paragraphs(self) -> Paragraphs:
@@ -56,24 +49,24 @@ class ReplayResult(CommandResult):
                 "compiled, without an estimate of the error; accelerations differ from Exudyn's by "
                 f"{self.agreement_with_exudyn:.1e} of the largest",
             ),
-            ("wrote", ", ".join(map(str, self.files)) or NO_MOTION_FILES),
+            ("wrote", ", ".join(map(str, self.files)) or outputs.NO_MOTION_FILES),
         ]
         yield f"{self.message}\n{Table(rows, 2)}"
 
     def details(self) -> Paragraphs:
         """Return the losses of files."""
-        return (losses_text(self.losses),)
+        return (outputs.losses_text(self.losses),)
 
 
 def replay_live(
     path: Path, name: str | None, files: Sequence[Path], *, show_progress: bool
 ) -> CommandResult:
     """Compute the motion of a live file again, and write it."""
-    check_motion_formats(files)
+    outputs.check_motion_formats(files)
     parsed = LIVE_FILE.parse_file(path)
     log = parsed.require_value()
     figure, warnings = _load_figure_of(log, path, name)
-    check_writable(files, (path, figure.path), reader="run")
+    outputs.check_writable(files, (path, figure.path), reader="run")
     log = replace(log, start=replace(log.start, springs=_find_springs(log.start.springs, path)))
     with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
         import_exudyn()
@@ -91,7 +84,7 @@ def replay_live(
 
         live = replay(figure, log, watch, path.parent)
         recording = live.recording()
-        written = write_motion(motion_from_recording(recording), files)
+        written = outputs.write_motion(motion_from_recording(recording), files)
     return ReplayResult(
         figure=log.figure,
         outcome=recording.outcome.ending,

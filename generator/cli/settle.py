@@ -8,42 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from generator.cli.answer import (
-    HIDDEN,
-    CommandResult,
-    Paragraphs,
-    Table,
-    format_count,
-    format_written,
-)
+from generator.cli import answer, inputs, options
 from generator.cli.contact import add_sphere_warnings
-from generator.cli.inputs import (
-    constraints_from_options,
-    given_options,
-    load_figure,
-    plan_from_options,
-    require_simulatable,
-    springs_from_option,
-    start_displacements_from_options,
-)
 from generator.cli.interrupts import hold_interrupts
-from generator.cli.options import (
-    FigureName,
-    FloorOption,
-    FrictionOption,
-    Gravity,
-    HeightOption,
-    JoiningLaw,
-    JointDisplacement,
-    JointValues,
-    LinksFile,
-    LockedJoints,
-    PoseFile,
-    PoseOutput,
-    SceneOption,
-    SpringsChoice,
-    joint_displacements,
-)
 from generator.cli.outputs import check_pose_output, output_files, write_pose_file
 from generator.cli.progress import (
     item_progress_bar,
@@ -66,25 +33,25 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class NoRest(CommandResult):
+class NoRest(answer.CommandResult):
     """Failed search for a pose of rest."""
 
     figure: str
     error: str
-    text: str = field(metadata=HIDDEN)
+    text: str = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """State that nothing was written."""
         return (f"{self.figure} {self.text}; nothing was written",)
 
 
 @dataclass(frozen=True)
-class HangingRest(CommandResult):
+class HangingRest(answer.CommandResult):
     """Equilibrium of a figure that hangs from the ground."""
 
     figure: str
     state: str
-    joints: Sequence[JointDisplacement]
+    joints: Sequence[options.JointDisplacement]
     residual_Nm_or_N: float
     stiffness_Nm_per_rad_or_N_per_m: float | None
     slowest_per_s2: float | None
@@ -94,9 +61,9 @@ class HangingRest(CommandResult):
     steps: int
     asymmetric_joints: Sequence[str]
     files: Sequence[Path]
-    rest: "Equilibrium" = field(metadata=HIDDEN)
+    rest: "Equilibrium" = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return state, joints, and the numbers of the search."""
         rows = [("residual force", f"{self.residual_Nm_or_N:.2g} N m or N")]
         stiffness = self.stiffness_Nm_per_rad_or_N_per_m
@@ -109,18 +76,18 @@ class HangingRest(CommandResult):
         rows += [*_energy_rows(self.energy_J, self.start_energy_J), ("steps", str(self.steps))]
         yield f"{self.figure} {self.state}"
         yield _joints_table(self.joints)
-        yield Table(rows, 2)
-        yield format_written(self.files)
+        yield answer.Table(rows, 2)
+        yield answer.format_written(self.files)
 
 
 @dataclass(frozen=True)
-class PropsRest(CommandResult):
+class PropsRest(answer.CommandResult):
     """Pose of a free figure at rest on props."""
 
     figure: str
     stable: bool
     props: Sequence[str]
-    joints: Sequence[JointDisplacement]
+    joints: Sequence[options.JointDisplacement]
     centre_of_mass_m: Array
     height_m: float
     weight_N: float
@@ -138,9 +105,9 @@ class PropsRest(CommandResult):
     orientations_lost: Sequence[str]
     places_lost: Sequence[str]
     files: Sequence[Path]
-    rest: "RestingPose" = field(metadata=HIDDEN)
+    rest: "RestingPose" = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return state, joints, what the segments carry, and the numbers of the search."""
         state = "a stable pose" if self.stable else "an unstable pose, which it leaves if disturbed"
         yield f"{self.figure} rests on {' and '.join(self.props)} in {state}"
@@ -152,11 +119,11 @@ class PropsRest(CommandResult):
                 share = f"{100.0 * self.shares[name]:.1f} %" if self.shares else ""
                 depth = f"{1000.0 * self.depths_m[name]:.1f}"
                 rows.append([name, share, f"{sizes[name]:.4g}", depth])
-        yield Table(rows) if len(rows) > 1 else "nothing is touched"
+        yield answer.Table(rows) if len(rows) > 1 else "nothing is touched"
         yield self._numbers()
-        yield format_written(self.files)
+        yield answer.format_written(self.files)
 
-    def _numbers(self) -> Table:
+    def _numbers(self) -> answer.Table:
         acceleration = f"{self.acceleration_m_per_s2:.2g} m/s^2 ({self.rest.fastest})"
         creep = f"{1000.0 * self.creep_m_per_s:.2g} mm/s ({self.rest.creeping})"
         rows = [
@@ -170,12 +137,14 @@ class PropsRest(CommandResult):
             rows.insert(0, ("weight carried", carried))
         if not self.stable:
             rows.append(("small motions grow at a rate of", f"{self.growth_per_s:.4g} 1/s"))
-        return Table([*rows, ("found after", f"{self.simulated_s:.4g} s of a damped fall")], 2)
+        return answer.Table(
+            [*rows, ("found after", f"{self.simulated_s:.4g} s of a damped fall")], 2
+        )
 
 
-def _joints_table(joints: Sequence[JointDisplacement]) -> Table:
+def _joints_table(joints: Sequence[options.JointDisplacement]) -> answer.Table:
     rows = ([joint.name, *joint.texts(3)] for joint in joints)
-    return Table([["joint", "displacement"], *rows])
+    return answer.Table([["joint", "displacement"], *rows])
 
 
 def _energy_rows(energy: float | None, start: float | None) -> Iterator[tuple[str, str]]:
@@ -185,39 +154,39 @@ def _energy_rows(energy: float | None, start: float | None) -> Iterator[tuple[st
 
 
 def settle(
-    name: FigureName,
-    springs: SpringsChoice = None,
-    law: JoiningLaw = None,
-    gravity: Gravity = None,
-    pose: PoseFile = None,
-    displacements: JointValues = None,
-    links: LinksFile = None,
-    locks: LockedJoints = None,
-    floor: FloorOption = False,
-    height: HeightOption = None,
-    friction: FrictionOption = None,
-    scene: SceneOption = None,
+    name: options.FigureName,
+    springs: options.SpringsChoice = None,
+    law: options.JoiningLaw = None,
+    gravity: options.Gravity = None,
+    pose: options.PoseFile = None,
+    displacements: options.JointValues = None,
+    links: options.LinksFile = None,
+    locks: options.LockedJoints = None,
+    floor: options.FloorOption = False,
+    height: options.HeightOption = None,
+    friction: options.FrictionOption = None,
+    scene: options.SceneOption = None,
     wall_limit: Annotated[
         float | None, typer.Option(help="Limit of computing time [s]. [default: 600]")
     ] = None,
-    output: PoseOutput = None,
+    output: options.PoseOutput = None,
     *,
     show_progress: bool = False,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Find the equilibrium of a figure under gravity and springs.
 
     With --floor or --scene, a pose in which the free figure rests on the props.
     The options --set and --lock may be repeated.
     """
     check_pose_output(output)
-    plan, faults = plan_from_options(given_options(locals()))
-    figure, warnings = load_figure(name)
-    spring_set, more = springs_from_option(figure, springs, law)
-    start, doubts = start_displacements_from_options(figure, pose, displacements or ())
-    require_simulatable(
+    plan, faults = inputs.plan_from_options(inputs.given_options(locals()))
+    figure, warnings = inputs.load_figure(name)
+    spring_set, more = inputs.springs_from_option(figure, springs, law)
+    start, doubts = inputs.start_displacements_from_options(figure, pose, displacements or ())
+    inputs.require_simulatable(
         Model(figure, spring_set), None if links or locks else start, (*warnings, *more)
     )
-    constraints, others = constraints_from_options(figure, links, locks or ())
+    constraints, others = inputs.constraints_from_options(figure, links, locks or ())
     constraints.check_consistency(figure, displacements or (), 0.0)
     files = output_files(output, (figure.path, springs, pose, links))
     plan = replace(
@@ -260,7 +229,7 @@ def settle(
     return HangingRest(
         figure=name,
         state=rest.state,
-        joints=joint_displacements(figure, rest.displacements),
+        joints=options.joint_displacements(figure, rest.displacements),
         residual_Nm_or_N=rest.residual,
         stiffness_Nm_per_rad_or_N_per_m=rest.stiffness,
         slowest_per_s2=rest.slowest_rate_squared,
@@ -310,13 +279,13 @@ def _asymmetry_warnings(
     """Yield a warning with the joints that rest asymmetrically."""
     if not joints:
         return
-    texts = {one.name: " ".join(one.texts(1)) for one in joint_displacements(figure, rest)}
+    texts = {one.name: " ".join(one.texts(1)) for one in options.joint_displacements(figure, rest)}
     pairs = [
         f"{name} at {texts[name]} but {mirrored_name(name)} at {texts[mirrored_name(name)]}"
         for name in joints[:MAX_JOINTS_LISTED]
     ]
     more = len(joints) - MAX_JOINTS_LISTED
-    others = f"; {format_count(more, 'more pair')}" if more > 0 else ""
+    others = f"; {answer.format_count(more, 'more pair')}" if more > 0 else ""
     yield warning(
         f"the figure rests asymmetrically after a symmetric start: {'; '.join(pairs)}{others}",
         hint="it may have several poses of rest: compare their energies from other starts (--set), "
@@ -332,7 +301,7 @@ def _rest_on_props(
     faults: tuple[Diagnostic, ...],
     *,
     show_progress: bool,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Find a pose of the free figure at rest on the props of a plan."""
     with hold_interrupts():
         import_exudyn()
@@ -370,7 +339,7 @@ def _rest_on_props(
         figure=name,
         stable=rest.is_stable,
         props=props,
-        joints=joint_displacements(figure, attached.displacements),
+        joints=options.joint_displacements(figure, attached.displacements),
         centre_of_mass_m=rest.centre_of_mass,
         height_m=rest.height,
         weight_N=rest.weight,

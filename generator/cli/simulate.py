@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from generator.cli.answer import (
-    HIDDEN,
-    OMITTED_IF_NONE,
-    CommandResult,
-    Paragraphs,
-    Table,
-    finite_or_none,
-)
+from generator.cli import answer, inputs
 from generator.cli.contact import (
     StartsChoice,
     StartsResult,
@@ -25,19 +18,6 @@ from generator.cli.contact import (
     sensitivity_rows,
     starts_from_options,
     touch_warnings,
-)
-from generator.cli.inputs import (
-    KinematicConstraints,
-    constraints_from_options,
-    given_options,
-    load_figure,
-    plan_from_options,
-    refuse_contradictions,
-    require_simulatable,
-    scale_parameters,
-    springs_from_option,
-    start_displacements_from_options,
-    start_warnings,
 )
 from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.options import (
@@ -77,7 +57,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class SimulationResult(CommandResult):
+class SimulationResult(answer.CommandResult):
     """Summary of a run."""
 
     figure: str
@@ -101,19 +81,22 @@ class SimulationResult(CommandResult):
     springs: str
     law: str
     files: Sequence[Path]
-    contact: Mapping[str, object] | None = field(metadata=OMITTED_IF_NONE)
+    contact: Mapping[str, object] | None = field(metadata=answer.OMITTED_IF_NONE)
     elastic_joints: int
     moving_joints: int
     losses: LossesByPath
-    scale: Mapping[str, float] | None = field(metadata=OMITTED_IF_NONE)
-    starts: StartsResult | None = field(metadata=OMITTED_IF_NONE)
-    recording: Recording = field(metadata=HIDDEN)
-    contact_rows: Sequence[tuple[str, str]] = field(metadata=HIDDEN)
+    scale: Mapping[str, float] | None = field(metadata=answer.OMITTED_IF_NONE)
+    starts: StartsResult | None = field(metadata=answer.OMITTED_IF_NONE)
+    recording: Recording = field(metadata=answer.HIDDEN)
+    contact_rows: Sequence[tuple[str, str]] = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return outcome, error, springs, energy, times and files in a few lines."""
         lines, wall = [self.message], self.wall_s
-        if self.outcome is not Ending.DONE or finite_or_none(self.error_estimate_rad) is None:
+        if (
+            self.outcome is not Ending.DONE
+            or answer.finite_or_none(self.error_estimate_rad) is None
+        ):
             reason = ": the step was fixed" if self.tolerance_rad is None else ""
             lines.append(self.recording.accuracy_text + reason)
         method = f"Exudyn's integrator, because {self.integrator_reason}"
@@ -131,10 +114,10 @@ class SimulationResult(CommandResult):
             ("time", f"{self.build_s:.2f} s building, {wall:.2f} s stepping{rate}"),
             ("wrote", ", ".join(map(str, self.files)) or NO_MOTION_FILES),
         ]
-        yield "\n".join([*lines, str(Table(rows, 2))])
+        yield "\n".join([*lines, str(answer.Table(rows, 2))])
         yield str(self.starts or "")
 
-    def details(self) -> Paragraphs:
+    def details(self) -> answer.Paragraphs:
         """Return forces of starts, contact, energies, drift and steps, and losses."""
         if self.starts is not None:
             yield self.starts.details()
@@ -144,14 +127,14 @@ class SimulationResult(CommandResult):
         balance = EnergyChange(*map(float, self.recording.energy_balance[[0, -1]]))
         for kind, (first, last) in (*self.energy.items(), ("sum less work", balance)):
             energies.append((kind, *(f"{value:.6g}" for value in (first, last, last - first))))
-        yield Table(energies)
+        yield answer.Table(energies)
         drift = f"{self.constraint_drift_m:.2g} m, largest gap between sites of one joint"
         rows = [("drift", drift)]
         if self.strayed_rad_or_m > 0.0:
             strayed = f"{self.strayed_rad_or_m:.2g} rad or m in locked, linked or driven joints"
             rows.append(("", strayed))
         rows.append(("steps", f"{self.steps}; in the finest pass {1000.0 * self.step_s:.4g} ms"))
-        yield Table(rows, 2)
+        yield answer.Table(rows, 2)
         if self.losses:
             yield losses_text(self.losses)
 
@@ -191,12 +174,12 @@ def simulate(
     *,
     show_progress: bool = False,
     **options: Any,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Simulate a figure under gravity, loads, springs and contact.
 
     The options --set, --velocity, --scale, --lock, --driven and -o may be repeated.
     """
-    settings = given_options({**locals(), **options})
+    settings = inputs.given_options({**locals(), **options})
     files = outputs or []
     if replay is not None:
         from generator.cli.replay import replay_live
@@ -209,11 +192,11 @@ def simulate(
         raise UsageError("Missing argument 'FIGURE'.")
     if files:
         check_motion_formats(files)
-    plan, doubts = plan_from_options(settings)
+    plan, doubts = inputs.plan_from_options(settings)
     more_starts = None if starts is None else starts_from_options(starts, spread, seed)
-    figure, diagnostics = load_figure(name)
+    figure, diagnostics = inputs.load_figure(name)
     diagnostics += doubts
-    spring_set, more = springs_from_option(figure, springs, law)
+    spring_set, more = inputs.springs_from_option(figure, springs, law)
     diagnostics += more
     applied = ()
     if loads is not None:
@@ -222,7 +205,9 @@ def simulate(
             raise InputError((*more, *reading.diagnostics))
         applied, diagnostics = reading.value, diagnostics + reading.diagnostics
     free_root = plan.free_root
-    start_displacements, more = start_displacements_from_options(figure, pose, displacements or ())
+    start_displacements, more = inputs.start_displacements_from_options(
+        figure, pose, displacements or ()
+    )
     plan = replace(
         plan,
         loads=applied,
@@ -231,16 +216,18 @@ def simulate(
         if velocities
         else {},
     )
-    scaled = scale_parameters(Model(figure, spring_set), plan, scales or ())
+    scaled = inputs.scale_parameters(Model(figure, spring_set), plan, scales or ())
     model, plan = scaled.model, scaled.plan
     figure, spring_set = model.figure, model.springs
-    diagnostics += (*more, *start_warnings(figure, spring_set, plan.displacements))
+    diagnostics += (*more, *inputs.start_warnings(figure, spring_set, plan.displacements))
     is_prescribed = bool(links or locks or drive)
-    require_simulatable(model, None if is_prescribed else plan.displacements, diagnostics)
-    constraints, more = constraints_from_options(figure, links, locks or (), drive, driven or ())
+    inputs.require_simulatable(model, None if is_prescribed else plan.displacements, diagnostics)
+    constraints, more = inputs.constraints_from_options(
+        figure, links, locks or (), drive, driven or ()
+    )
     diagnostics += more
     plan = _limit_to_drive_times(plan, start, stop, constraints)
-    refuse_contradictions({**settings, "start": plan.start, "stop": plan.stop})
+    inputs.refuse_contradictions({**settings, "start": plan.start, "stop": plan.stop})
     constraints.check_consistency(
         figure,
         displacements or (),
@@ -291,7 +278,7 @@ def simulate(
         contact = contact_rows(recording, spheres, self_contact=plan.self_contact)
         contact += sensitivity_rows(recording)
     accuracy, outcome = recording.accuracy, recording.outcome
-    is_estimated = finite_or_none(accuracy.estimate) is not None
+    is_estimated = answer.finite_or_none(accuracy.estimate) is not None
     return SimulationResult(
         figure=name,
         outcome=outcome.ending,
@@ -352,7 +339,7 @@ def _count_elastic_joints(
 
 
 def _limit_to_drive_times(
-    plan: Plan, start: float | None, stop: float | None, constraints: KinematicConstraints
+    plan: Plan, start: float | None, stop: float | None, constraints: inputs.KinematicConstraints
 ) -> Plan:
     """Limit a plan to the common time range of all drives, unless the user set start or stop."""
     if not constraints.drives:

@@ -14,14 +14,7 @@ import numpy as np
 import typer
 
 from generator.child_processes import cores
-from generator.cli.answer import (
-    HIDDEN,
-    CommandResult,
-    Paragraphs,
-    Table,
-    format_count,
-    format_written,
-)
+from generator.cli import answer
 from generator.cli.interrupts import hold_interrupts
 from generator.cli.outputs import check_writable, writing
 from generator.cli.progress import load_compiled_integrator, no_monitor, sweep_progress_bar
@@ -104,7 +97,7 @@ def sweep(
     ] = None,
     *,
     show_progress: bool = False,
-) -> CommandResult:
+) -> answer.CommandResult:
     """Simulate a figure many times, each with other parameters.
 
     These may be springs, masses, poses, floors or the size of a person.
@@ -161,7 +154,9 @@ def sweep(
     if keep is Keep.MOTIONS:
         files.append(output / MOTIONS_NAME)
     runs, fresh = len(result.rows), len(result.rows) - result.kept
-    message = f"{result.failed} of {format_count(runs, 'run')} failed; --again failed repeats them"
+    message = (
+        f"{result.failed} of {answer.format_count(runs, 'run')} failed; --again failed repeats them"
+    )
     return SweepResult(
         study=name,
         figure=study.name,
@@ -254,16 +249,16 @@ def _write_results(
 
 
 @dataclass(frozen=True)
-class InterruptedSweep(CommandResult):
+class InterruptedSweep(answer.CommandResult):
     """Progress of a sweep that Ctrl-C ended."""
 
     error: str
     finished: int
     runs: int
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return the number of finished runs."""
-        return (f"{self.finished} of {format_count(self.runs, 'run')} are finished",)
+        return (f"{self.finished} of {answer.format_count(self.runs, 'run')} are finished",)
 
 
 class Varied(NamedTuple):
@@ -300,7 +295,7 @@ class MeasureData(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StudyDescription(CommandResult):
+class StudyDescription(answer.CommandResult):
     """Parameters and measures of a study, and the time of one run."""
 
     study: str
@@ -315,16 +310,16 @@ class StudyDescription(CommandResult):
     outcome: str
     message: str
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return tables of parameters and measures, and the time."""
-        runs = format_count(self.runs, "run")
+        runs = answer.format_count(self.runs, "run")
         yield f"{self.study}: {runs} of {self.figure}, {self.design.value}"
         rows = [["parameter", "path", "unit", "from", "to"]]
         for name, smallest, largest, unit, paths in self.parameters:
             rows.append([name, " ".join(paths), unit, f"{smallest:.5g}", f"{largest:.5g}"])
-        yield Table(rows, 3)
+        yield answer.Table(rows, 3)
         measures = ((one.name, one.take.value, one.column) for one in self.measures)
-        yield Table([("measure", "number", "column"), *measures], 3)
+        yield answer.Table([("measure", "number", "column"), *measures], 3)
         if self.run_s is not None and self.estimate_s is not None:
             yield (
                 f"One run takes {_format_duration(self.run_s)}, all of them about "
@@ -394,7 +389,7 @@ class MeasureSummary(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SweepResult(CommandResult):
+class SweepResult(answer.CommandResult):
     """Results of a finished sweep."""
 
     study: str
@@ -409,13 +404,15 @@ class SweepResult(CommandResult):
     measures: Mapping[str, MeasureSummary]
     sensitivity: Mapping[str, object] | None
     files: Sequence[Path]
-    rows: RunResults = field(metadata=HIDDEN)
-    indices: "StudyIndices | None" = field(metadata=HIDDEN)
+    rows: RunResults = field(metadata=answer.HIDDEN)
+    indices: "StudyIndices | None" = field(metadata=answer.HIDDEN)
 
-    def paragraphs(self) -> Paragraphs:
+    def paragraphs(self) -> answer.Paragraphs:
         """Return the outcomes of the runs, the measures and their sensitivity, and the files."""
         counts = ", ".join(f"{count} {outcome}" for outcome, count in self.outcomes.items())
-        lines = [f"{self.study}: {format_count(self.runs, 'run')} of {self.figure}: {counts}"]
+        lines = [
+            f"{self.study}: {answer.format_count(self.runs, 'run')} of {self.figure}: {counts}"
+        ]
         if self.runs > self.finished_before:
             rate = inf if self.runs_per_s is None else self.runs_per_s
             where = "" if self.processes is None else f" {_describe_workers(self.processes)}"
@@ -425,15 +422,15 @@ class SweepResult(CommandResult):
         yield "\n".join(lines)
         yield from _failures(self.rows)
         table, more = self._measures_table(), len(self.measures) - MAX_ROWS
-        hidden = f"\nand {format_count(more, 'measure')} more, see {self.files[0]}"
-        yield f"{Table(table[: MAX_ROWS + 1])}{hidden if more > 0 else ''}"
+        hidden = f"\nand {answer.format_count(more, 'measure')} more, see {self.files[0]}"
+        yield f"{answer.Table(table[: MAX_ROWS + 1])}{hidden if more > 0 else ''}"
         yield from self._rankings()[:MAX_RANKED]
-        yield format_written(self.files)
+        yield answer.format_written(self.files)
 
-    def details(self) -> Paragraphs:
+    def details(self) -> answer.Paragraphs:
         """Return what the text leaves out."""
         if len(self.measures) > MAX_ROWS:
-            yield Table(self._measures_table())
+            yield answer.Table(self._measures_table())
         yield from self._rankings()[MAX_RANKED:]
 
     def _measures_table(self) -> list[list[str]]:
@@ -479,7 +476,7 @@ def _rankings(indices: "StudyIndices") -> Iterator[str]:
             for parameter, found in ranked[:MAX_ROWS]
         ]
         title = f"sensitivity of {name}, {100.0 * indices.confidence:g} % intervals"
-        yield f"{title}\n{Table(rows)}{note}"
+        yield f"{title}\n{answer.Table(rows)}{note}"
 
 
 def _format_estimate(estimate: "Estimate") -> str:

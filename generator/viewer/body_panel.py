@@ -9,13 +9,7 @@ import viser
 
 from generator.diagnostics import InputError, MoverError
 from generator.rotations import Array
-from generator.viewer.balance import (
-    DEFAULT_SUPPORT_HEIGHT,
-    BalanceModel,
-    BalanceState,
-    balance_text,
-    margin_text,
-)
+from generator.viewer import balance
 from generator.viewer.scene import node_name, points_in_world
 from generator.viewer.segment_mass import (
     SegmentVolume,
@@ -90,7 +84,7 @@ class BalanceNodes:
             f"/balance/{name}", np.zeros((count, 2, 3)), colour, thickness=thickness * self._size
         )
 
-    def show(self, state: BalanceState) -> None:
+    def show(self, state: balance.BalanceState) -> None:
         """Draw a state."""
         corners = state.corners + np.array([0.0, _LIFT * self._size, 0.0])
         foot = state.foot
@@ -111,7 +105,7 @@ class BalanceNodes:
         self.centre.position = state.centre
         self.foot.position = foot
         self.margin.position = foot + np.array([0.03 * self._size, 0.0, 0.0])
-        if self.margin.text != (text := margin_text(state)):
+        if self.margin.text != (text := balance.margin_text(state)):
             self.margin.text = text
         self.plumb.points = np.array([[state.centre, foot]], dtype=np.float32)
         self._root.visible = True
@@ -132,7 +126,7 @@ class BodyPanel(Panel):
         self._volumes: Mapping[str, SegmentVolume] = {}
         self._obstacle = ""
         try:
-            self._model = BalanceModel(viewer.figure, viewer.scene.appearances)
+            self._model = balance.BalanceModel(viewer.figure, viewer.scene.appearances)
         except InputError as failure:
             self._model, self._obstacle = None, failure.diagnostics[0].message
         except MoverError as failure:
@@ -152,7 +146,7 @@ class BodyPanel(Panel):
         )
         self._height = gui.add_number(
             "Support height [cm]",
-            100.0 * DEFAULT_SUPPORT_HEIGHT,
+            100.0 * balance.DEFAULT_SUPPORT_HEIGHT,
             min=0.0,
             max=20.0,
             step=0.1,
@@ -296,7 +290,7 @@ class BodyPanel(Panel):
             lines.append(f"Mass of the figure: {self._model.masses.total:.4g} kg")
             lines.append(f"Height of the centre of mass: {height:.1f} cm")
             if self._balance_box.value:
-                lines.append(balance_text(state))
+                lines.append(balance.balance_text(state))
                 lowest = round(100.0 * state.height, 1) + 0.0
                 lines.append(f"Height of the lowest point: {lowest:.1f} cm")
         content = html_lines(lines)

@@ -12,19 +12,7 @@ from generator.diagnostics import MoverError
 from generator.passive_curve import PassiveCurve, passive_torque
 from generator.springs_file.edit import SpringEdit, cubic_dead_zone, elastic_law, plain_law
 from generator.springs_file.parse import SPRINGS_FILE
-from generator.viewer.curve_editor import (
-    CurveEditor,
-    CurveKey,
-    angle_limits,
-    chart_axes,
-    chart_bands,
-    chart_data,
-    chart_series,
-    legend_html,
-    moment_html,
-    sources_html,
-    torque_limit,
-)
+from generator.viewer import curve_editor
 from generator.viewer.folder import (
     free_path,
     name_in_folder,
@@ -74,10 +62,10 @@ class CurvePanel(Panel):
         """Begin without changes, with the first curve of the figure."""
         super().__init__(viewer)
         content = viewer.content
-        self.editor = CurveEditor(
+        self.editor = curve_editor.CurveEditor(
             content.figure, content.springs, content.folder, content.springs_choice
         )
-        self.key: CurveKey | None = None
+        self.key: curve_editor.CurveKey | None = None
         self.curve: PassiveCurve | None = None
         self.loaded: PassiveCurve | None = None
         self._joints = self.editor.joints
@@ -97,9 +85,9 @@ class CurvePanel(Panel):
         self._joint = gui.add_dropdown("Joint", tuple(self._joints))
         self._motion: viser.GuiDropdownHandle[str] = gui.add_dropdown("Motion", ["-"])
         self._chart = gui.add_uplot(
-            tuple(np.zeros(2) for _ in chart_series()),
-            chart_series(),  # pyright: ignore[reportArgumentType]
-            bands=chart_bands(),  # pyright: ignore[reportArgumentType]
+            tuple(np.zeros(2) for _ in curve_editor.chart_series()),
+            curve_editor.chart_series(),  # pyright: ignore[reportArgumentType]
+            bands=curve_editor.chart_bands(),  # pyright: ignore[reportArgumentType]
             scales={"x": {"time": False}, "y": {"range": (-1.0, 1.0)}},
             legend={"show": False},
             cursor={"drag": {"x": False, "y": False}, "points": {"show": False}},
@@ -322,8 +310,8 @@ class CurvePanel(Panel):
         if self._drawn_angle is not None and abs(angle - self._drawn_angle) < _MOVED:
             return
         self._drawn_angle = angle
-        limit = torque_limit(loaded, float(curve.moment_at(angle)))
-        low, high = angle_limits(curve, loaded, angle)
+        limit = curve_editor.torque_limit(loaded, float(curve.moment_at(angle)))
+        low, high = curve_editor.angle_limits(curve, loaded, angle)
         if self._drawn_axes is not None and self._drawn_axes[0] == curve.label:
             (first, last, _, largest) = self._drawn_axes[1]  # the limits of a curve only grow
             low, high, limit = min(low, first), max(high, last), max(limit, largest)
@@ -331,12 +319,12 @@ class CurvePanel(Panel):
         with self.viewer.server.atomic():
             if (curve.label, limits) != self._drawn_axes:
                 self._drawn_axes = curve.label, limits
-                self._chart.axes = chart_axes(curve)  # pyright: ignore[reportAttributeAccessIssue]
+                self._chart.axes = curve_editor.chart_axes(curve)  # pyright: ignore[reportAttributeAccessIssue]
                 self._chart.scales = {
                     "x": {"time": False, "range": limits[:2]},
                     "y": {"range": limits[2:]},
                 }
-            self._chart.data = chart_data(curve, loaded, angle, limit)
+            self._chart.data = curve_editor.chart_data(curve, loaded, angle, limit)
 
     def _draw_text(self) -> None:
         """Write the moment and the legend."""
@@ -352,10 +340,10 @@ class CurvePanel(Panel):
             others.append(
                 f"With all axes of the joint: {about:.1f} N m about this one, {size:.1f} N m in all"
             )
-        self._write(self._text, moment_html(first, others))
+        self._write(self._text, curve_editor.moment_html(first, others))
         is_changed = self.key in self.editor.edits
-        self._write(self._legend, legend_html(curve, is_changed=is_changed))
-        self._write(self._sources, sources_html(curve))
+        self._write(self._legend, curve_editor.legend_html(curve, is_changed=is_changed))
+        self._write(self._sources, curve_editor.sources_html(curve))
 
     def _write(self, control: Any, content: str) -> None:
         """Send text to the page if it is another one."""

@@ -12,18 +12,7 @@ import numpy as np
 from generator.diagnostics import MoverError, UsageError
 from generator.figure import Figure
 from generator.figure_file.write import write_pose
-from generator.input_files.live import (
-    DEFAULT_GRAVITY,
-    LIVE_FILE,
-    LiveChange,
-    LiveStart,
-    SetFloor,
-    SetGravity,
-    SetRoot,
-    SetScales,
-    SetSprings,
-    Vector,
-)
+from generator.input_files import live
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.motion_files import MOTION_FORMATS
@@ -32,23 +21,8 @@ from generator.simulation.preconditions import model_obstacles
 from generator.springs_file.edit import springs_and_text
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.text_io import os_error_reason
+from generator.viewer import live_process
 from generator.viewer.folder import name_in_folder, path_in_folder
-from generator.viewer.live_process import (
-    Answer,
-    Begin,
-    Change,
-    Died,
-    LiveFrame,
-    LiveProcess,
-    OneFrame,
-    Paused,
-    Pull,
-    Refused,
-    Run,
-    Save,
-    Saved,
-    format_rate,
-)
 from generator.viewer.scene import points_in_world
 from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines, value_in_range
 from springs import SpringSet
@@ -96,7 +70,7 @@ def floor_height(points: Array) -> float:
     return floor(1000.0 * (float(points[:, 1].min()) - FLOOR_GAP)) / 1000.0
 
 
-def point_in_segment(pose: Array, point: Array) -> Vector:
+def point_in_segment(pose: Array, point: Array) -> live.Vector:
     """Return a point of the world in the frame of a segment with a pose (4, 4), rounded [m]."""
     x, y, z = (inverse_pose(pose) @ np.append(point, 1.0))[:3].tolist()
     return round(x, _POINT_DIGITS), round(y, _POINT_DIGITS), round(z, _POINT_DIGITS)
@@ -105,14 +79,14 @@ def point_in_segment(pose: Array, point: Array) -> Vector:
 def live_path(folder: Path, text: str) -> Path:
     """Return the path of a file of a motion or of a live simulation. Raises UsageError."""
     path = path_in_folder(folder, text, (*MOTION_FORMATS, ".toml"))
-    if path.suffix.lower() == ".toml" and not path.name.endswith(LIVE_FILE.suffix):
+    if path.suffix.lower() == ".toml" and not path.name.endswith(live.LIVE_FILE.suffix):
         raise UsageError(
-            f"`{path.name}` must end in {LIVE_FILE.suffix}: it holds a live simulation"
+            f"`{path.name}` must end in {live.LIVE_FILE.suffix}: it holds a live simulation"
         )
     return path
 
 
-def clock_text(frame: LiveFrame | None, *, is_compiling: bool) -> str:
+def clock_text(frame: live_process.LiveFrame | None, *, is_compiling: bool) -> str:
     """Describe the time of a simulation and its rate."""
     if is_compiling:
         return "Compiling the equations; the first time on a machine this takes some 15 s."
@@ -120,7 +94,7 @@ def clock_text(frame: LiveFrame | None, *, is_compiling: bool) -> str:
         return "Not started."
     if not frame.is_running:
         return f"{frame.time:.2f} s, paused"
-    rate = format_rate(frame.rate)
+    rate = live_process.format_rate(frame.rate)
     return f"{frame.time:.2f} s, {rate}" if rate else f"{frame.time:.2f} s"
 
 
@@ -150,21 +124,21 @@ class LivePanel(Panel):
     def __init__(self, viewer: Viewer) -> None:
         """Start nothing yet."""
         super().__init__(viewer)
-        self.process = LiveProcess(viewer.figure, viewer.content.folder)
+        self.process = live_process.LiveProcess(viewer.figure, viewer.content.folder)
         self._obstacle = live_obstacle(Model(viewer.figure, viewer.content.springs))
         self._generation = 0
         self._start_shown = viewer.shown
-        self._frame: LiveFrame | None = None
+        self._frame: live_process.LiveFrame | None = None
         self._is_begun = self._is_compiling = self._is_running = False
         self._is_covered = self._waits_for_page = False
         self._notice = self._saving = ""
         self._is_own_height = False
-        self._pulled: tuple[str, Vector] | None = None
+        self._pulled: tuple[str, live.Vector] | None = None
         self._texts: dict[str, str] = {}
         self._next_text = 0.0
 
     @property
-    def newest(self) -> LiveFrame | None:
+    def newest(self) -> live_process.LiveFrame | None:
         """The newest frame; None before the first one."""
         return self._frame
 
@@ -179,7 +153,7 @@ class LivePanel(Panel):
             "Reset", disabled=disabled, hint="Start from the pose that the page shows"
         )
         self._gravity = gui.add_slider(
-            "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, DEFAULT_GRAVITY, disabled=disabled
+            "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, live.DEFAULT_GRAVITY, disabled=disabled
         )
         self._stiffness = gui.add_slider(
             "Stiffness factor",
@@ -212,8 +186,8 @@ class LivePanel(Panel):
             "Free root", False, disabled=disabled, hint="Without the joints to the ground"
         )
         self._energy = gui.add_html("")
-        self._file = gui.add_text("File", f"fall{LIVE_FILE.suffix}", disabled=disabled)
-        suffixes = " ".join((LIVE_FILE.suffix, *MOTION_FORMATS))
+        self._file = gui.add_text("File", f"fall{live.LIVE_FILE.suffix}", disabled=disabled)
+        suffixes = " ".join((live.LIVE_FILE.suffix, *MOTION_FORMATS))
         self._save = gui.add_button("Save as", disabled=disabled, hint=suffixes)
         gui.add_html(html_lines(["Shift and drag a segment with the left button to pull it."]))
         self._floor_box = scene.add_box(
@@ -236,7 +210,7 @@ class LivePanel(Panel):
             listen(slider.on_update, lambda _: self._change(self._scales_change()), "scales")
         listen(self._floor.on_update, lambda _: self._change_floor())
         listen(self._height.on_update, lambda _: self._change_height(), "floor height")
-        listen(self._free.on_update, lambda _: self._change(SetRoot(self._free.value)))
+        listen(self._free.on_update, lambda _: self._change(live.SetRoot(self._free.value)))
         listen(self._save.on_click, lambda _: self._save_file())
         if not disabled:
             for name in viewer.figure.bodies:
@@ -253,13 +227,13 @@ class LivePanel(Panel):
     def _toggle(self) -> None:
         if self._is_begun and self._is_running:
             self._is_running = False
-            self.process.send(Run(is_running=False))
+            self.process.send(live_process.Run(is_running=False))
         else:
             if not self._is_begun:
                 self._begin()
             self._is_running = True
             self._take_page()
-            self.process.send(Run(is_running=True))
+            self.process.send(live_process.Run(is_running=True))
         self._label_start()
 
     def _take_step(self) -> None:
@@ -267,7 +241,7 @@ class LivePanel(Panel):
             self._begin()
         self._is_running = False
         self._take_page()
-        self.process.send(OneFrame())
+        self.process.send(live_process.OneFrame())
         self._label_start()
 
     def reset(self) -> None:
@@ -297,44 +271,44 @@ class LivePanel(Panel):
         if self.viewer.shown.driver is not Driver.LIVE:
             self._start_shown = self.viewer.shown
         figure, content = self.viewer.figure, self.viewer.content
-        start = LiveStart(
+        start = live.LiveStart(
             springs=None if content.springs_choice is None else str(content.springs_choice),
             law=content.springs.joining,
             gravity=self._gravity_change().gravity,
             free_root=self._free.value,
             pose=pose_text(figure, self._start_shown.displacements),
         )
-        changes: list[LiveChange] = []
+        changes: list[live.LiveChange] = []
         if self.viewer.springs != content.springs:
             changes.append(self._springs_change())
         if (self._stiffness.value, self._damping.value) != (1.0, 1.0):
             changes.append(self._scales_change())
         if self._floor.value:
-            changes.append(SetFloor(self._floor_height()))
+            changes.append(live.SetFloor(self._floor_height()))
         self._generation += 1
         self._frame, self._notice, self._pulled = None, "", None
         self._is_begun = self._is_compiling = True
         self._is_covered = self._waits_for_page = False
         try:
-            self.process.send(Begin(self._generation, start, tuple(changes)))
+            self.process.send(live_process.Begin(self._generation, start, tuple(changes)))
         except OSError as failure:
             self._is_begun = self._is_compiling = False
             reason = os_error_reason(failure)
             raise UsageError(f"the simulation cannot be started: {reason}") from None
         self._draw_floor()
 
-    def _change(self, change: LiveChange) -> None:
+    def _change(self, change: live.LiveChange) -> None:
         """Make a change in the simulation, if there is one; else it is part of the next start."""
         if self._is_begun:
-            self.process.send(Change(change))
+            self.process.send(live_process.Change(change))
 
-    def _gravity_change(self) -> SetGravity:
-        return SetGravity((0.0, -round(value_in_range(self._gravity), _GRAVITY_DIGITS), 0.0))
+    def _gravity_change(self) -> live.SetGravity:
+        return live.SetGravity((0.0, -round(value_in_range(self._gravity), _GRAVITY_DIGITS), 0.0))
 
-    def _scales_change(self) -> SetScales:
-        return SetScales(value_in_range(self._stiffness), value_in_range(self._damping))
+    def _scales_change(self) -> live.SetScales:
+        return live.SetScales(value_in_range(self._stiffness), value_in_range(self._damping))
 
-    def _springs_change(self) -> SetSprings:
+    def _springs_change(self) -> live.SetSprings:
         content = self.viewer.content
         _, text = springs_and_text(
             content.figure,
@@ -343,7 +317,7 @@ class LivePanel(Panel):
             content.folder / f"changed{SPRINGS_FILE.suffix}",
             content.springs_choice,
         )
-        return SetSprings(text)
+        return live.SetSprings(text)
 
     def _floor_height(self) -> float | None:
         """Height of the floor of the controls [m]; None without a floor."""
@@ -354,7 +328,7 @@ class LivePanel(Panel):
         )
 
     def _change_floor(self) -> None:
-        self._change(SetFloor(self._floor_height()))
+        self._change(live.SetFloor(self._floor_height()))
         self._draw_floor()
 
     def _change_height(self) -> None:
@@ -376,7 +350,7 @@ class LivePanel(Panel):
         """Pull a segment towards the pointer."""
         if event.phase == "end" or self._frame is None:
             if self._pulled is not None:
-                self.process.send(Pull(*self._pulled, target=None))
+                self.process.send(live_process.Pull(*self._pulled, target=None))
             self._pulled = None
             self._line.visible = False
             return
@@ -385,14 +359,14 @@ class LivePanel(Panel):
             self._pulled = segment, point_in_segment(pose, np.array(event.start_position))
         x, y, z = (float(part) for part in event.end_position)
         self._target = np.array([x, y, z])
-        self.process.send(Pull(*self._pulled, target=(x, y, z)))
+        self.process.send(live_process.Pull(*self._pulled, target=(x, y, z)))
 
     def _save_file(self) -> None:
         if self._frame is None:
             raise UsageError("nothing has been computed yet: press Start, and wait for the clock")
         path = live_path(self.viewer.content.folder, self._file.value)
         self._saving = f"Saving {path.name}; the simulation waits meanwhile."
-        self.process.send(Save(path))
+        self.process.send(live_process.Save(path))
 
     # Answers
 
@@ -404,23 +378,23 @@ class LivePanel(Panel):
             self._next_text = now + TEXT_INTERVAL
             self._show_texts()
 
-    def _follow(self, answer: Answer) -> None:
+    def _follow(self, answer: live_process.Answer) -> None:
         match answer:
-            case LiveFrame():
+            case live_process.LiveFrame():
                 if answer.generation == self._generation:
                     self._show_frame(answer)
-            case Paused():
+            case live_process.Paused():
                 if answer.generation == self._generation:
                     self._notice = answer.sentence
                     self.viewer.notify("Paused", answer.sentence, is_error=True)
-            case Refused():
+            case live_process.Refused():
                 self._return_controls(answer)
                 self.viewer.notify("Error", answer.sentence, is_error=True)
-            case Saved():
+            case live_process.Saved():
                 self._saving = ""
                 self._file.value = name_in_folder(self.viewer.content.folder, answer.path)
                 self.viewer.notify("Saved", answer.sentence)
-            case Died():
+            case live_process.Died():
                 self._is_begun = self._is_compiling = self._is_running = False
                 self._waits_for_page = False
                 self._frame, self._pulled, self._saving = None, None, ""
@@ -429,7 +403,7 @@ class LivePanel(Panel):
                 self.viewer.notify("Simulation ended", self._notice, is_error=True)
                 self._label_start()
 
-    def _show_frame(self, frame: LiveFrame) -> None:
+    def _show_frame(self, frame: live_process.LiveFrame) -> None:
         self._is_compiling = False
         self._frame, self._is_running = frame, frame.is_running
         if frame.is_running:
@@ -443,16 +417,16 @@ class LivePanel(Panel):
             self._line.points = np.array([[frame.pulled, self._target]], dtype=np.float32)
         self.viewer.show(FigureState(Driver.LIVE, frame.displacements, poses, frame.time))
 
-    def _return_controls(self, refused: Refused) -> None:
+    def _return_controls(self, refused: live_process.Refused) -> None:
         """Set floor and root to what is in force."""
         command = refused.command
-        if isinstance(command, Begin):
+        if isinstance(command, live_process.Begin):
             self._is_begun = self._is_compiling = self._is_running = False
             self._notice = refused.sentence
             self._label_start()
-        elif isinstance(command, Save):
+        elif isinstance(command, live_process.Save):
             self._saving = ""
-        elif isinstance(command, Change) and self._frame is not None:
+        elif isinstance(command, live_process.Change) and self._frame is not None:
             self._floor.value = self._frame.floor is not None
             if self._frame.floor is not None:
                 self._height.value = 100.0 * self._frame.floor
@@ -466,7 +440,7 @@ class LivePanel(Panel):
         self._is_covered = self._is_begun
         if self._is_running:
             self._is_running = False
-            self.process.send(Run(is_running=False))
+            self.process.send(live_process.Run(is_running=False))
             self._label_start()
 
     def pages_changed(self, *, is_any_open: bool) -> None:
@@ -474,14 +448,14 @@ class LivePanel(Panel):
         must_wait = not is_any_open and self._is_running
         if must_wait or (is_any_open and self._waits_for_page):
             self._waits_for_page, self._is_running = must_wait, not must_wait
-            self.process.send(Run(is_running=self._is_running))
+            self.process.send(live_process.Run(is_running=self._is_running))
             self._label_start()
 
     def springs_changed(self, springs: SpringSet) -> None:
         """Change the springs of the simulation."""
         if self._is_begun:
             try:
-                self.process.send(Change(self._springs_change()))
+                self.process.send(live_process.Change(self._springs_change()))
             except MoverError as failure:
                 self.viewer.tell_error(failure)
 

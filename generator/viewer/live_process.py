@@ -21,15 +21,7 @@ import numpy as np
 from generator.child_processes import blocked_interrupt, serve_parent_only
 from generator.diagnostics import MoverError
 from generator.figure import Figure, Segment
-from generator.input_files.live import (
-    DEFAULT_GRAVITY,
-    LIVE_FILE,
-    LiveChange,
-    LiveStart,
-    SetForce,
-    Vector,
-    write_live,
-)
+from generator.input_files import live
 from generator.motion_files import motion_from_recording, motion_writer
 from generator.motion_files.motion import file_sha256
 from generator.rotations import Array
@@ -105,7 +97,7 @@ def format_rate(rate: float | None) -> str:
     return "real time" if rate >= REAL_TIME_RATE else f"{rate:.2f} x real time"
 
 
-def effective_mass(segment: Segment, point: Vector) -> float:
+def effective_mass(segment: Segment, point: live.Vector) -> float:
     """Least mass of a free segment at a point: force there over the acceleration of the point [kg].
 
     Its inverse is the largest eigenvalue of 1 / m - [r] J^-1 [r], where r is the arm from the
@@ -124,7 +116,9 @@ def effective_mass(segment: Segment, point: Vector) -> float:
     return 1.0 / float(np.linalg.eigvalsh(mobility)[-1])
 
 
-def pull_force(mass: float, weight: float, point: Array, velocity: Array, target: Array) -> Vector:
+def pull_force(
+    mass: float, weight: float, point: Array, velocity: Array, target: Array
+) -> live.Vector:
     """Force of a damped spring from a point of a segment to a target, world axes, (3,) [N].
 
     Args:
@@ -154,8 +148,8 @@ class Begin:
     """
 
     generation: int
-    start: LiveStart
-    changes: tuple[LiveChange, ...] = ()
+    start: live.LiveStart
+    changes: tuple[live.LiveChange, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -174,7 +168,7 @@ class OneFrame:
 class Change:
     """Command: make a change now."""
 
-    change: LiveChange
+    change: live.LiveChange
 
 
 @dataclass(frozen=True)
@@ -188,8 +182,8 @@ class Pull:
     """
 
     segment: str
-    point: Vector
-    target: Vector | None
+    point: live.Vector
+    target: live.Vector | None
 
 
 @dataclass(frozen=True)
@@ -303,7 +297,9 @@ class Engine:
         self._point_before: Array | None = None
         self._energy: Mapping[str, float] = {}
         self.is_running = False
-        self._weight = DEFAULT_GRAVITY * sum(body.mass or 0.0 for body in figure.bodies.values())
+        self._weight = live.DEFAULT_GRAVITY * sum(
+            body.mass or 0.0 for body in figure.bodies.values()
+        )
         self.pace = Pace(1.0)
 
     def carry_out(self, command: Command, now: float) -> list[Answer]:
@@ -385,7 +381,7 @@ class Engine:
     def _release(self, pull: Pull) -> None:
         assert self._run is not None
         if self._pull is not None:
-            self._run.apply(SetForce(pull.segment, pull.point, (0.0, 0.0, 0.0)))
+            self._run.apply(live.SetForce(pull.segment, pull.point, (0.0, 0.0, 0.0)))
         self._pull = self._point_before = None
 
     def _pulled_point(self, pull: Pull) -> Array:
@@ -402,7 +398,7 @@ class Engine:
         velocity = np.zeros(3) if before is None else (point - before) / self.pace.interval
         mass = effective_mass(self._figure.segments[pull.segment], pull.point)
         force = pull_force(mass, self._weight, point, velocity, np.array(pull.target))
-        self._run.apply(SetForce(pull.segment, pull.point, force))
+        self._run.apply(live.SetForce(pull.segment, pull.point, force))
 
     def _frame(self) -> LiveFrame:
         run = self._run
@@ -431,8 +427,8 @@ class Engine:
         written = written_text(requested, path)
         digest = None if figure.path is None else file_sha256(figure.path)
         name = figure.name if figure.path is None else figure.path.name
-        if path.name.endswith(LIVE_FILE.suffix):
-            write_atomic(path, write_live(run.log(name or "", digest)))
+        if path.name.endswith(live.LIVE_FILE.suffix):
+            write_atomic(path, live.write_live(run.log(name or "", digest)))
             return Saved(path, f"{written}: {run.time:.4g} s and its changes")
         recording = run.recording()
         motion_writer(path)(motion_from_recording(recording), path)

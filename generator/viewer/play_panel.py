@@ -18,22 +18,8 @@ from generator.conversion import READABLE_SUFFIXES, read_motion_with_warnings
 from generator.diagnostics import Diagnostic, MoverError, UsageError
 from generator.motion_files.motion import FigureMotion, file_sha256
 from generator.rotations import Array
+from generator.viewer import playback
 from generator.viewer.folder import names_in_folder, path_in_folder
-from generator.viewer.playback import (
-    MAX_SPEED,
-    MIN_SPEED,
-    Chart,
-    MotionFrames,
-    Playback,
-    displacement_charts,
-    elastic_moment_chart,
-    energy_chart,
-    ground_reaction_chart,
-    moment_chart,
-    nearest_frame,
-    sample_frames,
-    summary_lines,
-)
 from generator.viewer.scene import FigureScene
 from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines
 from springs import SpringSet
@@ -75,7 +61,7 @@ class TimeChart:
         title: quantity and unit.
     """
 
-    def __init__(self, viewer: Viewer, chart: Chart) -> None:
+    def __init__(self, viewer: Viewer, chart: playback.Chart) -> None:
         """Add the chart to the panel that is being built."""
         self._chart, self.title = chart, chart.title
         self._cursor = -1
@@ -131,9 +117,9 @@ class PlayPanel(Panel):
         """Remember the viewer; `clock` as in the attribute."""
         super().__init__(viewer)
         self.clock = clock
-        self.frames: MotionFrames | None = None
-        self.playback: Playback | None = None
-        self.ghost: MotionFrames | None = None
+        self.frames: playback.MotionFrames | None = None
+        self.playback: playback.Playback | None = None
+        self.ghost: playback.MotionFrames | None = None
         self._ghost_scene: FigureScene | None = None
         self.charts: list[TimeChart] = []
         self._path: LineSegmentsHandle | None = None
@@ -158,7 +144,7 @@ class PlayPanel(Panel):
             self._slider = gui.add_slider("Frame", 0, 1, 1, 0)
             self._readout = gui.add_text("Time", "", disabled=True)
             self._step = gui.add_button_group("Go to", (FIRST, PREVIOUS, NEXT, LAST))
-            self._speed = gui.add_slider("Speed", MIN_SPEED, MAX_SPEED, 0.05, 1.0)
+            self._speed = gui.add_slider("Speed", playback.MIN_SPEED, playback.MAX_SPEED, 0.05, 1.0)
             self._loop = gui.add_checkbox("Loop", initial_value=False)
             self._site = gui.add_dropdown("Path of site", _NO_SITES)
             self._whole_path = gui.add_checkbox("Whole path", initial_value=True)
@@ -232,12 +218,12 @@ class PlayPanel(Panel):
 
     def load(self, motion: FigureMotion) -> None:
         """Show another motion. Raises ModelError if it is of another figure."""
-        self.frames, self.playback = MotionFrames(motion), Playback(motion.times)
+        self.frames, self.playback = playback.MotionFrames(motion), playback.Playback(motion.times)
         self.playback.set_speed(self._speed.value, self.clock())
         self.playback.set_loop(self._loop.value, self.clock())
         self._slider.max = max(self.frames.count - 1, 1)
         self._slider.value = self._slider_frame = 0
-        self._summary.content = html_lines(summary_lines(motion))
+        self._summary.content = html_lines(playback.summary_lines(motion))
         segments = motion.figure.segments
         self._sites = {
             f"{one}.{site}": (one, site) for one in segments for site in segments[one].sites
@@ -252,13 +238,13 @@ class PlayPanel(Panel):
         self._controls.visible = self._chart_folder.visible = True
         self._trace()
         self._draw_charts()
-        framed = sample_frames(self.frames.count, FRAMED_FRAMES)
+        framed = playback.sample_frames(self.frames.count, FRAMED_FRAMES)
         self.viewer.frame_camera([self.frames.poses(int(frame)) for frame in framed])
         self._shown_frame, self._must_show = -1, True
 
     def load_ghost(self, motion: FigureMotion) -> None:
         """Show a second motion beside the first. Raises ModelError if it is of another figure."""
-        frames = MotionFrames(motion)
+        frames = playback.MotionFrames(motion)
         if self._ghost_scene is not None:
             self._ghost_scene.remove()
         self.ghost = frames
@@ -318,7 +304,7 @@ class PlayPanel(Panel):
 
     def _move_ghost(self, at: float) -> None:
         if self.ghost is not None and self._ghost_scene is not None and self._show_ghost.value:
-            frame = nearest_frame(self.ghost.motion.times, at)
+            frame = playback.nearest_frame(self.ghost.motion.times, at)
             self._ghost_scene.move(self.ghost.poses(frame))
 
     def _move_cursors(self, frame: int) -> None:
@@ -383,8 +369,12 @@ class PlayPanel(Panel):
         if self.frames is None:
             return
         motion, joint = self.frames.motion, self._joint.value
-        found = [*displacement_charts(motion, joint), *moment_chart(motion, joint)] if joint else []
-        found += [*energy_chart(motion), *ground_reaction_chart(motion)]
+        found = (
+            [*playback.displacement_charts(motion, joint), *playback.moment_chart(motion, joint)]
+            if joint
+            else []
+        )
+        found += [*playback.energy_chart(motion), *playback.ground_reaction_chart(motion)]
         with self._chart_folder:
             self.charts = [TimeChart(self.viewer, chart) for chart in found]
         self._chart_number += 1
@@ -397,13 +387,13 @@ class PlayPanel(Panel):
         """Compute the moments with the present springs in a thread, and add their chart."""
         number, springs = self._chart_number, self.viewer.springs
 
-        def add(charts: list[Chart]) -> None:
+        def add(charts: list[playback.Chart]) -> None:
             if number == self._chart_number:
                 with self._chart_folder:
                     self.charts += [TimeChart(self.viewer, chart) for chart in charts]
 
         def compute() -> None:
-            charts = elastic_moment_chart(motion, joint, springs)
+            charts = playback.elastic_moment_chart(motion, joint, springs)
             self.viewer.post(lambda: add(charts))
 
         Thread(target=compute, daemon=True).start()
@@ -421,7 +411,7 @@ class PlayPanel(Panel):
         """Find the path of the chosen site."""
         self._path_frames, self._path_points = np.zeros(0, dtype=int), np.zeros((0, 3))
         if self.frames is not None and self._site.value != NO_SITE:
-            self._path_frames = sample_frames(self.frames.count, PATH_POINTS)
+            self._path_frames = playback.sample_frames(self.frames.count, PATH_POINTS)
             self._path_points = self.frames.site_path(
                 *self._sites[self._site.value], self._path_frames
             )

@@ -16,17 +16,8 @@ import pytest
 from typer.testing import Result
 
 from generator import read_action, read_figure
+from generator.cli import contact
 from generator.cli.answer import json_text
-from generator.cli.contact import (
-    MAX_STARTS,
-    StartsResult,
-    contact_data,
-    contact_rows,
-    contact_table,
-    sensitivity_rows,
-    starts_from_options,
-    touch_warnings,
-)
 from generator.cli.inputs import plan_from_options
 from generator.contact.plane import Plane
 from generator.contact.record import HEAD_INJURY_CAVEAT, ContactRecord, Overlap, SegmentContact
@@ -105,7 +96,7 @@ def record(fall: FloorRun) -> ContactRecord:
 
 def test_the_json_is_the_contact_record(fall: FloorRun, record: ContactRecord):
     data = fall.data["contact"]
-    assert data == json.loads(json_text(contact_data(record)))
+    assert data == json.loads(json_text(contact.contact_data(record)))
     assert data["weight_carried"] == record.weight_carried
     assert (data["max_force_N"], data["max_force_s"]) == (record.max_force, record.max_force_time)
     assert data["max_penetration_m"] == record.max_depth
@@ -167,7 +158,7 @@ def test_a_summary_fits_a_screen(fall: FloorRun):
 
 
 def test_the_details_have_a_row_for_each_segment(fall: FloorRun, record: ContactRecord):
-    header, *rows = contact_table(record).rows
+    header, *rows = contact.contact_table(record).rows
     assert len(header) == 6
     assert [cells[0] for cells in rows] == list(record.segments)
     for cells in rows:
@@ -207,7 +198,7 @@ def touching(recording: Recording, **times: float | None) -> Recording:
     ],
 )
 def test_the_first_touches_and_the_next(times: Any, expected: Sequence[str], fall: FloorRun):
-    rows = contact_rows(touching(fall.recording, **times), {})
+    rows = contact.contact_rows(touching(fall.recording, **times), {})
     start = [title for title, _ in rows].index("touch")
     texts = [text for title, text in rows[start:] if title in ("touch", "")][: len(expected)]
     assert texts == expected
@@ -218,23 +209,23 @@ def test_the_first_touches_and_the_next(times: Any, expected: Sequence[str], fal
 
 def test_without_a_force_there_is_no_row_of_one(fall: FloorRun):
     recording = touching(made(fall.recording, max_force=0.0, overlap=None), a=None)
-    assert [title for title, _ in contact_rows(recording, {})] == ["contact", "touch"]
-    (said,) = touch_warnings(recording)
+    assert [title for title, _ in contact.contact_rows(recording, {})] == ["contact", "touch"]
+    (said,) = contact.touch_warnings(recording)
     assert said.message == (
         "the figure touched nothing by 0.7 s: increase --stop, or reduce --height"
     )
-    assert list(touch_warnings(fall.recording)) == []
+    assert list(contact.touch_warnings(fall.recording)) == []
 
 
 def test_heads_have_their_criterion_with_its_caveat(fall: FloorRun):
-    rows = contact_rows(made(fall.recording, head_injury={"head": 321.4}), {})
+    rows = contact.contact_rows(made(fall.recording, head_injury={"head": 321.4}), {})
     assert rows[-2:] == [("head", "HIC15 321 of head"), ("", HEAD_INJURY_CAVEAT)]
 
 
 def test_a_run_of_one_frame_has_no_means(fall: FloorRun):
     recording = replace(fall.recording, times=fall.recording.times[:1])
-    assert "end" not in dict(contact_rows(recording, {}))
-    assert sensitivity_rows(recording) == []
+    assert "end" not in dict(contact.contact_rows(recording, {}))
+    assert contact.sensitivity_rows(recording) == []
 
 
 def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):
@@ -245,25 +236,25 @@ def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):
     recording = made(
         fall.recording, sensitivity=angles, height_sensitivity=heights, impact_shift=None
     )
-    (_, first), (_, second) = sensitivity_rows(recording)
+    (_, first), (_, second) = contact.sensitivity_rows(recording)
     assert first == f"0.001 rad off: joint angles within 0.1 rad of these until {times[4]:.3g} s,"
     assert second == f"height of the centre of mass within 2 mm until {times[9]:.3g} s"
     assert recording.contact is not None
-    assert json.loads(json_text(contact_data(recording.contact)))["sensitivity_rad"] is None
+    assert json.loads(json_text(contact.contact_data(recording.contact)))["sensitivity_rad"] is None
 
 
 def test_records_without_gravity_or_a_disturbed_run(fall: FloorRun):
     recording = made(fall.recording, weight_carried=None, sensitivity=None, height_sensitivity=None)
-    assert dict(contact_rows(recording, {}))["end"].startswith("horizontal speed ")
-    assert sensitivity_rows(recording) == []
+    assert dict(contact.contact_rows(recording, {}))["end"].startswith("horizontal speed ")
+    assert contact.sensitivity_rows(recording) == []
 
 
 def test_any_record_has_rows_of_a_line(fall: FloorRun):
     names = list(fall.recording.poses)[1:]
     made_up = replace(fall.recording, contact=contact_record(names, fall.recording.times.size))
     rows = [
-        *contact_rows(made_up, fit_contact_spheres(read_figure("prototype"))),
-        *sensitivity_rows(made_up),
+        *contact.contact_rows(made_up, fit_contact_spheres(read_figure("prototype"))),
+        *contact.sensitivity_rows(made_up),
     ]
     assert all(len(title) <= 7 for title, _ in rows)
     assert [text for _, text in rows if 9 + len(text) > WIDEST_LINE] == []
@@ -300,14 +291,14 @@ def test_a_scene_stands_beside_a_floor_or_alone():
     [(None, pi / 180), ("0.1rad", 0.1), ("2.5deg", radians(2.5)), ("180deg", pi)],
 )
 def test_the_spread_is_an_angle_with_a_unit(spread: str | None, angle: float):
-    choice = starts_from_options(MAX_STARTS, spread, 5)
+    choice = contact.starts_from_options(contact.MAX_STARTS, spread, 5)
     assert choice is not None
-    assert (choice.number, choice.seed) == (MAX_STARTS, 5)
+    assert (choice.number, choice.seed) == (contact.MAX_STARTS, 5)
     assert choice.spread == pytest.approx(angle)
 
 
 def test_without_starts_there_is_no_choice():
-    assert starts_from_options(None, None, None) is None
+    assert contact.starts_from_options(None, None, None) is None
 
 
 def test_a_figure_falls_from_its_height():
@@ -374,12 +365,12 @@ def test_segments_touch_each_other_on_demand(fall: FloorRun):
         free_root=True, height=0.0, scene=Scene((floor_prop(UP),)), stop=STOP, self_contact=True
     )
     recording = simulate(read_figure("prototype"), plan)
-    assert data["contact"] == json.loads(json_text(contact_data(recording.contact)))
+    assert data["contact"] == json.loads(json_text(contact.contact_data(recording.contact)))
     assert data["contact"] != fall.data["contact"]
     suggestion = "(without --self-contact)"
     made_up = made(fall.recording, overlap=Overlap(0.05, "left_hand", "right_hand", 0.1))
-    assert suggestion in dict(contact_rows(made_up, {}))["overlap"]
-    assert suggestion not in dict(contact_rows(made_up, {}, self_contact=True))["overlap"]
+    assert suggestion in dict(contact.contact_rows(made_up, {}))["overlap"]
+    assert suggestion not in dict(contact.contact_rows(made_up, {}, self_contact=True))["overlap"]
     assert suggestion not in run("simulate", *words).stdout
 
 
@@ -452,7 +443,7 @@ def test_the_action_file_of_a_fall_is_the_run(fall: FloorRun):
 def test_the_npz_of_a_fall_keeps_its_contact(fall: FloorRun, record: ContactRecord):
     _, recording = read_npz(fall.files[1])
     assert recording.contact is not None
-    assert contact_data(recording.contact) == contact_data(record)
+    assert contact.contact_data(recording.contact) == contact.contact_data(record)
 
 
 # Several starts
@@ -477,7 +468,7 @@ def study(**changes: Any) -> StartStudy:
 
 
 def test_the_table_of_starts_counts_only_what_is_known():
-    lines = str(StartsResult.of(study())).splitlines()
+    lines = str(contact.StartsResult.of(study())).splitlines()
     assert lines[:2] == [
         "3 starts, angles varied by 2 deg (SD), seed 7; 1 within the tolerance to the end",
         "1 failed; start 2: inside a prop",
@@ -488,24 +479,26 @@ def test_the_table_of_starts_counts_only_what_is_known():
         ["largest force [N]", "2000", "1414", "1000", "3000"],
         ["height of the centre of mass at the end [m]", "0.3", "0.1414", "0.2", "0.4"],
     ]
-    last = StartsResult.of(study()).details().splitlines()[-1]
+    last = contact.StartsResult.of(study()).details().splitlines()[-1]
     assert re.split("  +", last) == ["hand [N]", "20", "14.14", "10", "30"]
 
 
 def test_starts_that_all_failed_have_no_table():
     failures = {number: "inside a prop" for number in (1, 2, 3)}
     failed = study(failures=failures, is_accurate=np.zeros(3, bool))
-    assert str(StartsResult.of(failed)).splitlines()[1:] == ["3 failed; start 1: inside a prop"]
-    assert StartsResult.of(failed).details() == ""
+    assert str(contact.StartsResult.of(failed)).splitlines()[1:] == [
+        "3 failed; start 1: inside a prop"
+    ]
+    assert contact.StartsResult.of(failed).details() == ""
 
 
 def test_a_fixed_step_has_no_tolerance_to_be_within():
-    assert "tolerance" not in str(StartsResult.of(study(is_accurate=None)))
-    assert StartsResult.of(study(is_accurate=None)).is_accurate is None
+    assert "tolerance" not in str(contact.StartsResult.of(study(is_accurate=None)))
+    assert contact.StartsResult.of(study(is_accurate=None)).is_accurate is None
 
 
 def test_the_json_of_starts_has_null_for_what_is_unknown():
-    data = json.loads(json_text(StartsResult.of(study())))
+    data = json.loads(json_text(contact.StartsResult.of(study())))
     assert data["spread_deg"] == pytest.approx(2.0)
     assert data["failures"] == {"2": "inside a prop"}
     assert data["impact_s"] == [None, None, 0.5]

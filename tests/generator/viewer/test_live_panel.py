@@ -19,19 +19,7 @@ from generator.model import Model
 from generator.motion_files import read_action
 from generator.simulation.live.live_run import replay
 from generator.springs_file.edit import SpringEdit, apply_edits, springs_from_text
-from generator.viewer.live_panel import (
-    FLOOR_GAP,
-    MAX_HEIGHT,
-    LivePanel,
-    clock_text,
-    death_text,
-    energy_lines,
-    floor_height,
-    live_obstacle,
-    live_path,
-    point_in_segment,
-    pose_text,
-)
+from generator.viewer import live_panel
 from generator.viewer.live_process import LiveFrame
 from generator.viewer.play_panel import PlayPanel
 from generator.viewer.viewer import Driver, FigureState
@@ -55,25 +43,25 @@ FRAME = LiveFrame(1, 90, 1.5, np.zeros((0, 3, 4)), {}, {"kinetic": 2.345}, 0.43,
     ],
 )
 def test_the_clock_is_honest(frame, text):
-    assert clock_text(frame, is_compiling=False) == text
-    assert clock_text(frame, is_compiling=True).startswith("Compiling")
+    assert live_panel.clock_text(frame, is_compiling=False) == text
+    assert live_panel.clock_text(frame, is_compiling=True).startswith("Compiling")
 
 
 def test_texts_of_energy_and_of_the_end_of_the_process():
-    assert energy_lines({"kinetic": 2.345, "contact damping": 0.0}) == [
+    assert live_panel.energy_lines({"kinetic": 2.345, "contact damping": 0.0}) == [
         "Kinetic energy 2.35 J",
         "Contact damping energy 0.00 J",
     ]
-    assert "was ended by SIGKILL" in death_text(-9)
-    assert "was ended by signal 250" in death_text(-250)
-    assert "ended with code 3" in death_text(3)
-    assert "ended unexpectedly" in death_text(None)
+    assert "was ended by SIGKILL" in live_panel.death_text(-9)
+    assert "was ended by signal 250" in live_panel.death_text(-250)
+    assert "ended with code 3" in live_panel.death_text(3)
+    assert "ended unexpectedly" in live_panel.death_text(None)
 
 
 def test_figures_with_loops_cannot_be_simulated_live():
     for name, reason in (("fourbar", "closed loops"), ("prototype", None)):
         figure = read_figure(name)
-        obstacle = live_obstacle(Model.of(figure))
+        obstacle = live_panel.live_obstacle(Model.of(figure))
         assert (reason is None and obstacle is None) or reason in obstacle
 
 
@@ -83,7 +71,7 @@ def test_the_text_of_a_pose_holds_the_joints_of_the_figure_bit_by_bit():
         name: np.linspace(0.1, 0.3, len(joint.chain)) / 3.0 for name, joint in figure.joints.items()
     }
     read = POSE_FILE.parse_text(
-        pose_text(figure, {**displacements, "lower_torso": np.zeros(6)}), figure
+        live_panel.pose_text(figure, {**displacements, "lower_torso": np.zeros(6)}), figure
     ).require_value()
     for name, joint in figure.joints.items():
         if joint.chain:
@@ -92,41 +80,41 @@ def test_the_text_of_a_pose_holds_the_joints_of_the_figure_bit_by_bit():
 
 def test_the_floor_is_below_all_points():
     points = np.array([[0.0, 0.5004, 0.0], [1.0, -0.2497, 2.0]])
-    height = floor_height(points)
+    height = live_panel.floor_height(points)
     assert height == -0.255
-    assert points[:, 1].min() - height >= FLOOR_GAP
+    assert points[:, 1].min() - height >= live_panel.FLOOR_GAP
 
 
 def test_pulled_points_are_in_the_segment():
     pose = np.eye(4)
     pose[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
     pose[:3, 3] = 1.0, 2.0, 3.0
-    point = point_in_segment(pose, np.array([1.0, 2.5, 3.123456]))
+    point = live_panel.point_in_segment(pose, np.array([1.0, 2.5, 3.123456]))
     assert point == (0.5, 0.0, 0.12346)
     assert {type(part) for part in point} == {float}
 
 
 def test_files_stay_in_the_folder(tmp_path: Path):
-    assert live_path(tmp_path, "a.live.toml") == tmp_path / "a.live.toml"
-    assert live_path(tmp_path, "a.action") == tmp_path / "a.action"
+    assert live_panel.live_path(tmp_path, "a.live.toml") == tmp_path / "a.live.toml"
+    assert live_panel.live_path(tmp_path, "a.action") == tmp_path / "a.action"
     for name in ("a.toml", "a.txt", "../a.action", "a"):
         with pytest.raises(UsageError):
-            live_path(tmp_path, name)
+            live_panel.live_path(tmp_path, name)
 
 
-def panel_of(running) -> LivePanel:
-    return next(each for each in running.viewer.panels if isinstance(each, LivePanel))
+def panel_of(running) -> live_panel.LivePanel:
+    return next(each for each in running.viewer.panels if isinstance(each, live_panel.LivePanel))
 
 
 def test_a_figure_with_loops_has_no_start(run_viewer):
-    running = run_viewer("fourbar", (LivePanel,))
+    running = run_viewer("fourbar", (live_panel.LivePanel,))
     panel = panel_of(running)
     assert panel._start.disabled
     wait_until(lambda: "closed loops" in panel._clock.content)
 
 
 def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, tmp_path):
-    running = run_viewer("prototype", (LivePanel,))
+    running = run_viewer("prototype", (live_panel.LivePanel,))
     page, panel = open_page(running), panel_of(running)
     page.get_by_text("Start", exact=True).click()
     wait_until(lambda: panel._frame is not None and panel._frame.time > 0.5, WAIT)
@@ -157,7 +145,7 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
 
 
 def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path):
-    running = run_viewer("prototype", (LivePanel,))
+    running = run_viewer("prototype", (live_panel.LivePanel,))
     viewer, panel = running.viewer, panel_of(running)
     direction = viewer.springs.joints["left_knee"].axes[0].direction
     edited = apply_edits(viewer.springs, [SpringEdit("left_knee", direction, scale=3.0)])
@@ -195,7 +183,7 @@ def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path
 
 
 def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
-    running = run_viewer("pendulum", (LivePanel,))
+    running = run_viewer("pendulum", (live_panel.LivePanel,))
     viewer, panel = running.viewer, panel_of(running)
     posed = viewer.shown
     running.call(panel._toggle)
@@ -212,7 +200,7 @@ def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
 
 
 def test_a_simulation_waits_while_no_page_is_open(run_viewer):
-    running = run_viewer("pendulum", (LivePanel,))
+    running = run_viewer("pendulum", (live_panel.LivePanel,))
     panel = panel_of(running)
     first, second = PageClient(running.address), PageClient(running.address)
     wait_until(lambda: len(running.server.get_clients()) == 2)
@@ -241,7 +229,7 @@ def test_a_simulation_waits_while_no_page_is_open(run_viewer):
 
 
 def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
-    running = run_viewer("pendulum", (LivePanel,))
+    running = run_viewer("pendulum", (live_panel.LivePanel,))
     panel = panel_of(running)
     for value, gravity, scale in ((1e6, 20.0, 4.0), (-1e6, 0.0, 0.0)):
         for control in (panel._gravity, panel._stiffness, panel._damping):
@@ -250,11 +238,11 @@ def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
         assert panel._scales_change() == SetScales(scale, scale)
     running.call(lambda: setattr(panel._floor, "value", True))
     running.call(lambda: setattr(panel._height, "value", -1e300))
-    assert panel._floor_height() == -0.01 * MAX_HEIGHT
+    assert panel._floor_height() == -0.01 * live_panel.MAX_HEIGHT
 
 
 def test_a_process_that_cannot_start_is_said(run_viewer, monkeypatch):
-    running = run_viewer("pendulum", (LivePanel,))
+    running = run_viewer("pendulum", (live_panel.LivePanel,))
     viewer, panel = running.viewer, panel_of(running)
     told: list[str] = []
     monkeypatch.setattr(viewer, "tell_error", lambda failure: told.append(str(failure)))
@@ -275,7 +263,7 @@ def test_a_process_that_cannot_start_is_said(run_viewer, monkeypatch):
 
 def test_start_pauses_a_motion_that_plays_and_play_pauses_the_simulation(run_viewer, tmp_path):
     content = replace(content_of("prototype", tmp_path), motion=clip("prototype"))
-    running = run_viewer(content, (PlayPanel, LivePanel))
+    running = run_viewer(content, (PlayPanel, live_panel.LivePanel))
     viewer, (play, panel) = running.viewer, running.viewer.panels
 
     def is_playing() -> bool:
@@ -296,7 +284,7 @@ def test_start_pauses_a_motion_that_plays_and_play_pauses_the_simulation(run_vie
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="the system has no SIGSTOP")
 def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path):
-    running = run_viewer("pendulum", (LivePanel,))
+    running = run_viewer("pendulum", (live_panel.LivePanel,))
     panel = panel_of(running)
     running.call(panel._take_step)
     wait_until(lambda: panel.newest is not None and panel.newest.number == 1, WAIT)
@@ -311,7 +299,7 @@ def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path
 
 
 def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
-    running = run_viewer("pendulum", (LivePanel,))
+    running = run_viewer("pendulum", (live_panel.LivePanel,))
     page, panel = open_page(running), panel_of(running)
     figure = running.viewer.figure
     bent = {"shoulder": np.array([0.1, 0.2, 0.3])}
@@ -339,7 +327,7 @@ def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
 
 
 def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
-    running = run_viewer("prototype", (LivePanel,))
+    running = run_viewer("prototype", (live_panel.LivePanel,))
     page, panel = open_page(running), panel_of(running)
     page.get_by_label("Floor", exact=True).click()
     page.get_by_label("Free root").click()

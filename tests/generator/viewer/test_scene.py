@@ -8,14 +8,7 @@ from hypothesis import strategies as st
 from generator.geometry.surface import Surface
 from generator.geometry.validate import build_solid
 from generator.rotations import Array, matrix_from_rotation_vector, pose_matrix
-from generator.viewer.scene import (
-    FILL,
-    VIEW_ANGLE,
-    VIEW_DIRECTION,
-    camera_position,
-    mesh_with_creases,
-    node_name,
-)
+from generator.viewer import scene
 from generator.viewer.viewer import Driver, FigureState
 from tests.bodies import box
 from tests.browser import node_pose
@@ -25,7 +18,7 @@ from tests.generator.viewer.conftest import wait_until
 def test_the_browser_has_the_poses_of_the_server(run_viewer, open_page):
     running = run_viewer("prototype")
     page = open_page(running)
-    nodes = list(map(node_name, running.viewer.scene.meshes))
+    nodes = list(map(scene.node_name, running.viewer.scene.meshes))
     wait_until(lambda: all(node_pose(page, node) is not None for node in nodes))
     viewer = running.viewer
     # a small movement, below the change of about 1e-5 that the library of the page leaves out
@@ -52,20 +45,20 @@ def prism(sides: int) -> Surface:
 
 
 def test_a_box_has_creases_at_all_edges():
-    vertices, triangles = mesh_with_creases(Surface.from_faces(*box((1.0, 2.0, 3.0))))
+    vertices, triangles = scene.mesh_with_creases(Surface.from_faces(*box((1.0, 2.0, 3.0))))
     assert (len(vertices), len(triangles)) == (24, 12)
 
 
 @pytest.mark.parametrize(("sides", "corners_of_a_wall"), [(8, 4), (16, 2)])
 def test_walls_of_a_prism_are_smooth_where_they_are_many(sides: int, corners_of_a_wall: int):
     """Walls of an octagon meet at 45 degrees, those of a polygon of 16 sides at half of that."""
-    vertices, triangles = mesh_with_creases(prism(sides))
+    vertices, triangles = scene.mesh_with_creases(prism(sides))
     assert len(vertices) == sides * corners_of_a_wall + 2 * sides
     assert len(triangles) == 4 * sides - 4
 
 
 def test_the_triangles_of_a_mesh_are_those_of_its_surface():
-    vertices, triangles = mesh_with_creases(prism(12))
+    vertices, triangles = scene.mesh_with_creases(prism(12))
     volume = float(np.sum(np.linalg.det(vertices[triangles]))) / 6.0
     assert volume == pytest.approx(build_solid(prism(12)).volume, rel=1e-12)
 
@@ -79,21 +72,21 @@ def test_a_framed_figure_is_beside_the_controls_and_fills_the_page(
     points: list[tuple[float, float, float]], aspect: float, covered: float
 ):
     places = np.array([*points, (0.5, 0.0, 0.0), (-0.5, 0.0, 0.0), (0.0, 2.0, 0.0)])
-    camera, centre = camera_position(places, aspect, covered)
-    assert np.allclose((camera - centre) / np.linalg.norm(camera - centre), VIEW_DIRECTION)
+    camera, centre = scene.camera_position(places, aspect, covered)
+    assert np.allclose((camera - centre) / np.linalg.norm(camera - centre), scene.VIEW_DIRECTION)
     x, y = on_page(places, camera, aspect).T
-    assert np.abs(y).max() <= FILL + 1e-9
+    assert np.abs(y).max() <= scene.FILL + 1e-9
     # the free part of the page is from -1 to 1 - 2 covered
     beside = (x + covered) / (1.0 - covered)
-    assert np.abs(beside).max() <= FILL + 1e-9
-    assert max(np.abs(y).max(), np.abs(beside).max()) == pytest.approx(FILL)
+    assert np.abs(beside).max() <= scene.FILL + 1e-9
+    assert max(np.abs(y).max(), np.abs(beside).max()) == pytest.approx(scene.FILL)
 
 
 def on_page(points: Array, camera: Array, aspect: float) -> Array:
     """Places of points on a page from -1 to 1, shape (n, 2)."""
-    right = np.cross([0.0, 1.0, 0.0], VIEW_DIRECTION)
+    right = np.cross([0.0, 1.0, 0.0], scene.VIEW_DIRECTION)
     right /= np.linalg.norm(right)
-    up = np.cross(VIEW_DIRECTION, right)
+    up = np.cross(scene.VIEW_DIRECTION, right)
     arms = points - camera
-    depths = -arms @ VIEW_DIRECTION * np.tan(0.5 * VIEW_ANGLE)
+    depths = -arms @ scene.VIEW_DIRECTION * np.tan(0.5 * scene.VIEW_ANGLE)
     return np.stack([arms @ right / (depths * aspect), arms @ up / depths], axis=1)

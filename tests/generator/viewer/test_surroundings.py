@@ -5,18 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.viewer.surroundings import (
-    GRID_CELL,
-    MIN_GROUND_REACH,
-    ground_width,
-    joint_frames,
-    site_frames,
-)
+from generator.viewer import surroundings
 
 
 def test_frames_of_sites_are_those_of_the_figure():
     figure = read_figure("clavicles")
-    frames = site_frames(figure)
+    frames = surroundings.site_frames(figure)
     assert sum(map(len, frames.values())) == sum(
         len(each.sites) for each in figure.segments.values()
     )
@@ -27,7 +21,7 @@ def test_frames_of_sites_are_those_of_the_figure():
 
 def test_frames_of_joints_are_those_of_both_sites():
     figure = read_figure("fourbar")
-    frames = joint_frames(figure)
+    frames = surroundings.joint_frames(figure)
     assert sum(map(len, frames.values())) == 8
     crank = figure.segments["crank"].sites
     assert np.array_equal(
@@ -39,7 +33,7 @@ def test_frames_of_joints_are_those_of_both_sites():
 def test_the_ground_has_whole_sections_and_reaches_beyond_the_figure(
     points: list[tuple[float, float, float]],
 ):
-    width = ground_width(np.array(points))
-    assert (width / (8.0 * GRID_CELL)).is_integer()
-    assert width >= 2.0 * MIN_GROUND_REACH
+    width = surroundings.ground_width(np.array(points))
+    assert (width / (8.0 * surroundings.GRID_CELL)).is_integer()
+    assert width >= 2.0 * surroundings.MIN_GROUND_REACH
     assert width >= 4.0 * np.abs(np.array(points)[:, [0, 2]]).max()
