@@ -68,9 +68,7 @@ class CheckResult(answer.CommandResult):
 def _curve_paragraphs(reports: Sequence[CurveReport], *, include_notes: bool) -> Iterator[str]:
     """Yield a paragraph for each curve: its joints, then its findings in a table.
 
-    Args:
-        reports: Reports of the curves.
-        include_notes: Include notes beside doubts, and curves without doubts.
+    Without notes, curves without doubts are left out.
     """
     shown = [report for report in reports if include_notes or report.doubts]
     for report in shown:
@@ -157,21 +155,26 @@ def check(
                 raise UsageError(f"--springs applies to a figure, not to {noun}")
             return check_file(name)
     reading = FIGURE_FILE.parse_file(name)
-    faults, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
+    diagnostics, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
     mirrors, publications = None, _range_publications(reading.value)
     if reading.value is not None:
         found = parse_springs_option(reading.value, springs)
-        faults = (*faults, *found.diagnostics)
+        diagnostics += found.diagnostics
         if found.value is not None:
             spring_set, replaced = found.value.springs, found.value.replaced
         obstacles = simulation_obstacles(Model(reading.value, spring_set))
         if not tuple(chain_obstacles(reading.value)):
             mirrors = mirror_rotations(reading.value)
-        messages = {fault.message for fault in faults}
-        faults = (*faults, *(one for one in obstacles if one.message not in messages))
-    verdict = f"{name}: {_severity_counts(faults)}; {_usability_sentence(faults, obstacles)}"
+        messages = {one.message for one in diagnostics}
+        diagnostics += tuple(one for one in obstacles if one.message not in messages)
+    use = "the figure can be simulated"
+    if select_errors(diagnostics):
+        use = "the figure cannot be used"
+    elif obstacles:
+        use = "the figure can be read, but not simulated"
+    verdict = f"{name}: {_severity_counts(diagnostics)}; {use}"
     reports = report_curves(spring_set, mirrors, publications)
-    return _check_result(faults, reports, spring_set, replaced, verdict)
+    return _check_result(diagnostics, reports, spring_set, replaced, verdict)
 
 
 def _range_publications(figure: Figure | None) -> tuple[str, ...]:
@@ -281,13 +284,3 @@ def _severity_counts(diagnostics: tuple[Diagnostic, ...]) -> str:
     errors = len(select_errors(diagnostics))
     warnings = sum(one.severity is Severity.WARNING for one in diagnostics)
     return f"{answer.format_count(errors, 'error')}, {answer.format_count(warnings, 'warning')}"
-
-
-def _usability_sentence(
-    diagnostics: tuple[Diagnostic, ...], obstacles: tuple[Diagnostic, ...]
-) -> str:
-    if select_errors(diagnostics):
-        return "the figure cannot be used"
-    if obstacles:
-        return "the figure can be read, but not simulated"
-    return "the figure can be simulated"

@@ -95,13 +95,7 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
 def contact_rows(
     recording: Recording, spheres: "Mapping[str, SegmentSpheres]", *, self_contact: bool = False
 ) -> list[tuple[str, str]]:
-    """Return the rows of a summary about contact: title and text.
-
-    Args:
-        recording: recording of a run with contact.
-        spheres: contact spheres by segment.
-        self_contact: whether the segments touched each other.
-    """
+    """Return the rows of a summary about a run with contact: title and text."""
     record = recording.contact
     assert record is not None
     count = sum(len(one.spheres) for one in spheres.values())
@@ -174,9 +168,8 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
     ]
     if record.impact_shift is not None:
         texts.append(f"first impact within {1000.0 * record.impact_shift:.2g} ms")
-    return list(
-        zip(("start", "", ""), (*(f"{text}," for text in texts[:-1]), texts[-1]), strict=False)
-    )
+    lines = ",\n".join(texts).split("\n")
+    return list(zip(("start", "", ""), lines, strict=False))
 
 
 class StartsChoice(NamedTuple):

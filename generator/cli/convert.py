@@ -61,11 +61,7 @@ class Conversion(CommandResult):
 
     Attributes:
         source: Motion, figure or model that was read.
-        figure: Figure of a motion, or the source; None of a model.
-        frames: Number of frames of a motion.
         files: Outputs, and the files that belong to them.
-        coordinates: Joints of the coordinates of a model.
-        losses: Losses of each output.
         title: First line.
         is_import: True if the source is a model.
         lists_all: List all losses with all their places; otherwise a few, a line each.
@@ -114,12 +110,7 @@ def import_model(
 ) -> CommandResult:
     """Write the figure of a model, with a springs file beside it if it has springs.
 
-    Args:
-        source: the model.
-        outputs: figure files. A springs file beside one of them may replace an existing one only
-            if it is listed as well.
-        separate: keep hinges with springs, damping or limits as separate joints.
-        verbose: list all losses in full.
+    A springs file replaces an existing one only if it is among the outputs.
 
     Raises:
         UsageError: an output is not a figure file.

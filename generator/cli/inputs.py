@@ -6,7 +6,6 @@ These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `-
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from hashlib import sha256
 from math import degrees, inf, isclose, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -48,7 +47,7 @@ from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.motion_files.drives import read_drives_with_warnings
-from generator.motion_files.motion import FigureMotion, Header
+from generator.motion_files.motion import FigureMotion, Header, file_sha256
 from generator.rotations import Array
 from generator.run_options import RUN_OPTIONS
 from generator.simulation.plan import Plan, option_faults, plan_fields
@@ -86,14 +85,12 @@ def parse_springs_option(
     if choice in (None, NO_SPRINGS) or parsed.value is None:
         return parsed
     springs = parsed.value.springs
-    limp, moving = (
-        joints_without_elastic_law(figure, springs),
-        sum(bool(j.chain) for j in figure.joints.values()),
-    )
-    if 2 * len(limp) <= moving:
+    inelastic = len(joints_without_elastic_law(figure, springs))
+    moving = sum(bool(joint.chain) for joint in figure.joints.values())
+    if 2 * inelastic <= moving:
         return parsed
     few = warning(
-        f"{len(limp)} of {moving} joints have no elastic law with the springs of {springs.origin}",
+        f"{inelastic} of {moving} joints have no elastic law with the springs of {springs.origin}",
         hint=f"`{EXTENDS_KEY}` keeps the springs of another file",
     )
     return Parsed(parsed.value, (*parsed.diagnostics, few))
@@ -116,21 +113,17 @@ def require_simulatable(
 
     `start` are its initial displacements [rad or m]; None if prescribed joints change them.
     """
-    faults = model_obstacles(model) if start is None else simulation_obstacles(model, start)
-    if faults:
-        messages = {fault.message for fault in faults}
-        raise InputError((*(one for one in warnings if one.message not in messages), *faults))
+    obstacles = model_obstacles(model) if start is None else simulation_obstacles(model, start)
+    if obstacles:
+        messages = {one.message for one in obstacles}
+        raise InputError((*(one for one in warnings if one.message not in messages), *obstacles))
 
 
 def given_options(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a run that are given, by their keys.
 
-    Args:
-        values: Values of all options that a command has, by their names in Python; other names
-            do not matter.
-
-    Raises:
-        UsageError: a value is invalid, or two options contradict each other.
+    `values` are those of all options of a command, by their names in Python, among others. Raises
+    UsageError for an invalid value, and for two options that contradict each other.
     """
     own = {key: option for key, option in RUN_OPTIONS.items() if option.field in values}
     settings: dict[str, Any] = {}
@@ -255,7 +248,10 @@ def placement_from_options(
     """
     check_chains(figure)
     tree = build_tree(figure)
-    from_file, faults = _read_pose(figure, pose)
+    from_file, warnings = dict[str, Array](), ()
+    if pose is not None:
+        parsed = POSE_FILE.parse_file(pose, figure)
+        from_file, warnings = dict(parsed.require_value()), parsed.diagnostics
     set_values = displacements_from_options("--set", sets, settable_chains(figure))
     asked = {
         **initial_displacements(tree),
@@ -264,7 +260,7 @@ def placement_from_options(
     }
     placement = close_loops(tree, asked, fixed=set(set_values or from_file))
     check_segment_distances(placement)
-    return placement, faults
+    return placement, warnings
 
 
 def start_displacements_from_options(
@@ -279,9 +275,9 @@ def start_displacements_from_options(
         return {}, ()
     if pose is None:
         return displacements_from_options("--set", sets, settable_chains(figure)), ()
-    placement, faults = placement_from_options(figure, pose, sets)
+    placement, warnings = placement_from_options(figure, pose, sets)
     values = placement.displacements.items()
-    return {name: tuple(float(value) for value in row) for name, row in values}, faults
+    return {name: tuple(float(value) for value in row) for name, row in values}, warnings
 
 
 MAX_ANGLE_BEYOND_RANGE = np.radians(10.0)
@@ -293,10 +289,7 @@ def start_warnings(
 ) -> Iterator[Diagnostic]:
     """Yield warnings of joints that start outside their limits or their normal range of motion.
 
-    Args:
-        figure: figure whose joints they are.
-        springs: springs of the figure; they name the motions.
-        displacements: initial displacements by joint [rad or m].
+    The springs name the motions; `displacements` are initial ones by joint [rad or m].
     """
     for name, values in displacements.items():
         joint = figure.joints[name]
@@ -376,9 +369,9 @@ def _read_motion(path: Path, figure: Figure | None) -> tuple[FigureMotion, tuple
 
 def check_chains(figure: Figure) -> None:
     """Raise InputError if no single joint can realise a joint's chain."""
-    faults = tuple(chain_obstacles(figure))
-    if select_errors(faults):
-        raise InputError(faults)
+    obstacles = tuple(chain_obstacles(figure))
+    if select_errors(obstacles):
+        raise InputError(obstacles)
 
 
 def check_segment_distances(placement: Placement) -> None:
@@ -393,30 +386,15 @@ def check_distances(what: str, positions: Array) -> None:
         raise MoverError(f"{what} is more than {MAX_DISTANCE:.0e} m from the origin")
 
 
-def _read_pose(
-    figure: Figure, path: Path | None
-) -> tuple[dict[str, Array], tuple[Diagnostic, ...]]:
-    if path is None:
-        return {}, ()
-    parsed = POSE_FILE.parse_file(path, figure)
-    return dict(parsed.require_value()), parsed.diagnostics
-
-
 def changed_figure_warnings(figure: Figure, header: Header, path: Path) -> tuple[Diagnostic, ...]:
     """Warn if the figure's file is not the one that the motion was made with."""
-    if figure.path is None or header.sha256 is None:
+    if figure.path is None or header.sha256 in (None, file_sha256(figure.path)):
         return ()
-    if sha256(figure.path.read_bytes()).hexdigest() == header.sha256:
-        return ()
-    return (
-        warning(
-            f"`{path}` is a motion of another version of {header.figure} than `{figure.path}`",
-            hint="its joints agree, its segments may differ",
-        ),
-    )
+    text = f"`{path}` is a motion of another version of {header.figure} than `{figure.path}`"
+    return (warning(text, hint="its joints agree, its segments may differ"),)
 
 
-_AGREEMENT_TOLERANCE = 1e-9
+AGREEMENT_TOLERANCE = 1e-9
 """Largest difference of displacements that count as one [rad or m]."""
 
 
@@ -438,18 +416,18 @@ class KinematicConstraints:
         free_root: bool = False,
         scaled: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     ) -> None:
-        """Raise UsageError where options contradict each other.
+        """Check that no joint starts elsewhere, or with another velocity, than it is held.
 
         Args:
-            figure: figure whose joints are held.
-            sets: sets of `--set`: a joint cannot start elsewhere than it is held at the start.
-            start: time of it [s].
-            velocities: velocities of `--velocity`: nor with another velocity.
-            free_root: whether `--free-root` lets the figure go.
+            figure: Figure whose joints are held.
+            sets: Values of `--set`.
+            start: Time of the start [s].
+            velocities: Values of `--velocity`.
+            free_root: Effect of `--free-root`: the figure is let go.
             scaled: Displacements and rates of `--scale` by joint, under `pose` and `velocity`.
 
         Raises:
-            UsageError: they do; or a joint is locked that cannot be.
+            UsageError: one does, or a joint is locked that cannot be.
             ModelError: the links or the drives by themselves cannot be held.
         """
         if not (self.links.links or self.locked or self.drives):
@@ -472,7 +450,7 @@ class KinematicConstraints:
         put = prescribed.impose_displacements(asked, start)
         for name in set_values:
             if not all(
-                isclose(one, other, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE)
+                isclose(one, other, rel_tol=AGREEMENT_TOLERANCE, abs_tol=AGREEMENT_TOLERANCE)
                 for one, other in zip(asked[name], put[name], strict=True)
             ):
                 option = "--scale pose." if name in scaled["pose"] else "--set "
@@ -502,7 +480,7 @@ def _check_rates(
     put = prescribed.impose_rates(asked, start)
     for name in velocities.keys() & asked.keys():
         if not np.allclose(
-            asked[name], put[name], rtol=_AGREEMENT_TOLERANCE, atol=_AGREEMENT_TOLERANCE
+            asked[name], put[name], rtol=AGREEMENT_TOLERANCE, atol=AGREEMENT_TOLERANCE
         ):
             option = "--scale velocity." if name in scaled else "--velocity "
             raise UsageError(
@@ -520,12 +498,7 @@ def constraints_from_options(
 ) -> tuple[KinematicConstraints, tuple[Diagnostic, ...]]:
     """Return the constraints of a run, with warnings.
 
-    Args:
-        figure: figure whose joints they are.
-        links: a links file.
-        locks: names of joints.
-        drive: an action file or a table.
-        driven: names of the joints that it drives; all when there are none.
+    The drive is an action file or a table of the driven joints, or of all if none are named.
 
     Raises:
         UsageError: a joint is unknown.
@@ -538,14 +511,12 @@ def constraints_from_options(
                 raise UsageError(f"{option} {name}: the figure has no joint `{name}`; {hint}")
     if driven and drive is None:
         raise UsageError("--driven chooses joints of the --drive file, which is missing")
-    read, faults = NO_LINKS, ()
+    read, warnings = NO_LINKS, ()
     if links is not None:
         reading = LINKS_FILE.parse_file(links, figure)
-        if reading.value is None:
-            raise InputError(reading.diagnostics)
-        read, faults = reading.value, reading.diagnostics
+        read, warnings = reading.require_value(), reading.diagnostics
     drives: Mapping[str, Drive] = {}
     if drive is not None:
         drives, more = read_drives_with_warnings(drive, figure, driven)
-        faults = (*faults, *more)
-    return KinematicConstraints(read, tuple(dict.fromkeys(locks)), drives), faults
+        warnings += more
+    return KinematicConstraints(read, tuple(dict.fromkeys(locks)), drives), warnings

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 import typer
 
 from generator.cli import answer, inputs, options, outputs
+from generator.cli.inputs import AGREEMENT_TOLERANCE
 from generator.cli.options import JointDisplacement, in_display_units, joint_displacements
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
@@ -16,9 +17,6 @@ from generator.kinematics.free_root import settable_chains
 from generator.kinematics.links import LINKS_FILE, Coordinate, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements
-
-_AGREEMENT_TOLERANCE = 1e-9
-"""Largest difference of displacements that count as one [rad or m]."""
 
 
 class LinkedCoordinate(NamedTuple):
@@ -120,7 +118,7 @@ def _check_followers(
         if joint not in requested:
             continue
         values = float(displacements[joint][k]), requested[joint][k]
-        if not isclose(*values, rel_tol=_AGREEMENT_TOLERANCE, abs_tol=_AGREEMENT_TOLERANCE):
+        if not isclose(*values, rel_tol=AGREEMENT_TOLERANCE, abs_tol=AGREEMENT_TOLERANCE):
             follows, asked = (
                 _format_rounded(*_in_display_unit(figure, one.follower, value)) for value in values
             )

@@ -208,13 +208,7 @@ def velocities_from_options(
 def displacements_from_options(
     option: str, texts: Iterable[str], chains: Chains, in_metres: Container[str] = ()
 ) -> dict[str, tuple[float, ...]]:
-    """Parse `JOINT=a,b,c` in deg and cm, by joint [rad or m, or their rates].
-
-    Args:
-        option: option for messages.
-        texts: values of the option.
-        chains: chains by joint.
-        in_metres: joints with lengths in m.
+    """Parse `JOINT=a,b,c` in deg and cm, or m for some joints, by joint [rad or m, or their rates].
 
     Raises UsageError for text that is invalid or does not fit a chain.
     """

@@ -111,9 +111,7 @@ def already_written_errors(files: Iterable[Path]) -> Iterator[Diagnostic]:
 def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
     """Convert errors of writing a file to InputError, and of its format to MoverError.
 
-    Args:
-        path: the file.
-        before: files of the same command that were written already.
+    `before` are files of the same command that were written already.
     """
     try:
         yield

@@ -46,13 +46,7 @@ _FACES_PATTERN = re.compile(r"(\w+)(?::\s*([0-9]{1,9}(?:\s*,\s*[0-9]{1,9})*))?")
 def support_from_options(
     figure: Figure, texts: Sequence[str], below: float | None, up: Vector
 ) -> Support:
-    """Return the support that the options define.
-
-    Args:
-        figure: that stands on it.
-        texts: texts of the form `SEGMENT`, `SEGMENT:FACE,FACE` or `SEGMENT.SITE`.
-        below: height up to which all faces support [m].
-        up: normal of the ground.
+    """Return the support: parts of a figure, or all of its faces up to a height [m].
 
     Raises:
         UsageError: a text cannot be read or does not fit the figure, or not one way is chosen.

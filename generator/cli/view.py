@@ -50,17 +50,7 @@ _Warnings = tuple[Diagnostic, ...]
 
 @dataclass(frozen=True)
 class ViewInputs:
-    """Contents of the files that a command line names.
-
-    Attributes:
-        figure: the figure.
-        springs: springs of its joints.
-        springs_choice: choice of the springs, as for `read_springs`.
-        placement: the pose in which it appears.
-        motion: motion to play, or None.
-        second: the second motion, or None.
-        warnings: warnings of all files.
-    """
+    """Contents of the files that a command line names."""
 
     figure: Figure
     springs: SpringSet
@@ -348,13 +338,7 @@ def _has_display() -> bool:
 
 
 def _announce(where: str, elsewhere: str | None, warnings: _Warnings) -> None:
-    """Print the address and warnings.
-
-    Args:
-        where: address for this machine.
-        elsewhere: address for other machines; None if they do not reach the page.
-        warnings: Warnings about the files.
-    """
+    """Print the address, that for other machines if they reach the page, and warnings."""
     typer.echo(f"{where}\nCtrl-C ends the page.", err=True)
     for line in dict.fromkeys(each.first_line for each in warnings):
         typer.echo(line, err=True)

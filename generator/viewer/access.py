@@ -51,11 +51,7 @@ class Access:
     """The key of a page and the names of its host."""
 
     def __init__(self, host: str) -> None:
-        """Draw a key.
-
-        Args:
-            host: address at which the server listens.
-        """
+        """Draw a key for a server that listens at `host`."""
         self.key = secrets.token_urlsafe(_KEY_BYTES)
         self._is_local = is_loopback(host)
         self._names = {"localhost", host.lower()}
@@ -136,10 +132,8 @@ def guarded_websockets(
 ) -> Generator[None]:
     """Guard the websocket server that another library starts meanwhile, also in another thread.
 
-    Args:
-        access: decides before the library's own answer to a request.
-        make_connection: Factory of connections, as for `websockets.asyncio.server.serve`.
-        logger: Logger of the server, likewise.
+    The access decides before the library's own answer to a request; factory of connections and
+    logger are as for `websockets.asyncio.server.serve`.
     """
     serve = websocket_server.serve
 
@@ -169,13 +163,8 @@ def guarded_websockets(
 def check_guard(host: str, port: int) -> None:
     """Ask the server for its page and for a websocket without the key.
 
-    Args:
-        host: Address at which this machine reaches the server.
-        port: Port of the server.
-
-    Raises:
-        MoverError: it does not refuse them. A version of the library that starts its server in
-            another way would be open to every web page.
+    Raises MoverError if it does not refuse them. A version of the library that starts its server
+    in another way would be open to every web page.
     """
     upgrade = {
         "Connection": "Upgrade",

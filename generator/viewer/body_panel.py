@@ -41,14 +41,7 @@ _NO_SEGMENT = "(none)"
 class BalanceNodes:
     """Centre of mass, plumb line and support in the scene, in the colour of the balance.
 
-    Attributes:
-        centre: ball at the centre of mass.
-        foot: ball below it, on the plane of support.
-        plumb: line between both.
-        area: area of the support.
-        outline: outline of the support.
-        edge: edge over which the figure tips.
-        margin: text beside the foot.
+    The foot is below the centre of mass, on the plane of support; over the edge the figure tips.
     """
 
     def __init__(self, scene: viser.SceneApi, size: float) -> None:

@@ -94,9 +94,8 @@ class _ArrowsStart(_Message, tag="TransformControlsDragStartMessage"):
     owner: str = ""
 
 
-class _ArrowsEnd(_Message, tag="TransformControlsDragEndMessage"):
-    name: str
-    owner: str = ""
+class _ArrowsEnd(_ArrowsStart, tag="TransformControlsDragEndMessage"):
+    pass
 
 
 _DECODER = msgspec.msgpack.Decoder(
@@ -113,11 +112,7 @@ class ValueOfControlError(Exception):
 
 
 def check_message(frame: bytes | str, find_control: Callable[[str], Any]) -> None:
-    """Check a message of a browser.
-
-    Args:
-        frame: Message as it was received.
-        find_control: returns the control with an identifier, or None.
+    """Check a message of a browser; `find_control` returns a control, or None, by its identifier.
 
     Raises:
         MessageError: no page sends this.
@@ -166,14 +161,7 @@ class BrowserConnection(ServerConnection):
         notify: Callable[[str], None],
         **options: Any,
     ) -> None:
-        """Add the checks to a connection.
-
-        Args:
-            arguments: Arguments of a `ServerConnection`.
-            find_control: Look-up of a control, as for `check_message`.
-            notify: gets a sentence for the page about a value that is not taken.
-            options: Options of a `ServerConnection`.
-        """
+        """Add the checks, and `notify`, which gets a sentence about a value that is not taken."""
         super().__init__(*arguments, **options)
         self._find_control, self._notify = find_control, notify
         self._refused = 0

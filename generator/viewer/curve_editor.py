@@ -40,14 +40,7 @@ _UNSAVED = "changes.springs.toml"
 
 
 class CurveEditor:
-    """Changes of springs as loaded.
-
-    Attributes:
-        figure: the figure.
-        loaded: its springs as loaded.
-        springs: the changed ones.
-        edits: edits by joint and axis.
-    """
+    """Changes of springs as loaded, by joint and axis."""
 
     def __init__(
         self, figure: Figure, springs: SpringSet, folder: Path, choice: str | Path | None
@@ -215,11 +208,7 @@ def chart_data(
 
     The chart joins what is on both sides of nan, so that each column is drawn in one range.
 
-    Args:
-        curve: curve as it is.
-        loaded: loaded as it was loaded.
-        angle: angle of the moving point [rad].
-        limit: torque at the edges of the chart [N m].
+    The moving point is at an angle [rad], and the chart ends at a torque [N m].
     """
     angles, place = _chart_angles(curve, loaded, angle)
     nothing, zero = np.full_like(angles, np.nan), np.zeros_like(angles)

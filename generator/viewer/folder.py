@@ -11,18 +11,10 @@ from generator.text_io import os_error_reason, write_atomic
 
 
 def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
-    """Return the path of a file in a folder from a name that was typed on the page.
+    """Return the path of a file in a folder, or in one inside it, from a name that was typed.
 
-    Symbolic links are followed before the path is compared with the folder.
-
-    Args:
-        folder: folder of the page's files.
-        text: the name, which may contain folders inside `folder`.
-        suffixes: that the file may have, such as `.pose`, in lower case.
-
-    Raises:
-        UsageError: the text is not a name of a file, has another suffix, or leads out of the
-            folder.
+    Symbolic links are followed before the path is compared with the folder. Raises UsageError for
+    text that is no name of a file, has none of the suffixes (lower case), or leads out.
     """
     name = text.strip()
     if not name:

@@ -102,10 +102,7 @@ def effective_mass(segment: Segment, point: live.Vector) -> float:
 
     Its inverse is the largest eigenvalue of 1 / m - [r] J^-1 [r], where r is the arm from the
     centre of mass, [r] its cross-product matrix, and J the tensor of inertia.
-
-    Args:
-        segment: segment with mass, centre of mass and moments of inertia.
-        point: point in its frame [m].
+    The point is in the frame of the segment [m].
     """
     assert segment.mass is not None
     assert segment.centre_of_mass is not None

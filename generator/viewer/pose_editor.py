@@ -99,9 +99,7 @@ class PoseEditor:
     def change(self, placement: Placement, group: Hashable = None) -> None:
         """Make a placement the present one.
 
-        Args:
-            placement: the new one.
-            group: changes in a row of one group that is not None are undone together.
+        Changes in a row of one group that is not None are undone together.
         """
         if group is None or group != self._group:
             self._undo.append(self.placement)
@@ -132,7 +130,7 @@ class PoseEditor:
         """Return to the first pose."""
         self.change(self._first)
 
-    def adopt(self, displacements: Displacements) -> None:
+    def take_over(self, displacements: Displacements) -> None:
         """Take over displacements of the joints that this figure has, such as those of a motion."""
         known = {
             name: np.asarray(values)
@@ -141,19 +139,13 @@ class PoseEditor:
         }
         if any(not np.array_equal(values, self.displacements[name])
                for name, values in known.items()):  # fmt: skip
-            self.set(known, group="adopted")
+            self.set(known, group="taken over")
 
     def set(self, displacements: Displacements, fixed: bool = True, group: Hashable = None) -> None:
-        """Change the displacements of some joints; links follow and loops close.
+        """Change the displacements of some joints [rad or m]; links follow and loops close.
 
-        Args:
-            displacements: displacements by joint [rad or m].
-            fixed: whether these displacements must be reached exactly; otherwise they change as
-                well to close loops.
-            group: group as in `change`.
-
-        Raises:
-            OpenLoopError: no pose nearby closes the loops.
+        Unless they are fixed, they change as well to close loops. Raises OpenLoopError if no pose
+        nearby does.
         """
         joints = frozenset(displacements) if fixed else frozenset[str]()
         new = {**self.displacements, **displacements}
@@ -317,9 +309,7 @@ def _image_sign(one: JointAxis, other: JointAxis, turn: Array) -> int:
 def limb_joints(tree: Tree, segment: str) -> tuple[str, ...]:
     """Return the joints between a segment and the nearest one from which the tree branches.
 
-    Args:
-        tree: tree of the figure. With closed loops, all joints that move the segment.
-        segment: segment at the end of the limb.
+    With closed loops they are all joints that move the segment.
     """
     inward = {branch.outboard: branch for branch in tree.joints}
     outward: dict[str, int] = {}

@@ -264,7 +264,7 @@ class PosePanel(Panel):
     def _begin(self) -> None:
         """Take over the pose that a motion or a simulation shows."""
         if self.viewer.shown.driver is not Driver.POSE:
-            self.editor.adopt(self.viewer.shown.displacements)
+            self.editor.take_over(self.viewer.shown.displacements)
 
     def _show(self) -> None:
         """Show the editor's pose."""
@@ -359,7 +359,7 @@ class PosePanel(Panel):
         """Let the sliders follow."""
         self._is_stale = True
         if shown.driver is Driver.POSE and shown.displacements is not self.editor.displacements:
-            self.editor.adopt(shown.displacements)
+            self.editor.take_over(shown.displacements)
 
     def springs_changed(self, springs: SpringSet) -> None:
         """Renew the marks of the joints whose ranges have changed."""

@@ -149,9 +149,7 @@ def _face_directions(corners: Array, faces: Indices) -> Array:
 def _corners_across_smooth_edges(triangles: Indices, normals: Array) -> tuple[Indices, Indices]:
     """Return pairs of corners at one vertex, on the two sides of an edge without a crease.
 
-    Args:
-        triangles: indices of vertices, shape (t, 3).
-        normals: normals of the faces of the triangles, shape (t, 3).
+    Triangles are indices of vertices, shape (t, 3), with normals of their faces, shape (t, 3).
     """
     corner = np.arange(triangles.size).reshape(-1, 3)
     here, there = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
@@ -178,10 +176,8 @@ def points_in_world(figure_scene: FigureScene, poses: Mapping[str, Array]) -> Ar
 def camera_position(points: Array, aspect: float, covered: float) -> tuple[Array, Array]:
     """Return the position of a camera that sees all points, and the point that it looks at [m].
 
-    Args:
-        points: shape (n, 3) [m].
-        aspect: width of the page divided by its height.
-        covered: part of the width, at the right, that the controls cover.
+    Points have the shape (n, 3) [m]; `aspect` is the width of the page over its height, and
+    `covered` the part of the width, at the right, that the controls cover.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     centre = 0.5 * (low + high)

@@ -120,8 +120,7 @@ def _address_family(host: str) -> socket.AddressFamily:
 def open_server(host: str, port: int, title: str) -> PageServer:
     """Start the server of an empty page with y up.
 
-    Raises:
-        MoverError: it answers requests without the key of the page.
+    Raises MoverError if it answers requests without the key of the page.
     """
     with redirect_stdout(io.StringIO()):
         server = PageServer(host, port, title)
@@ -148,11 +147,9 @@ def reachable_host(host: str) -> str:
 
 
 def address(server: PageServer, host: str) -> str:
-    """Return the address of the page, with its key, for a browser.
+    """Return the address of the page, with its key, for a browser that reaches it by `host`.
 
-    Args:
-        server: Server of the page.
-        host: Address by which the browser reaches it; one of all hosts means this machine.
+    An address of all hosts means this machine.
     """
     name = reachable_host(host)
     name = f"[{name}]" if ":" in name else name

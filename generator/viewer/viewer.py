@@ -97,18 +97,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Content:
-    """Figure, springs and state that a page begins with.
-
-    Attributes:
-        figure: figure in the pose of its file.
-        springs: springs of its joints.
-        placement: the first pose.
-        folder: folder of the files that the page reads and writes.
-        motion: motion to play, or None.
-        ghost: a second motion, or None.
-        title: title of the page.
-        springs_choice: choice of the springs, as for `read_springs`.
-    """
+    """Figure, springs and state that a page begins with, and the folder of its files."""
 
     figure: Figure
     springs: SpringSet
@@ -121,19 +110,7 @@ class Content:
 
 
 class Viewer:
-    """A page and its state.
-
-    Attributes:
-        server: Server of the page.
-        content: what it began with.
-        springs: the present ones.
-        surroundings: lights and ground.
-        scene: the meshes of the figure.
-        shown: the present state of the figure.
-        segment: the selected segment, or None.
-        joint: the selected joint, or None.
-        panels: panels in the order of their tabs.
-    """
+    """A page and its state: what it shows, the present springs, and the selected parts."""
 
     def __init__(
         self, server: PageServer, content: Content, panels: Sequence[Callable[["Viewer"], Panel]]
@@ -203,11 +180,7 @@ class Viewer:
             panel.selection_changed(segment, joint)
 
     def frame_camera(self, states: Sequence[Mapping[str, Array]] = ()) -> None:
-        """Move the cameras of all pages so that the figure is seen from its front left.
-
-        Args:
-            states: poses of the segments that are to be seen; without any, the present ones.
-        """
+        """Move the cameras of all pages to see the figure, in some or its present poses."""
         points = np.concatenate(
             [points_in_world(self.scene, poses) for poses in states or [self.shown.poses]]
         )
@@ -230,10 +203,7 @@ class Viewer:
     ) -> None:
         """Call an action with each event that a user causes at a control or a node.
 
-        Args:
-            register: such as `slider.on_update`, `button.on_click`, `mesh.on_click`.
-            action: gets the event.
-            key: as in `post`.
+        `register` is such as `slider.on_update` or `mesh.on_click`; `key` is as in `post`.
         """
 
         async def notify(event: Any) -> None:  # async callbacks keep the order of events
@@ -326,9 +296,7 @@ def value_in_range(control: Any) -> float:
 def error_text(failure: Exception, folder: Path) -> str:
     """Return the sentence of an error; of a wrong file place, first error and hint, in one line.
 
-    Args:
-        failure: the error.
-        folder: folder of the page's files, left out of their names.
+    The names of files are without the folder of the page.
     """
     text = str(failure)
     if isinstance(failure, InputError):

@@ -307,13 +307,13 @@ def test_slides_of_two_sides_are_mirrored() -> None:
     assert made.displacements["right_slide"] == pytest.approx([-0.2, 0.3])
 
 
-def test_displacements_of_a_motion_are_adopted_for_the_joints_that_the_figure_has() -> None:
+def test_displacements_of_a_motion_are_taken_over_for_the_joints_that_the_figure_has() -> None:
     made = editor()
-    made.adopt({"left_elbow": np.array([0.4]), "torso": np.zeros(6), "waist": np.zeros(2)})
+    made.take_over({"left_elbow": np.array([0.4]), "torso": np.zeros(6), "waist": np.zeros(2)})
     assert made.displacements["left_elbow"] == pytest.approx([0.4])
     made.undo()
     assert made.displacements["left_elbow"] == pytest.approx([0.0])
-    made.adopt(made.displacements)
+    made.take_over(made.displacements)
     assert not made.can_undo
 
 
