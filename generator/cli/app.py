@@ -235,39 +235,37 @@ def _print_result(
             # Numbers beyond the largest float are reported in a sentence, where they matter.
             warnings.simplefilter("ignore", RuntimeWarning)
             result = make()
-    except UsageError as failure:
-        _fail(ExitCode.USAGE, f"error: {failure}", {"error": str(failure)}, as_json)
     except InputError as failure:
-        faults = [d for d in failure.diagnostics if d.severity is not Severity.NOTE]
-        shown = select_errors(faults) if quiet else faults
-        data = {"error": "the input is wrong", "faults": faults}
+        diagnostics = [d for d in failure.diagnostics if d.severity is not Severity.NOTE]
+        shown = select_errors(diagnostics) if quiet else diagnostics
+        data = {"error": "the input is wrong", "faults": diagnostics}
         _fail(ExitCode.WRONG_INPUT, "\n\n".join(map(str, shown)), data, as_json)
-    except WallLimitError as failure:
-        _fail(ExitCode.RUN_FAILED, f"error: {failure}", {"error": str(failure)}, as_json)
-    except MoverError as failure:
-        _fail(ExitCode.WRONG_INPUT, f"error: {failure}", {"error": str(failure)}, as_json)
-    except OSError as failure:
-        # Outputs have errors of their own, so this is of a file that the command reads.
-        subject = "an input file" if failure.filename is None else f"`{failure.filename}`"
-        message = f"{subject} cannot be read: {os_error_reason(failure)}"
-        _fail(ExitCode.WRONG_INPUT, f"error: {message}", {"error": message}, as_json)
-    except KeyboardInterrupt:
-        message = interruption_message()
-        _fail(ExitCode.RUN_FAILED, f"error: {message}", {"error": message}, as_json)
-    else:
+    except (MoverError, OSError, KeyboardInterrupt) as failure:
+        code, message = ExitCode.WRONG_INPUT, str(failure)
+        if isinstance(failure, UsageError):
+            code = ExitCode.USAGE
+        elif isinstance(failure, WallLimitError):
+            code = ExitCode.RUN_FAILED
+        elif isinstance(failure, KeyboardInterrupt):
+            code, message = ExitCode.RUN_FAILED, interruption_message()
+        elif isinstance(failure, OSError):
+            # Outputs have errors of their own, so this is of a file that the command reads.
+            subject = "an input file" if failure.filename is None else f"`{failure.filename}`"
+            message = f"{subject} cannot be read: {os_error_reason(failure)}"
+        _fail(code, f"error: {message}", {"error": message}, as_json)
+    if not quiet:
+        result = replace(result, diagnostics=(*result.diagnostics, *_cache_warnings()))
+    with _error_stream():
         if not quiet:
-            result = replace(result, diagnostics=(*result.diagnostics, *_cache_warnings()))
-        with _error_stream():
-            if not quiet:
-                for text in _warning_texts(result, in_full=verbose):
-                    _echo(text, err=True)
-            if result.failure is not None:
-                _echo(f"error: {result.failure}", err=True)
-        if as_json:
-            typer.echo(json_text(result))
-        elif not quiet:
-            _echo(format_paragraphs([*result.paragraphs(), *(result.details() if verbose else ())]))
-        raise typer.Exit(result.code)
+            for text in _warning_texts(result, in_full=verbose):
+                _echo(text, err=True)
+        if result.failure is not None:
+            _echo(f"error: {result.failure}", err=True)
+    if as_json:
+        typer.echo(json_text(result))
+    elif not quiet:
+        _echo(format_paragraphs([*result.paragraphs(), *(result.details() if verbose else ())]))
+    raise typer.Exit(result.code)
 
 
 _SEVERITY = re.compile(r"^((?:\S.*?:[0-9]+:[0-9]+: )?)(error|warning|note):", re.MULTILINE)

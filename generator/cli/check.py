@@ -13,8 +13,8 @@ import typer
 
 from generator.cli import answer
 from generator.cli.inputs import parse_springs_option
-from generator.cli.interrupts import hold_interrupts
 from generator.cli.options import SpringsChoice, complete_figure_name
+from generator.cli.progress import load_exudyn
 from generator.contact.scene import Prop, Scene
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
 from generator.figure import Figure
@@ -23,7 +23,7 @@ from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.links import mirror_rotations
 from generator.model import Model
 from generator.person.identity import identity_of, range_publications
-from generator.simulation.preconditions import chain_obstacles, import_exudyn, simulation_obstacles
+from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import axis_name, coupled_axis_names, parallel_sign
 from generator.springs_file.read import LoadedSprings, load_springs_file
 from generator.study.study_tables import STUDY_SUFFIX
@@ -211,8 +211,7 @@ def _check_study(name: str) -> answer.CommandResult:
     from generator.study.designs import run_count
     from generator.study.study_file import STUDY_FILE
 
-    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
-        import_exudyn()
+    load_exudyn()
     reading = STUDY_FILE.parse_file(name)
     study, use = reading.value, "the study cannot be run"
     if study is not None:

@@ -9,10 +9,11 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from importlib import import_module
 from typing import TYPE_CHECKING, TypeAlias
 
+from generator.cli.interrupts import hold_interrupts
+
 if TYPE_CHECKING:
     from rich.progress import Progress as ProgressBar
-    from rich.progress import ProgressColumn, Task
-    from rich.text import Text
+    from rich.progress import Task, TaskID
 
     from generator.simulation.run import Progress
     from generator.study.sweep import SweepProgress
@@ -44,108 +45,90 @@ def _ignore(value: object) -> None:
     del value
 
 
-def _rate_column(unit: str) -> "ProgressColumn":
-    """Return a column with the progress in a second, called by its unit."""
-    from rich.progress import ProgressColumn
+@contextmanager
+def _bar(
+    total: float | None, *columns: str, description: str = ""
+) -> Generator[tuple["ProgressBar", "TaskID"]]:
+    """Show a bar of one row on the standard error stream, removed at the end.
+
+    A column is `bar`, a time `elapsed` or `remaining`, `rate` with its unit, or a text.
+    """
+    from rich import progress
+    from rich.console import Console
     from rich.table import Column
     from rich.text import Text
 
-    class RateColumn(ProgressColumn):
+    class RateColumn(progress.ProgressColumn):
+        def __init__(self, unit: str) -> None:
+            super().__init__(Column(no_wrap=True))
+            self.unit = unit
+
         def render(self, task: "Task") -> "Text":
-            return Text("" if task.speed is None else f"{task.speed:.3g} {unit}")
+            return Text("" if task.speed is None else f"{task.speed:.3g} {self.unit}")
 
-    return RateColumn(Column(no_wrap=True))
+    def column(text: str) -> progress.ProgressColumn:
+        match text.split(" ", 1):
+            case ["bar"]:
+                return progress.BarColumn()
+            case ["elapsed"]:
+                return progress.TimeElapsedColumn()
+            case ["remaining"]:
+                return progress.TimeRemainingColumn()
+            case ["rate", unit]:
+                return RateColumn(unit)
+            case _:
+                return progress.TextColumn(text)
 
-
-def _new_bar(*columns: "ProgressColumn") -> "ProgressBar":
-    """Return a bar on the standard error stream, removed at the end."""
-    from rich.console import Console
-    from rich.progress import Progress as ProgressBar
-
-    return ProgressBar(*columns, console=Console(stderr=True), transient=True)
+    made = map(column, columns)
+    bar = progress.Progress(*made, console=Console(stderr=True), transient=True)
+    row = bar.add_task(description, total=total)
+    with bar:
+        yield bar, row
 
 
 @contextmanager
 def progress_bar(start: float, stop: float) -> Generator[RunCallback]:
-    """Show a bar on the standard error stream for a run from `start` to `stop` [s].
-
-    It shows the pass of the run, the simulated and the remaining time and the rate, and is removed
-    at the end.
-    """
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-
-    bar = _new_bar(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.2f} of {task.total:.2f} s"),
-        _rate_column("x real time"),
-        TimeRemainingColumn(),
-    )
-    row = bar.add_task("building", total=stop - start)
+    """Show the pass of a run from `start` to `stop` [s], its times and its rate."""
+    columns = ("{task.description}", "bar", "{task.completed:.2f} of {task.total:.2f} s")
+    rate = ("rate x real time", "remaining")
     pass_number = 0
+    with _bar(stop - start, *columns, *rate, description="building") as (bar, row):
 
-    def update(progress: "Progress") -> None:
-        nonlocal pass_number
-        if progress.pass_number != pass_number:
-            pass_number = progress.pass_number
-            bar.reset(row, description=f"pass {pass_number}, step {1000.0 * progress.step:.3g} ms")
-        bar.update(row, completed=progress.time - start)
+        def update(progress: "Progress") -> None:
+            nonlocal pass_number
+            if progress.pass_number != pass_number:
+                pass_number = progress.pass_number
+                text = f"pass {pass_number}, step {1000.0 * progress.step:.3g} ms"
+                bar.reset(row, description=text)
+            bar.update(row, completed=progress.time - start)
 
-    with bar:
         yield update
 
 
 @contextmanager
 def item_progress_bar(total: int, noun: str) -> Generator[ItemCallback]:
-    """Show a bar on the standard error stream for `total` pieces of work, removed at the end.
-
-    It shows how many are done and which was the last.
-    """
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-
-    bar = _new_bar(
-        BarColumn(),
-        TextColumn(f"{{task.completed}} of {{task.total}} {noun}"),
-        TimeRemainingColumn(),
-        TextColumn("{task.description}"),
-    )
-    row = bar.add_task("", total=total)
-
-    def update(name: str) -> None:
-        bar.update(row, advance=1, description=name)
-
-    with bar:
-        yield update
+    """Show how many of `total` pieces of work are done and which was the last."""
+    count = f"{{task.completed}} of {{task.total}} {noun}"
+    with _bar(total, "bar", count, "remaining", "{task.description}") as (bar, row):
+        yield lambda name: bar.update(row, advance=1, description=name)
 
 
 @contextmanager
 def sweep_progress_bar(total: int) -> Generator[SweepCallback]:
-    """Show a bar on the standard error stream for the runs of a study, removed at the end.
-
-    It shows how many have finished and failed, the rate and the remaining time.
-    """
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-
-    bar = _new_bar(
-        BarColumn(),
-        TextColumn("{task.completed} of {task.total} runs"),
-        _rate_column("runs/s"),
-        TimeRemainingColumn(),
-        TextColumn("{task.description}"),
-    )
-    row = bar.add_task("", total=total)
+    """Show how many runs of a study have finished and failed, and their rate."""
+    columns = ("{task.completed} of {task.total} runs", "rate runs/s", "remaining")
     failed = 0
+    with _bar(total, "bar", *columns, "{task.description}") as (bar, row):
 
-    def update(progress: "SweepProgress") -> None:
-        nonlocal failed
-        if progress.latest is None:
-            bar.reset(row, completed=progress.finished)
-            return
-        failed += not progress.latest.result.succeeded
-        note = f"{failed} failed" if failed else ""
-        bar.update(row, completed=progress.finished, description=note)
+        def update(progress: "SweepProgress") -> None:
+            nonlocal failed
+            if progress.latest is None:
+                bar.reset(row, completed=progress.finished)
+                return
+            failed += not progress.latest.result.succeeded
+            note = f"{failed} failed" if failed else ""
+            bar.update(row, completed=progress.finished, description=note)
 
-    with bar:
         yield update
 
 
@@ -155,12 +138,16 @@ def run_counter(*, show_progress: bool) -> Generator[Callable[[], None]]:
     if not show_progress:
         yield lambda: None
         return
-    from rich.progress import TextColumn, TimeElapsedColumn
-
-    bar = _new_bar(TextColumn("run {task.completed}"), TimeElapsedColumn())
-    row = bar.add_task("", total=None)
-    with bar:
+    with _bar(None, "run {task.completed}", "elapsed") as (bar, row):
         yield lambda: bar.advance(row)
+
+
+def load_exudyn() -> None:
+    """Import Exudyn with Ctrl-C held, which it would report as a damaged installation."""
+    from generator.simulation.preconditions import import_exudyn
+
+    with hold_interrupts():
+        import_exudyn()
 
 
 def load_compiled_integrator(*, show_progress: bool, only_to_compile: bool = False) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 from generator.cli import outputs
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table
 from generator.cli.inputs import load_figure
-from generator.cli.interrupts import defer_interrupt, hold_interrupts
-from generator.cli.progress import load_compiled_integrator, no_monitor, progress_bar
+from generator.cli.interrupts import defer_interrupt
+from generator.cli.progress import load_compiled_integrator, load_exudyn, no_monitor, progress_bar
 from generator.conversion import find_named_figure
 from generator.diagnostics import Diagnostic, UsageError, format_count, warning
 from generator.figure import Figure
@@ -16,7 +16,6 @@ from generator.input_files.live import LIVE_FILE, LiveLog
 from generator.motion_files import motion_from_recording
 from generator.motion_files.motion import file_sha256
 from generator.recording import Ending, EnergyChange
-from generator.simulation.preconditions import import_exudyn
 
 
 @dataclass(frozen=True)
@@ -68,8 +67,7 @@ def replay_live(
     figure, warnings = _load_figure_of(log, path, name)
     outputs.check_writable(files, (path, figure.path), reader="run")
     log = replace(log, start=replace(log.start, springs=_find_springs(log.start.springs, path)))
-    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
-        import_exudyn()
+    load_exudyn()
     load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.live.live_run import replay  # the import of Exudyn is slow
     from generator.simulation.run import Progress

@@ -10,11 +10,11 @@ import typer
 
 from generator.cli import answer, inputs, options
 from generator.cli.contact import add_sphere_warnings
-from generator.cli.interrupts import hold_interrupts
 from generator.cli.outputs import check_pose_output, output_files, write_pose_file
 from generator.cli.progress import (
     item_progress_bar,
     load_compiled_integrator,
+    load_exudyn,
     no_monitor,
 )
 from generator.diagnostics import Diagnostic, MoverError, warning
@@ -25,7 +25,6 @@ from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.rotations import Array
 from generator.simulation.plan import Plan
-from generator.simulation.preconditions import import_exudyn
 
 if TYPE_CHECKING:
     from generator.simulation.statics.equilibrium import Equilibrium
@@ -200,8 +199,7 @@ def settle(
     faults = (*warnings, *more, *doubts, *others, *faults)
     if plan.scene.props:
         return _rest_on_props(name, figure, plan, output, faults, show_progress=show_progress)
-    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
-        import_exudyn()
+    load_exudyn()
     from generator.simulation.statics.equilibrium import (  # Exudyn takes its time
         MAX_STEPS,
         NoEquilibriumError,
@@ -303,8 +301,7 @@ def _rest_on_props(
     show_progress: bool,
 ) -> answer.CommandResult:
     """Find a pose of the free figure at rest on the props of a plan."""
-    with hold_interrupts():
-        import_exudyn()
+    load_exudyn()
     load_compiled_integrator(show_progress=show_progress)
     try:
         from generator.simulation.statics.resting import MAX_TESTS, attach_pose, find_resting_pose

@@ -19,7 +19,7 @@ from generator.cli.contact import (
     starts_from_options,
     touch_warnings,
 )
-from generator.cli.interrupts import defer_interrupt, hold_interrupts
+from generator.cli.interrupts import defer_interrupt
 from generator.cli.options import (
     OptionalFigureName,
     velocities_from_options,
@@ -36,6 +36,7 @@ from generator.cli.outputs import (
 from generator.cli.progress import (
     item_progress_bar,
     load_compiled_integrator,
+    load_exudyn,
     no_monitor,
     progress_bar,
 )
@@ -47,7 +48,6 @@ from generator.motion_files import motion_from_recording
 from generator.recording import Ending, EnergyChange, Recording
 from generator.run_options import RUN_OPTIONS, Integrator
 from generator.simulation.plan import Plan, WallLimit
-from generator.simulation.preconditions import import_exudyn
 from generator.springs_file.read import joints_without_elastic_law
 from springs import Joining, SpringSet
 
@@ -243,8 +243,7 @@ def simulate(
         check_writable(files, (figure.path, springs, loads, pose, links, drive), reader="run")
     if plan.scene.props:
         diagnostics = add_sphere_warnings(figure, diagnostics)
-    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
-        import_exudyn()
+    load_exudyn()
     if plan.integrator is Integrator.COMPILED and plan.step is None and not plan.python_torques:
         load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.run import simulate as run  # the import of Exudyn is slow

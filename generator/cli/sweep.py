@@ -15,13 +15,16 @@ import typer
 
 from generator.child_processes import cores
 from generator.cli import answer
-from generator.cli.interrupts import hold_interrupts
 from generator.cli.outputs import check_writable, writing
-from generator.cli.progress import load_compiled_integrator, no_monitor, sweep_progress_bar
+from generator.cli.progress import (
+    load_compiled_integrator,
+    load_exudyn,
+    no_monitor,
+    sweep_progress_bar,
+)
 from generator.diagnostics import UsageError
 from generator.recording import Ending
 from generator.rotations import Array
-from generator.simulation.preconditions import import_exudyn
 from generator.study.designs import design_points, run_count
 from generator.study.run_results import RunResults
 from generator.study.study import DesignKind, Statistic, Study
@@ -114,8 +117,7 @@ def sweep(
     if table is not None:
         _check_table(table, output, STUDY_FILE.find(name))
     engine, workers = _choose_engine(jobs, scheduler, insecure=insecure)
-    with hold_interrupts():  # Exudyn would report Ctrl-C as a damaged installation
-        import_exudyn()
+    load_exudyn()
     parsed = STUDY_FILE.parse_file(name)
     study = parsed.require_value()
     if table is not None:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from generator.cli.answer import CommandResult, Paragraphs, Table
-from generator.cli.interrupts import hold_interrupts
-from generator.cli.progress import load_compiled_integrator
+from generator.cli.progress import load_compiled_integrator, load_exudyn
 from generator.contact.scene import Scene
 from generator.diagnostics import NotInstalledError
 from generator.figure_file.read import read_figure
@@ -17,7 +16,6 @@ from generator.simulation.compiled.code_cache import (
     require_numba,
 )
 from generator.simulation.plan import Plan
-from generator.simulation.preconditions import import_exudyn
 
 FIGURE = "prototype"
 """The figure whose laws are compiled."""
@@ -52,8 +50,7 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
     for closed loops, links and self-contact, are compiled when a figure first has them.
     """
     was_compiled, start = is_compiled(), time.monotonic()
-    with hold_interrupts():
-        import_exudyn()
+    load_exudyn()
     load_compiled_integrator(show_progress=show_progress)
     try:
         require_numba()

@@ -155,32 +155,16 @@ class LivePanel(Panel):
         self._gravity = gui.add_slider(
             "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, live.DEFAULT_GRAVITY, disabled=disabled
         )
-        self._stiffness = gui.add_slider(
-            "Stiffness factor",
-            0.0,
-            MAX_SCALE,
-            0.05,
-            1.0,
-            disabled=disabled,
-            hint="Torques of springs",
-        )
-        self._damping = gui.add_slider(
-            "Damping factor",
-            0.0,
-            MAX_SCALE,
-            0.05,
-            1.0,
-            disabled=disabled,
-            hint="Damping and friction",
+        self._stiffness, self._damping = (
+            gui.add_slider(label, 0.0, MAX_SCALE, 0.05, 1.0, disabled=disabled, hint=hint)
+            for label, hint in (
+                ("Stiffness factor", "Torques of springs"),
+                ("Damping factor", "Damping and friction"),
+            )
         )
         self._floor = gui.add_checkbox("Floor", False, disabled=disabled)
         self._height = gui.add_number(
-            "Floor height [cm]",
-            0.0,
-            min=-MAX_HEIGHT,
-            max=MAX_HEIGHT,
-            step=0.1,
-            disabled=disabled,
+            "Floor height [cm]", 0.0, min=-MAX_HEIGHT, max=MAX_HEIGHT, step=0.1, disabled=disabled
         )
         self._free = gui.add_checkbox(
             "Free root", False, disabled=disabled, hint="Without the joints to the ground"
@@ -321,11 +305,8 @@ class LivePanel(Panel):
 
     def _floor_height(self) -> float | None:
         """Height of the floor of the controls [m]; None without a floor."""
-        return (
-            round(value_in_range(self._height) / 100.0, _POINT_DIGITS)
-            if self._floor.value
-            else None
-        )
+        height = round(value_in_range(self._height) / 100.0, _POINT_DIGITS)
+        return height if self._floor.value else None
 
     def _change_floor(self) -> None:
         self._change(live.SetFloor(self._floor_height()))

@@ -39,7 +39,7 @@ def interrupt_after(count: int, number: int) -> Callable[..., None]:
         if len(moved) == count:
             signal.raise_signal(number)
 
-    real_move = module.move_into_place
+    real_move = module.text_io.move_into_place
     return move
 
 
@@ -66,7 +66,7 @@ def test_ctrl_c_between_files_waits_for_the_last(
     assert len(whole) == files
     os.mkdir("again")
     monkeypatch.chdir("again")
-    monkeypatch.setattr(module, "move_into_place", interrupt_after(1, signal.SIGINT))
+    monkeypatch.setattr(module.text_io, "move_into_place", interrupt_after(1, signal.SIGINT))
     done = mover(*words)
     assert (done.exit_code, done.stderr) == (3, "error: interrupted; the files were written\n")
     assert names(Path()) == whole
@@ -108,11 +108,11 @@ def test_a_signal_to_end_waits_for_the_last_file(tmp_path: Path):
 import signal, sys
 from pathlib import Path
 from generator.cli import outputs
-move = outputs.move_into_place
+move = outputs.text_io.move_into_place
 def interrupted(part, path):
     move(part, path)
     signal.raise_signal(signal.SIGTERM)
-outputs.move_into_place = interrupted
+outputs.text_io.move_into_place = interrupted
 outputs.write_files({Path(sys.argv[1], name): "text" for name in "ab"})
 """
     line = [sys.executable, "-c", script, str(tmp_path)]
