@@ -9,7 +9,6 @@ from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from generator import text_io
 from generator.cli.interrupts import hold_interrupts, note_written_files
 from generator.diagnostics import (
     Diagnostic,
@@ -25,6 +24,15 @@ from generator.input_files.pose import POSE_FILE
 from generator.losses import Losses
 from generator.motion_files import MOTION_FORMATS, FigureMotion, motion_writer
 from generator.rotations import Array
+from generator.text_io import (
+    format_csv_comment,
+    move_into_place,
+    os_error_reason,
+    remove_part,
+    temporary_path,
+    unwritable_reason,
+    write_atomic,
+)
 
 if TYPE_CHECKING:
     from generator.model_files.model_files import ModelFiles
@@ -38,7 +46,7 @@ def check_writable(
     reasons = [
         (
             path,
-            f"the {reader} reads it" if realpath(path) in read else text_io.unwritable_reason(path),
+            f"the {reader} reads it" if realpath(path) in read else unwritable_reason(path),
         )
         for path in paths
     ]
@@ -116,7 +124,7 @@ def writing(path: Path, before: Iterable[Path] = ()) -> Generator[None]:
     try:
         yield
     except OSError as failure:
-        reason = unwritable_file_error(path, text_io.os_error_reason(failure))
+        reason = unwritable_file_error(path, os_error_reason(failure))
         raise InputError([reason, *already_written_errors(before)]) from None
     except ValueError as failure:
         raise MoverError(f"`{path}` cannot be written: {failure}") from None
@@ -138,7 +146,7 @@ def write_frame_table(
     lines = (
         ",".join([repr(time), *cells]) for time, cells in zip(times.tolist(), rows, strict=True)
     )
-    head = "".join(map(text_io.format_csv_comment, comments))
+    head = "".join(map(format_csv_comment, comments))
     write_file(path, head + "".join(f"{line}\n" for line in (titles, *lines)))
 
 
@@ -149,7 +157,7 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
 
 def _file_writer(content: str | bytes) -> "OutputWriter":
     def write(part: Path) -> Losses:
-        text_io.write_atomic(part, content)
+        write_atomic(part, content)
         return Losses("")
 
     return write
@@ -159,7 +167,7 @@ def _folder_writer(contents: Mapping[str, str | bytes]) -> "OutputWriter":
     def write(part: Path) -> Losses:
         part.mkdir()
         for name, content in contents.items():
-            text_io.write_atomic(part / name, content)
+            write_atomic(part / name, content)
         return Losses("")
 
     return write
@@ -244,19 +252,19 @@ def write_all_or_none(writers: Sequence[tuple[Path, OutputWriter]]) -> LossesByP
     try:
         written: dict[Path, Losses] = {}
         for path, write in writers:
-            parts[path] = text_io.temporary_path(Path(realpath(path)))
+            parts[path] = temporary_path(Path(realpath(path)))
             with writing(path):
                 written[path] = write(parts[path])
         _check_targets(parts)
         with hold_interrupts():
             for k, (path, part) in enumerate(parts.items()):
                 with writing(path, before=list(parts)[:k]):
-                    text_io.move_into_place(part, path)
+                    move_into_place(part, path)
             if parts:
                 note_written_files()
     finally:
         for part in parts.values():
-            text_io.remove_part(part)
+            remove_part(part)
     return written
 
 

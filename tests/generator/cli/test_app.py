@@ -18,7 +18,7 @@ import pytest
 
 from generator import read_action
 from generator.cli import app as module
-from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, json_text
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs
 from generator.cli.app import COMMANDS, MODULES, command_function
 from generator.recording import Ending
 from tests.command import mover, run
@@ -93,6 +93,12 @@ def test_without_json_a_refusal_leaves_the_output_empty(line: str, code: int):
     assert result.stderr == mover(*line.split(), "--json").stderr
 
 
+def add_command(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make a function of this module a command."""
+    monkeypatch.setitem(COMMANDS, name, name)
+    monkeypatch.setitem(MODULES, name, __name__)
+
+
 SHOWN: list[bool] = []
 
 
@@ -119,20 +125,10 @@ def count(steps: int = 1, *, show_progress: bool) -> CommandResult:
 def test_progress_is_shown_on_a_terminal_unless_quiet(
     terminal: bool, words: tuple[str, ...], output: str, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setitem(COMMANDS, "count", "Count.")
-    monkeypatch.setitem(MODULES, "count", __name__)
+    add_command("count", monkeypatch)
     monkeypatch.setattr(module, "_has_terminal", lambda: terminal)
     assert run("count", "--steps", 3, *words).stdout == output
     assert SHOWN.pop() is (terminal and words != ("--quiet",))
-
-
-def test_numbers_that_json_does_not_have_are_null():
-    data = {"a": [1.0, float("nan"), (float("inf"), 2)], "b": {"c": -float("inf"), "d": "nan"}}
-    assert json.loads(json_text(data)) == {
-        "a": [1.0, None, [None, 2]],
-        "b": {"c": None, "d": "nan"},
-    }
-    assert json_text({"a": 1.5}) == '{\n  "a": 1.5\n}'
 
 
 def lose() -> CommandResult:
@@ -141,8 +137,7 @@ def lose() -> CommandResult:
 
 
 def test_an_input_that_vanishes_is_not_an_output(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(COMMANDS, "lose", "Lose.")
-    monkeypatch.setitem(MODULES, "lose", __name__)
+    add_command("lose", monkeypatch)
     done = mover("lose", "--json")
     message = "`walk.fig` cannot be read: permission denied"
     assert (done.exit_code, done.stderr) == (1, f"error: {message}\n")
@@ -155,8 +150,7 @@ def overflow() -> CommandResult:
 
 
 def test_numpy_warns_of_nothing(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder):
-    monkeypatch.setitem(COMMANDS, "overflow", "Overflow.")
-    monkeypatch.setitem(MODULES, "overflow", __name__)
+    add_command("overflow", monkeypatch)
     done = run("overflow")
     assert (done.stdout, done.stderr, list(recwarn)) == ("[inf] 0\n", "", [])
 

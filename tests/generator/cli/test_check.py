@@ -236,13 +236,10 @@ def test_the_figure_beside_the_springs_is_preferred(tmp_path: Path):
     assert "the figure has no joint `left_knee`" in result.stdout
 
 
-def test_a_figure_that_is_missing_is_a_warning(tmp_path: Path):
+def test_a_figure_or_a_springs_file_that_is_missing(tmp_path: Path):
     said = run("check", springs_file(tmp_path, 'figure = "nobody"\n' + WRONG)).stdout
     assert "own.springs.toml:1:10: warning: the figure `nobody` is not found" in said
     assert "left_knee, right_knee about its axis, flexion" in said
-
-
-def test_a_springs_file_that_is_missing(tmp_path: Path):
     result = mover("check", tmp_path / "none.toml")
     assert result.exit_code == 1
     assert "none.toml` cannot be read: no such file" in result.stdout
@@ -371,17 +368,6 @@ def test_a_scene_is_listed_with_its_warnings(tmp_path: Path):
         assert sentence in text
 
 
-def test_a_wrong_scene_has_its_errors(tmp_path: Path):
-    path = tmp_path / "own.scene.toml"
-    path.write_text(SCENE.replace('surface = "wood"', 'surface = "wod"'), encoding="utf-8")
-    result = mover("check", path, "--json")
-    assert result.exit_code == 1
-    data = json.loads(result.stdout)
-    assert data["verdict"] == f"{path}: 2 errors, 1 warning; the scene cannot be used"
-    messages = [one["message"] for one in data["faults"] if one["severity"] == "error"]
-    assert messages == ["there is no surface `wod`"] * 2
-
-
 @pytest.mark.parametrize("name", ["bed", "seat", "step"])
 def test_a_shipped_scene_is_found_by_its_name(name: str):
     verdict = answer("check", name)["verdict"]
@@ -409,21 +395,34 @@ def test_a_study_has_its_warnings_and_its_runs(tmp_path: Path):
     assert f"own.study.toml: {verdict}" in text
 
 
-def test_a_wrong_study_has_its_errors(tmp_path: Path):
-    path = tmp_path / "own.study.toml"
-    path.write_text(STUDY.replace("gravity", "gravty").replace("kinetic", "kinetc"), "utf-8")
+@pytest.mark.parametrize(
+    ("noun", "text", "use", "messages"),
+    [
+        (
+            "scene",
+            SCENE.replace('surface = "wood"', 'surface = "wod"'),
+            "the scene cannot be used",
+            ["there is no surface `wod`"] * 2,
+        ),
+        (
+            "study",
+            STUDY.replace("gravity", "gravty").replace("kinetic", "kinetc"),
+            "the study cannot be run",
+            ["did you mean `gravity`?", "did you mean `kinetic [J]`?"],
+        ),
+    ],
+)
+def test_a_wrong_scene_or_study_has_its_errors(
+    noun: str, text: str, use: str, messages: list[str], tmp_path: Path
+):
+    path = tmp_path / f"own.{noun}.toml"
+    path.write_text(text, encoding="utf-8")
     result = mover("check", path, "--json")
     assert result.exit_code == 1
     data = json.loads(result.stdout)
-    assert data["verdict"] == f"{path}: 2 errors, 1 warning; the study cannot be run"
-    hints = [one["hint"] for one in data["faults"] if one["severity"] == "error"]
-    assert hints == ["did you mean `gravity`?", "did you mean `kinetic [J]`?"]
-
-
-def test_springs_do_not_apply_to_a_study():
-    result = mover("check", "own.study.toml", "--springs", "none")
-    assert result.exit_code == 2
-    assert "not to a study" in result.stderr
+    assert data["verdict"] == f"{path}: 2 errors, 1 warning; {use}"
+    errors = [one for one in data["faults"] if one["severity"] == "error"]
+    assert [one["message" if noun == "scene" else "hint"] for one in errors] == messages
 
 
 @pytest.mark.parametrize("name", ["female50", FIGURES / "female50.springs.toml"])

@@ -28,9 +28,15 @@ def test_a_model_becomes_a_figure_that_moves(name: str, tmp_path: Path):
     run("simulate", figure, "--stop", "0.1", "-o", tmp_path / "m.action", "--quiet")
 
 
-def test_springs_that_the_fields_cannot_hold_stand_beside_the_figure(tmp_path: Path):
+@pytest.mark.parametrize("is_replaced", [False, True])
+def test_springs_that_the_fields_cannot_hold_stand_beside_the_figure(
+    is_replaced: bool, tmp_path: Path
+):
+    """A file that exists is replaced if it is named."""
     figure, springs = tmp_path / "one.fig", tmp_path / "one.springs.toml"
-    said = answer("convert", PIN, figure)
+    if is_replaced:
+        springs.write_text("# mine\n")
+    said = answer("convert", PIN, figure, *([springs] if is_replaced else []))
     shapes = sorted(str(path) for path in (tmp_path / "one_geometry").iterdir())
     assert sorted(said["files"]) == sorted([str(figure), str(springs), *shapes])
     assert said["coordinates"]["pin"] == {"joint": "pin", "place": 1, "scale": 1.0, "shift": 0.0}
@@ -38,15 +44,6 @@ def test_springs_that_the_fields_cannot_hold_stand_beside_the_figure(tmp_path: P
     assert "coulomb_Nm = 0.1" in springs.read_text()
     # The same import again changes nothing, so there is nothing to ask.
     run("convert", PIN, figure)
-
-
-def test_a_springs_file_that_is_named_is_replaced(tmp_path: Path):
-    figure, springs = tmp_path / "one.fig", tmp_path / "one.springs.toml"
-    springs.write_text("# mine\n")
-    said = answer("convert", PIN, figure, springs)
-    shapes = sorted(str(path) for path in (tmp_path / "one_geometry").iterdir())
-    assert sorted(said["files"]) == sorted([str(figure), str(springs), *shapes])
-    assert "coulomb_Nm = 0.1" in springs.read_text()
 
 
 def test_an_older_springs_file_is_reported(tmp_path: Path):

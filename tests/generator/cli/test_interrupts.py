@@ -35,14 +35,6 @@ def test_handlers_are_back_after_the_block():
     assert list(map(signal.getsignal, numbers)) == before
 
 
-def test_an_ignored_signal_stays_ignored():
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    calls: list[str] = []
-    with call_on_signals(lambda: calls.append("called")):
-        signal.raise_signal(signal.SIGINT)
-    assert not calls
-
-
 def test_other_threads_change_no_handler():
     seen: list[object] = []
 

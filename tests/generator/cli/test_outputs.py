@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.interrupts import Interruption, interrupt_commands
 from generator.cli import outputs as module
-from generator.cli.interrupts import defer_interrupt, hold_interrupts
+from generator.cli.interrupts import call_on_signals, defer_interrupt, hold_interrupts
 from generator.cli.outputs import write_all_or_none, write_files
 from generator.diagnostics import InputError
 from generator.losses import Losses
@@ -39,7 +39,7 @@ def interrupt_after(count: int, number: int) -> Callable[..., None]:
         if len(moved) == count:
             signal.raise_signal(number)
 
-    real_move = module.text_io.move_into_place
+    real_move = module.move_into_place
     return move
 
 
@@ -66,7 +66,7 @@ def test_ctrl_c_between_files_waits_for_the_last(
     assert len(whole) == files
     os.mkdir("again")
     monkeypatch.chdir("again")
-    monkeypatch.setattr(module.text_io, "move_into_place", interrupt_after(1, signal.SIGINT))
+    monkeypatch.setattr(module, "move_into_place", interrupt_after(1, signal.SIGINT))
     done = mover(*words)
     assert (done.exit_code, done.stderr) == (3, "error: interrupted; the files were written\n")
     assert names(Path()) == whole
@@ -108,11 +108,11 @@ def test_a_signal_to_end_waits_for_the_last_file(tmp_path: Path):
 import signal, sys
 from pathlib import Path
 from generator.cli import outputs
-move = outputs.text_io.move_into_place
+move = outputs.move_into_place
 def interrupted(part, path):
     move(part, path)
     signal.raise_signal(signal.SIGTERM)
-outputs.text_io.move_into_place = interrupted
+outputs.move_into_place = interrupted
 outputs.write_files({Path(sys.argv[1], name): "text" for name in "ab"})
 """
     line = [sys.executable, "-c", script, str(tmp_path)]
@@ -157,14 +157,36 @@ def test_a_new_folder_is_whole_or_absent_when_its_writer_is_killed(tmp_path: Pat
     assert all(names(path) == ["a", "b", "c", "d"] for path in whole)
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("simulate", "prototype", "--floor", "-o", "a.action"),
+        ("convert", "prototype", "a.glb"),
+        ("pose", "prototype", "-o", "a.pose"),
+        ("person", "--sex", "male", "--stature", "1.8m", "--mass", "75kg", "-o", "me.fig"),
+    ],
+)
+def test_a_folder_without_permission_is_reported(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.chmod(0o500)
+    result = mover(*words)
+    tmp_path.chmod(0o700)
+    assert result.exit_code == 1
+    assert "permission denied" in result.stderr
+    assert names(tmp_path) == []
+
+
 def test_a_folder_keeps_its_other_files(tmp_path: Path):
     def write(part: Path) -> Losses:
         part.mkdir()
         write_atomic(part / "structure", "new")
         return Losses("")
 
+    (tmp_path / "model").mkdir()
     for name in ("structure", "notes"):
-        (tmp_path / "model").mkdir(exist_ok=True)
         (tmp_path / "model" / name).write_text("old")
     write_all_or_none([(tmp_path / "model", write)])
     assert (tmp_path / "model" / "structure").read_text() == "new"
@@ -240,10 +262,10 @@ def test_a_signal_in_a_block_acts_at_its_end(block: Callable[..., object], sigin
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-@pytest.mark.parametrize("block", [hold_interrupts, defer_interrupt])
-def test_an_ignored_signal_stays_ignored(
-    block: Callable[..., object], monkeypatch: pytest.MonkeyPatch
-):
+@pytest.mark.parametrize(
+    "block", [hold_interrupts, defer_interrupt, lambda: call_on_signals(pytest.fail)]
+)
+def test_an_ignored_signal_stays_ignored(block: Callable[..., object]):
     """As in a background job of a shell."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -175,23 +175,7 @@ class TestPage:
     def _viser(self):
         pytest.importorskip("viser", reason="viser is missing")
 
-    def test_a_port_in_use_is_refused(self):
-        with socket.create_server(("127.0.0.1", 0)) as taken:
-            port = taken.getsockname()[1]
-            refused = mover("view", "pendulum", "--port", port)
-        assert refused.exit_code == 2
-        assert f"--port {port} of 127.0.0.1 cannot be used: address already in use" in (
-            refused.stderr.lower()
-        )
-        assert "a free one is chosen" in refused.stderr
-
-    @pytest.mark.parametrize("host", ["192.0.2.1", "-", "a..b"])
-    def test_a_host_of_elsewhere_is_refused(self, host: str):
-        refused = mover("view", "pendulum", "--host", host)
-        assert refused.exit_code == 2
-        assert refused.stderr == f"error: --host {host}: not an address of this machine\n"
-
-    def test_a_port_that_is_no_port_is_refused(self):
+    def test_a_wrong_port_is_a_usage_error(self):
         assert mover("view", "pendulum", "--port", "99999999").exit_code == 2
 
     @pytest.mark.skipif(os.name != "posix", reason="needs signals")

@@ -49,6 +49,23 @@ def content_of(name: str, folder: Path) -> Content:
     return Content(figure, read_springs(None, figure), placement, folder, title=name)
 
 
+def opened(host: str) -> Iterator[PageServer]:
+    """Open the server of a page, and close it at the end."""
+    server = open_server(host, find_port(host, None), "title")
+    yield server
+    close_server(server)
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[PageServer]:
+    yield from opened(LOOPBACK)
+
+
+@pytest.fixture(scope="module")
+def open_to_all() -> Iterator[PageServer]:
+    yield from opened("0.0.0.0")
+
+
 class RunningViewer:
     """A viewer whose loop runs in a thread."""
 

@@ -15,14 +15,7 @@ from websockets.exceptions import InvalidStatus
 
 from generator.diagnostics import MoverError
 from generator.viewer.access import Access, check_guard, cookie_name, is_loopback
-from generator.viewer.server import (
-    LOOPBACK,
-    PageServer,
-    address,
-    close_server,
-    find_port,
-    open_server,
-)
+from generator.viewer.server import LOOPBACK, PageServer, address
 from generator.viewer.viewer import Viewer
 from tests.browser import WAIT, go_to_page, node_pose
 from tests.generator.viewer.conftest import SUBPROTOCOL, open_websocket, own_headers, wait_until
@@ -46,20 +39,6 @@ REFUSED: dict[str, Mapping[str, str]] = {
     "a key that is not ASCII": {"Cookie": "NAME=\xe4\xf6"},
     "the key of another page": {"Cookie": "mover-page-1=KEY"},
 }
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[PageServer]:
-    opened = open_server(LOOPBACK, find_port(LOOPBACK, None), "title")
-    yield opened
-    close_server(opened)
-
-
-@pytest.fixture(scope="module")
-def open_to_all() -> Iterator[PageServer]:
-    opened = open_server("0.0.0.0", find_port("0.0.0.0", None), "title")
-    yield opened
-    close_server(opened)
 
 
 def status_of(

@@ -7,13 +7,8 @@ import pytest
 
 from generator.kinematics.stability import stability
 from generator.rotations import Array, matrix_from_rotation_vector, pose_matrix
+from generator.viewer import body_panel
 from generator.viewer.balance import BalanceModel, BalanceState
-from generator.viewer.body_panel import (
-    BALANCED_COLOUR,
-    UNBALANCED_COLOUR,
-    BalanceNodes,
-    BodyPanel,
-)
 from generator.viewer.scene import SELECTED_COLOUR, rgb
 from generator.viewer.viewer import Driver, FigureState, Viewer
 from tests.browser import node_pose
@@ -32,7 +27,7 @@ def hexadecimal(colour: tuple[int, int, int]) -> int:
 
 
 def test_balance_is_drawn_in_the_colour_of_the_pose(run_viewer, open_page):
-    running = run_viewer("prototype", (BodyPanel,))
+    running = run_viewer("prototype", (body_panel.BodyPanel,))
     viewer, page = running.viewer, open_page(running)
 
     def has_colour(colour: tuple[int, int, int]) -> bool:
@@ -45,7 +40,7 @@ def test_balance_is_drawn_in_the_colour_of_the_pose(run_viewer, open_page):
     assert not is_visible()
     page.get_by_label("Balance", exact=True).click()
     wait_until(is_visible)
-    wait_until(lambda: has_colour(BALANCED_COLOUR))
+    wait_until(lambda: has_colour(body_panel.BALANCED_COLOUR))
     page.get_by_text("inside the edge of the support").wait_for()
 
     lean = pose_matrix(matrix_from_rotation_vector(np.array([0.3, 0.0, 0.0])), np.zeros(3))
@@ -53,7 +48,7 @@ def test_balance_is_drawn_in_the_colour_of_the_pose(run_viewer, open_page):
     poses = {name: lean @ pose for name, pose in first.poses.items()}
     leaning = FigureState(Driver.POSE, first.displacements, poses)
     running.call(lambda: viewer.show(leaning))
-    wait_until(lambda: has_colour(UNBALANCED_COLOUR))
+    wait_until(lambda: has_colour(body_panel.UNBALANCED_COLOUR))
     state = BalanceModel(viewer.figure, viewer.scene.appearances).state(leaning.poses)
     found = node_pose(page, "/balance/centre")
     assert found is not None
@@ -97,11 +92,11 @@ def regular_polygon(count: int) -> Array:
 def test_a_support_of_any_number_of_corners_is_drawn(
     run_viewer, count: int, centre: tuple[float, float, float]
 ):
-    nodes = BalanceNodes(run_viewer("fourbar", ()).server.scene, 1.0)
+    nodes = body_panel.BalanceNodes(run_viewer("fourbar", ()).server.scene, 1.0)
     state = state_on(regular_polygon(count), centre)
     nodes.show(state)
     assert nodes.area.visible is (count > 0)
-    colour = BALANCED_COLOUR if state.is_balanced else UNBALANCED_COLOUR
+    colour = body_panel.BALANCED_COLOUR if state.is_balanced else body_panel.UNBALANCED_COLOUR
     assert nodes.centre.color == nodes.area.color == colour
     assert np.allclose(nodes.centre.position, centre)
     if count == 0:

@@ -14,13 +14,8 @@ from viser import _messages
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
+from generator.viewer import browser_messages
 from generator.viewer.access import MAX_FRAME
-from generator.viewer.browser_messages import (
-    MAX_REFUSED,
-    MessageError,
-    ValueOfControlError,
-    check_message,
-)
 from generator.viewer.live_panel import LivePanel
 from generator.viewer.play_panel import PlayPanel
 from generator.viewer.pose_panel import PosePanel
@@ -57,8 +52,8 @@ def value_error(present: Any, value: Any) -> str:
     """Sentence about a value of a control; empty if it takes it."""
     frame = encoded({"type": "GuiUpdateMessage", "uuid": "0", "updates": {"value": value}})
     try:
-        check_message(frame, lambda _: present)
-    except ValueOfControlError as failure:
+        browser_messages.check_message(frame, lambda _: present)
+    except browser_messages.ValueOfControlError as failure:
         return str(failure)
     return ""
 
@@ -66,7 +61,7 @@ def value_error(present: Any, value: Any) -> str:
 @pytest.mark.parametrize("message", SENT, ids=lambda each: type(each).__name__)
 def test_messages_of_a_page_are_taken(message: Any):
     frame = encoded(message.as_serializable_dict())
-    check_message(frame, lambda _: None)
+    browser_messages.check_message(frame, lambda _: None)
     assert type(_messages.Message.deserialize(frame)) is type(message)
 
 
@@ -103,20 +98,20 @@ def test_messages_of_a_page_are_taken(message: Any):
     ],
 )  # fmt: skip
 def test_other_messages_are_refused(message: Any):
-    with pytest.raises(MessageError):
-        check_message(encoded(message), lambda _: control(1.0))
+    with pytest.raises(browser_messages.MessageError):
+        browser_messages.check_message(encoded(message), lambda _: control(1.0))
 
 
 @given(st.binary(max_size=200) | st.text(max_size=50))
 def test_no_frame_causes_another_error(frame: bytes | str):
-    with pytest.raises(MessageError):
-        check_message(frame, lambda _: None)
+    with pytest.raises(browser_messages.MessageError):
+        browser_messages.check_message(frame, lambda _: None)
 
 
 @pytest.mark.parametrize("opcode", [b"\x91", b"\x81\xa4type", b"\x81\xa1a"])
 def test_deeply_nested_frames_are_refused(opcode: bytes):
-    with pytest.raises(MessageError):
-        check_message(opcode * (MAX_FRAME // len(opcode)), lambda _: None)
+    with pytest.raises(browser_messages.MessageError):
+        browser_messages.check_message(opcode * (MAX_FRAME // len(opcode)), lambda _: None)
 
 
 @given(st.floats() | st.integers(-(2**63), 2**63 - 1), st.sampled_from([1, 0.5]))
@@ -263,13 +258,13 @@ def test_a_client_that_sends_only_wrong_messages_is_disconnected(
 ):
     running = run_viewer("pendulum", ())
     client = Client(running)
-    for _ in range(3 * MAX_REFUSED):
+    for _ in range(3 * browser_messages.MAX_REFUSED):
         try:
             client.socket.send("text")
         except ConnectionClosed:
             break
     wait_until(lambda: not running.server.get_clients())
-    assert len(capfd.readouterr().err.splitlines()) == MAX_REFUSED
+    assert len(capfd.readouterr().err.splitlines()) == browser_messages.MAX_REFUSED
 
 
 def test_a_connection_without_a_request_is_not_reported(

@@ -12,128 +12,112 @@ from generator.diagnostics import ModelError
 from generator.motion_files import FigureMotion, motion_from_recording
 from generator.recording import ENERGY_KINDS
 from generator.springs_file.read import read_springs
-from generator.viewer.playback import (
-    FRAMES_PER_BATCH,
-    MAX_BATCHES,
-    MAX_SPEED,
-    MIN_SPEED,
-    Chart,
-    MotionFrames,
-    Playback,
-    displacement_charts,
-    elastic_moment_chart,
-    energy_chart,
-    ground_reaction_chart,
-    moment_chart,
-    nearest_frame,
-    sample_frames,
-    summary_lines,
-)
+from generator.viewer import playback
 from tests.motions import any_motion, clip, shipped, site
 
 TIMES = st.lists(st.floats(1e-3, 10.0), min_size=0, max_size=20).map(
     lambda gaps: 0.5 + np.concatenate([[0.0], np.cumsum(gaps)])
 )
-SPEEDS = st.floats(MIN_SPEED, MAX_SPEED)
+SPEEDS = st.floats(playback.MIN_SPEED, playback.MAX_SPEED)
 WAITS = st.floats(0.0, 1000.0)
 ACTIONS = st.sampled_from(["play", "pause", "seek", "step", "speed", "loop"])
 
 
-def act(playback: Playback, action: str, number: float, now: float) -> None:
+def act(clock: playback.Playback, action: str, number: float, now: float) -> None:
     match action:
         case "play":
-            playback.play(now)
+            clock.play(now)
         case "pause":
-            playback.pause(now)
+            clock.pause(now)
         case "seek":
-            playback.seek(number - 20.0, now)
+            clock.seek(number - 20.0, now)
         case "step":
-            playback.step(int(number) - 20, now)
+            clock.step(int(number) - 20, now)
         case "speed":
-            playback.set_speed(number, now)
+            clock.set_speed(number, now)
         case _:
-            playback.set_loop(number > 20.0, now)
+            clock.set_loop(number > 20.0, now)
 
 
 @given(TIMES, st.lists(st.tuples(ACTIONS, st.floats(0.0, 60.0), WAITS), max_size=12))
 def test_the_time_never_leaves_the_motion(times, actions):
-    playback, now = Playback(times), 100.0
+    clock, now = playback.Playback(times), 100.0
     for action, number, wait in actions:
-        act(playback, action, number, now)
+        act(clock, action, number, now)
         now += wait
-        assert times[0] <= playback.time(now) <= times[-1]
-        assert 0 <= playback.frame(now) < len(times)
-        assert MIN_SPEED <= playback.speed <= MAX_SPEED
+        assert times[0] <= clock.time(now) <= times[-1]
+        assert 0 <= clock.frame(now) < len(times)
+        assert playback.MIN_SPEED <= clock.speed <= playback.MAX_SPEED
 
 
 @given(TIMES, st.lists(st.tuples(ACTIONS, st.floats(0.0, 60.0), WAITS), max_size=12))
 def test_only_seeking_stepping_and_starting_again_jump(times, actions):
-    playback, now = Playback(times), 0.0
+    clock, now = playback.Playback(times), 0.0
     for action, number, wait in actions:
-        before = playback.time(now)
-        act(playback, action, number, now)
+        before = clock.time(now)
+        act(clock, action, number, now)
         starts_again = action == "play" and before >= times[-1]
         if action not in ("seek", "step") and not starts_again:
-            assert playback.time(now) == pytest.approx(before, abs=1e-9) or (
-                playback.loops and before == times[-1]
+            assert clock.time(now) == pytest.approx(before, abs=1e-9) or (
+                clock.loops and before == times[-1]
             )
         now += wait
 
 
 @given(TIMES, SPEEDS, WAITS)
 def test_the_time_passes_with_the_speed_up_to_the_end(times, speed, wait):
-    playback = Playback(times)
-    playback.set_speed(speed, 0.0)
-    playback.play(7.0)
+    clock = playback.Playback(times)
+    clock.set_speed(speed, 0.0)
+    clock.play(7.0)
     expected = min(times[0] + speed * wait, times[-1])
-    assert playback.time(7.0 + wait) == pytest.approx(expected, abs=1e-9)
-    assert playback.is_playing(7.0 + wait) == (playback.time(7.0 + wait) < times[-1])
+    assert clock.time(7.0 + wait) == pytest.approx(expected, abs=1e-9)
+    assert clock.is_playing(7.0 + wait) == (clock.time(7.0 + wait) < times[-1])
 
 
 @given(TIMES.filter(lambda times: len(times) > 1), SPEEDS, WAITS, st.integers(0, 5))
 def test_a_loop_repeats_the_motion(times, speed, wait, rounds):
-    playback = Playback(times)
-    playback.set_speed(speed, 0.0)
-    playback.set_loop(True, 0.0)
-    playback.play(0.0)
+    clock = playback.Playback(times)
+    clock.set_speed(speed, 0.0)
+    clock.set_loop(True, 0.0)
+    clock.play(0.0)
     duration = (times[-1] - times[0]) / speed
-    here, later = playback.time(wait), playback.time(wait + rounds * duration)
+    here, later = clock.time(wait), clock.time(wait + rounds * duration)
     apart = abs(here - later)
     assert min(apart, times[-1] - times[0] - apart) < 1e-6
-    assert playback.is_playing(wait)
+    assert clock.is_playing(wait)
 
 
 @given(TIMES, SPEEDS, WAITS, WAITS)
 def test_a_pause_keeps_the_time(times, speed, wait, pause):
-    playback = Playback(times)
-    playback.set_speed(speed, 0.0)
-    playback.play(0.0)
-    playback.pause(wait)
-    here = playback.time(wait)
-    assert playback.time(wait + pause) == here
-    assert not playback.is_playing(wait + pause)
-    playback.play(wait + pause)
-    assert playback.time(wait + pause) == (times[0] if here == times[-1] else here)
+    clock = playback.Playback(times)
+    clock.set_speed(speed, 0.0)
+    clock.play(0.0)
+    clock.pause(wait)
+    here = clock.time(wait)
+    assert clock.time(wait + pause) == here
+    assert not clock.is_playing(wait + pause)
+    clock.play(wait + pause)
+    assert clock.time(wait + pause) == (times[0] if here == times[-1] else here)
 
 
 @given(TIMES, st.integers(0, 30), st.integers(-30, 30))
 def test_steps_go_from_frame_to_frame(times, first, steps):
-    playback, last = Playback(times), len(times) - 1
-    playback.step(first, 0.0)
-    playback.step(steps, 0.0)
+    clock, last = playback.Playback(times), len(times) - 1
+    clock.step(first, 0.0)
+    clock.step(steps, 0.0)
     expected = min(max(min(first, last) + steps, 0), last)
-    assert playback.frame(0.0) == expected
-    assert playback.time(0.0) == times[expected]
+    assert clock.frame(0.0) == expected
+    assert clock.time(0.0) == times[expected]
 
 
 @given(TIMES, st.floats(-5.0, 250.0))
 def test_no_frame_is_nearer_than_the_nearest(times, time):
-    assert abs(times[nearest_frame(times, time)] - time) == np.abs(times - time).min()
+    assert abs(times[playback.nearest_frame(times, time)] - time) == np.abs(times - time).min()
 
 
 @given(st.integers(1, 5000), st.integers(2, 400))
 def test_sampled_frames_increase_from_the_first_to_the_last(count, max_count):
-    frames = sample_frames(count, max_count)
+    frames = playback.sample_frames(count, max_count)
     assert (frames[0], frames[-1]) == (0, count - 1)
     assert np.all(np.diff(frames) > 0)
     assert len(frames) == min(count, max_count)
@@ -141,10 +125,10 @@ def test_sampled_frames_increase_from_the_first_to_the_last(count, max_count):
 
 @pytest.mark.parametrize("is_free", [False, True])
 def test_computed_poses_are_those_of_the_motion(is_free):
-    count = (MAX_BATCHES + 2) * FRAMES_PER_BATCH + 3
+    count = (playback.MAX_BATCHES + 2) * playback.FRAMES_PER_BATCH + 3
     motion = any_motion(shipped("prototype"), np.arange(count) * 0.01, is_free=is_free)
-    frames = MotionFrames(motion)
-    for frame in (0, count - 1, *range(5, count, 50), 0, FRAMES_PER_BATCH):
+    frames = playback.MotionFrames(motion)
+    for frame in (0, count - 1, *range(5, count, 50), 0, playback.FRAMES_PER_BATCH):
         for segment, pose in frames.poses(frame).items():
             assert np.abs(pose - motion.poses[segment][frame]).max() < 1e-12
 
@@ -152,7 +136,7 @@ def test_computed_poses_are_those_of_the_motion(is_free):
 @pytest.mark.parametrize("name", ["prototype", "flying", "fourbar"])
 def test_recorded_poses_are_those_of_the_run(name):
     motion = clip(name)
-    frames = MotionFrames(motion)
+    frames = playback.MotionFrames(motion)
     last = frames.count - 1
     assert frames.poses(last).keys() == motion.poses.keys()
     for segment, pose in frames.poses(last).items():
@@ -169,27 +153,30 @@ def test_the_path_of_a_site_is_the_same_with_and_without_a_run():
     expected = site(motion, segment.name, name)[places]
     for each in (motion, replace(motion, recording=None)):
         assert (
-            np.abs(MotionFrames(each).site_path(segment.name, name, places) - expected).max() < 1e-6
+            np.abs(
+                playback.MotionFrames(each).site_path(segment.name, name, places) - expected
+            ).max()
+            < 1e-6
         )
 
 
 def test_a_motion_of_another_figure_is_refused():
     with pytest.raises(ModelError, match="shoulder"):
-        MotionFrames(replace(any_motion(shipped("pendulum")), figure=shipped("prototype")))
+        playback.MotionFrames(replace(any_motion(shipped("pendulum")), figure=shipped("prototype")))
 
 
 def test_curves_are_the_recorded_values():
     motion = clip("prototype")
-    (angles,) = displacement_charts(motion, "left_knee")
+    (angles,) = playback.displacement_charts(motion, "left_knee")
     assert angles.title == "Left knee angle [deg]"
     ((_, values),) = angles.curves
     assert np.allclose(np.radians(values), motion.displacements["left_knee"][angles.frames, 0])
-    (moments,) = moment_chart(motion, "left_hip_joint")
+    (moments,) = playback.moment_chart(motion, "left_hip_joint")
     torques = np.array([row for _, row in moments.curves])
     assert np.array_equal(torques.T, motion.recording.passive_torques["left_hip_joint"])
-    (energies,) = energy_chart(motion)
+    (energies,) = playback.energy_chart(motion)
     assert {name for name, _ in energies.curves} <= set(ENERGY_KINDS)
-    assert not ground_reaction_chart(motion)
+    assert not playback.ground_reaction_chart(motion)
     for chart in (angles, moments, energies):
         low, high = chart.limits
         assert all(low < row.min() <= row.max() < high for _, row in chart.curves)
@@ -205,8 +192,8 @@ def undamped() -> FigureMotion:
 
 @pytest.mark.parametrize("joint", ["left_knee", "left_hip_joint", "waist"])
 def test_elastic_moments_are_those_of_a_run_without_damping(undamped, joint):
-    (elastic,) = elastic_moment_chart(undamped, joint, undamped.springs)
-    (recorded,) = moment_chart(undamped, joint)
+    (elastic,) = playback.elastic_moment_chart(undamped, joint, undamped.springs)
+    (recorded,) = playback.moment_chart(undamped, joint)
     assert np.array_equal(elastic.frames, recorded.frames)
     for (_, one), (_, other) in zip(elastic.curves, recorded.curves, strict=True):
         assert one == pytest.approx(other, rel=1e-6, abs=1e-6)
@@ -215,21 +202,23 @@ def test_elastic_moments_are_those_of_a_run_without_damping(undamped, joint):
 def test_a_free_segment_has_angles_translations_and_no_moment():
     motion = clip("flying")
     free = next(name for name in motion.chains if name not in motion.figure.joints)
-    titles = [chart.title for chart in displacement_charts(motion, free)]
+    titles = [chart.title for chart in playback.displacement_charts(motion, free)]
     assert [title.rpartition(" ")[2] for title in titles] == ["[deg]", "[cm]"]
-    assert not moment_chart(motion, free)
-    assert not elastic_moment_chart(motion, free, read_springs(None, motion.figure))
+    assert not playback.moment_chart(motion, free)
+    assert not playback.elastic_moment_chart(motion, free, read_springs(None, motion.figure))
 
 
 def test_limits_of_a_constant_have_a_width():
-    chart = Chart("Zero", np.arange(2), np.arange(2.0), (("zero", np.zeros(2)),))
+    chart = playback.Chart("Zero", np.arange(2), np.arange(2.0), (("zero", np.zeros(2)),))
     assert chart.limits[0] < 0.0 < chart.limits[1]
 
 
 def test_the_summary_says_how_the_run_ended():
     motion = clip("prototype")
-    lines = summary_lines(motion)
+    lines = playback.summary_lines(motion)
     assert lines[0] == f"{len(motion.times)} frames of prototype.fig"
     assert motion.header.message in lines
     assert any("steps" in line for line in lines)
-    assert not any("steps" in line for line in summary_lines(replace(motion, recording=None)))
+    assert not any(
+        "steps" in line for line in playback.summary_lines(replace(motion, recording=None))
+    )

@@ -9,11 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.viewer.segment_mass import (
-    equimomental_semi_axes,
-    mass_lines,
-    segment_volume,
-)
+from generator.viewer import segment_mass
 from tests.command import answer
 
 LENGTHS = st.floats(0.01, 2.0)
@@ -27,7 +23,7 @@ def number(lines: list[str], title: str) -> float:
 def test_the_numbers_are_those_of_the_commands():
     figure = read_figure("prototype")
     segment = figure.segments["left_upper_leg"]
-    lines = mass_lines(segment, segment_volume(figure, segment))
+    lines = segment_mass.mass_lines(segment, segment_mass.segment_volume(figure, segment))
     words = ("mass", "prototype", "--segment", "left_upper_leg", "--density", "1000kg/m3")
     volume = answer(*words)["volume_m3"]
     described = answer("describe", "prototype")["segments"]
@@ -45,33 +41,33 @@ def test_the_numbers_are_those_of_the_commands():
 def test_a_segment_without_a_closed_surface_has_no_density():
     figure = read_figure("fourbar")
     segment = figure.segments["crank"]
-    found = segment_volume(figure, segment)
+    found = segment_mass.segment_volume(figure, segment)
     assert found.volume is None
-    lines = mass_lines(segment, found)
+    lines = segment_mass.mass_lines(segment, found)
     assert any("no closed surface" in line for line in lines)
     assert not any("Density" in line for line in lines)
     missing = replace(segment, psurf="missing.pss")
-    assert "no closed surface" in segment_volume(figure, missing).reason
+    assert "no closed surface" in segment_mass.segment_volume(figure, missing).reason
 
 
 def test_ground_and_missing_masses_are_stated():
     figure = read_figure("pendulum")
     floor = figure.segments["floor"]
-    lines = mass_lines(floor, segment_volume(figure, floor))
+    lines = segment_mass.mass_lines(floor, segment_mass.segment_volume(figure, floor))
     assert "Part of the ground" in lines
     assert not any("Density" in line for line in lines)
-    assert "Mass: none" in mass_lines(replace(floor, mass=None), None)
-    assert "Mass: 0.0000 kg" in mass_lines(replace(floor, mass=0.0), None)
+    assert "Mass: none" in segment_mass.mass_lines(replace(floor, mass=None), None)
+    assert "Mass: 0.0000 kg" in segment_mass.mass_lines(replace(floor, mass=0.0), None)
 
 
 @given(mass=st.floats(0.01, 100.0), axes=st.tuples(LENGTHS, LENGTHS, LENGTHS))
 def test_an_ellipsoid_has_its_own_axes(mass: float, axes: tuple[float, float, float]):
     a, b, c = (length**2 for length in axes)
     moments = 0.2 * mass * np.array([b + c, a + c, a + b])
-    found = equimomental_semi_axes(mass, moments.tolist())
+    found = segment_mass.equimomental_semi_axes(mass, moments.tolist())
     # the smallest is the root of a difference of the largest squares
     assert np.allclose(found**2, [a, b, c], atol=1e-12 * max(a, b, c), rtol=1e-9)
 
 
 def test_moments_that_no_body_has_give_a_flat_ellipsoid():
-    assert equimomental_semi_axes(2.0, (5.0, 1.0, 1.0))[0] == 0.0
+    assert segment_mass.equimomental_semi_axes(2.0, (5.0, 1.0, 1.0))[0] == 0.0

@@ -65,17 +65,6 @@ def test_of_consecutive_actions_with_one_key_the_last_is_taken(run_viewer):
     assert append_all(running, "....") == [0, 1, 2, 3]
 
 
-class Messages:
-    """Messages of a viewer."""
-
-    def __init__(self, viewer: Viewer, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.texts: list[tuple[str, str, bool]] = []
-        monkeypatch.setattr(viewer, "notify", self.notify)
-
-    def notify(self, title: str, text: str, *, is_error: bool = False) -> None:
-        self.texts.append((title, text, is_error))
-
-
 def fail(failure: Exception) -> None:
     raise failure
 
@@ -102,11 +91,16 @@ def test_an_error_in_a_file_is_one_line_without_the_folder(tmp_path: Path):
 
 def test_an_error_is_told_and_the_loop_goes_on(run_viewer, monkeypatch, capfd):
     running = run_viewer("fourbar", ())
-    messages = Messages(running.viewer, monkeypatch)
+    messages: list[tuple[str, str, bool]] = []
+    monkeypatch.setattr(
+        running.viewer,
+        "notify",
+        lambda title, text, *, is_error: messages.append((title, text, is_error)),
+    )
     running.viewer.post(lambda: fail(UsageError("the file is missing")))
     running.viewer.post(lambda: fail(ZeroDivisionError("by zero")))
     assert running.call(lambda: 7) == 7
-    assert messages.texts == [
+    assert messages == [
         ("Error", "the file is missing", True),
         ("Internal error", "ZeroDivisionError: by zero", True),
     ]
