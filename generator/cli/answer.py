@@ -22,12 +22,7 @@ class ExitCode(IntEnum):
 
 
 class Table(NamedTuple):
-    """Rows of cells, which may have different lengths.
-
-    Attributes:
-        rows: Cells of each row.
-        left_columns: Number of columns that are aligned to the left; the others are to the right.
-    """
+    """Rows of cells, which may have different lengths; only the left columns are left-aligned."""
 
     rows: Sequence[Sequence[str]]
     left_columns: int = 1

@@ -230,15 +230,15 @@ def _prop_row(prop: Prop) -> tuple[str, str, str]:
 
 def _check_springs_file(name: str) -> answer.CommandResult:
     reading = load_springs_file(Path(name))
-    faults, loaded = reading.diagnostics, reading.value or LoadedSprings(SpringSet())
+    loaded = reading.value or LoadedSprings(SpringSet())
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
     figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
-    verdict = f"{name}: {_severity_counts(faults)}; {use}{figure}"
+    verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}{figure}"
     publications = _range_publications(loaded.owner)
     everything = report_curves(loaded.complete or loaded.springs, publications=publications)
     reports = [report for report in everything if _is_stated(report, loaded.springs)]
     return _check_result(
-        faults, reports, loaded.springs, loaded.replaced, verdict, include_notes=True
+        reading.diagnostics, reports, loaded.springs, loaded.replaced, verdict, include_notes=True
     )
 
 

@@ -74,7 +74,7 @@ def complete(
     # The warnings of the completed figure, without those about the masses that were missing.
     remaining = FIGURE_FILE.parse(make_source(done.text, str(output))).diagnostics
     write_file(output, done.text.replace("\n", _line_ending(path)))
-    faults = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
+    diagnostics = (*done.diagnostics, *remaining, *_companion_file_warnings(path, output))
     filled_in = [
         FilledIn(
             one.segment,
@@ -86,7 +86,7 @@ def complete(
         )
         for one in done.additions
     ]
-    return CompletedFigure(name, output, filled_in, diagnostics=faults)
+    return CompletedFigure(name, output, filled_in, diagnostics=diagnostics)
 
 
 def _line_ending(path: Path) -> str:
@@ -95,9 +95,9 @@ def _line_ending(path: Path) -> str:
 
 def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
     """Warn that the new figure file will not find its psurfs or its springs."""
-    faults: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     if output.resolve().parent != path.resolve().parent:
-        faults.append(
+        diagnostics.append(
             warning(
                 f"the psurfs lie beside `{path}`, not beside `{output}`",
                 hint="write the new figure there, or copy the psurfs",
@@ -106,10 +106,10 @@ def _companion_file_warnings(path: Path, output: Path) -> list[Diagnostic]:
     beside = [path.with_name(path.stem + end) for end in (".springs.toml", ".optional")]
     springs = next((file for file in beside if file.is_file()), None)
     if springs is not None and output.resolve().with_suffix("") != path.resolve().with_suffix(""):
-        faults.append(
+        diagnostics.append(
             warning(
                 f"the springs of the figure are in `{springs.name}`, which `{output}` does not use",
                 hint=f"use `--springs {springs}`, or copy them under the new name",
             )
         )
-    return faults
+    return diagnostics

@@ -162,12 +162,12 @@ def _check_springs_files(
 ) -> None:
     """Raise InputError for springs files that are not needed, or exist and are not listed."""
     if imported.springs is None:
-        faults = [
+        errors = [
             unwritable_file_error(path, "the model needs no springs file") for path in requested
         ]
     else:
         asked = {realpath(path) for path in requested}
-        faults = [
+        errors = [
             error(
                 f"`{path}` exists with other springs and would be replaced",
                 hint=f"move it, or list it among the outputs: `{figure} {path}`",
@@ -177,8 +177,8 @@ def _check_springs_files(
             and realpath(path) not in asked
             and not _has_text(path, format_imported_springs(imported.springs, figure))
         ]
-    if faults:
-        raise InputError(faults)
+    if errors:
+        raise InputError(errors)
 
 
 def _has_text(path: Path, text: str) -> bool:
@@ -343,9 +343,9 @@ def _motion_writer(
             if read is not None:
                 read(part)
         except InputError as failure:
-            fault = unreadable_file_error(path, failure.diagnostics)
-            message = fault.message.replace(str(part), path.name)
-            raise InputError([replace(fault, message=message)]) from None
+            unreadable = unreadable_file_error(path, failure.diagnostics)
+            message = unreadable.message.replace(str(part), path.name)
+            raise InputError([replace(unreadable, message=message)]) from None
         return losses
 
     return write_readable

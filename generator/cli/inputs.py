@@ -171,13 +171,9 @@ def plan_from_options(settings: Mapping[str, Any]) -> tuple[Plan, tuple[Diagnost
 
 
 class ScaledRun(NamedTuple):
-    """A model and its plan after `--scale`.
+    """A model and its plan after `--scale`, and its values by path, in the units of the paths.
 
-    Attributes:
-        model: Model with the values.
-        plan: Plan with the values.
-        values: Values by path, in the units of the paths.
-        starts: Displacements and rates that are set, by joint, under `pose` and `velocity`.
+    The starts are displacements and rates that are set, by joint, under `pose` and `velocity`.
     """
 
     model: Model
@@ -331,10 +327,7 @@ def motion_from_options(
 ) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
     """Read the motion of a figure in the file of `--along`, with warnings.
 
-    Raises:
-        UsageError: a pose is set as well, or the file is not a motion that can be read.
-        InputError: the file cannot be read, or a joint's chain is invalid.
-        ModelError: the motion is one of another figure.
+    Raises UsageError if a pose is set as well, and as `load_motion` does.
     """
     if pose is not None or sets:
         raise UsageError("--along takes its poses from the motion: leave out --pose and --set")

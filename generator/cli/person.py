@@ -164,7 +164,7 @@ def person(
     for model in models:
         _check_files(model, measures)
     written = write_models(models)
-    doubts = [
+    notices = [
         *made.body.measures.warnings,
         *(str(loss) for losses in written.values() for loss in losses.entries),
     ]
@@ -189,12 +189,12 @@ def person(
             for one in body.dimensions.values()
         ],
         springs=made.springs_file and {origin.value: curves[origin] for origin in _ORIGINS},
-        warnings=doubts,
+        warnings=notices,
         files=[file for model in models for file in model.contents],
         made=made,
         densities=densities,
         output=output,
-        diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, doubts)),
+        diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, notices)),
     )
 
 
@@ -202,7 +202,7 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
     """Raise InputError for files that cannot be written, or springs that are not of a person."""
     beside = [file for file in model.contents if file.parent == model.path.parent]
     check_writable(beside, [measures])
-    faults = [
+    errors = [
         error(
             f"`{path}` exists with other springs and would be replaced",
             hint="move it, or write another figure",
@@ -210,8 +210,8 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
         for path in (springs_path(model.path), springs_path(model.path, COUPLED_SPRINGS))
         if path in model.contents and path.exists() and not _may_be_replaced(path, model.path)
     ]
-    if faults:
-        raise InputError(faults)
+    if errors:
+        raise InputError(errors)
 
 
 def _may_be_replaced(springs: Path, figure: Path) -> bool:

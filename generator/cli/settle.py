@@ -178,10 +178,10 @@ def settle(
     The options --set and --lock may be repeated.
     """
     check_pose_output(output)
-    plan, faults = inputs.plan_from_options(inputs.given_options(locals()))
+    plan, of_plan = inputs.plan_from_options(inputs.given_options(locals()))
     figure, warnings = inputs.load_figure(name)
     spring_set, more = inputs.springs_from_option(figure, springs, law)
-    start, doubts = inputs.start_displacements_from_options(figure, pose, displacements or ())
+    start, of_start = inputs.start_displacements_from_options(figure, pose, displacements or ())
     inputs.require_simulatable(
         Model(figure, spring_set), None if links or locks else start, (*warnings, *more)
     )
@@ -196,9 +196,9 @@ def settle(
         links=constraints.links,
         locked=constraints.locked,
     )
-    faults = (*warnings, *more, *doubts, *others, *faults)
+    diagnostics = (*warnings, *more, *of_start, *others, *of_plan)
     if plan.scene.props:
-        return _rest_on_props(name, figure, plan, output, faults, show_progress=show_progress)
+        return _rest_on_props(name, figure, plan, output, diagnostics, show_progress=show_progress)
     load_exudyn()
     from generator.simulation.statics.equilibrium import (  # Exudyn takes its time
         MAX_STEPS,
@@ -217,11 +217,13 @@ def settle(
             rest = come_to_rest(figure, plan, watch)
     except NoEquilibriumError as failure:
         reason = str(failure)
-        return NoRest(name, reason, "has no equilibrium pose", diagnostics=faults, failure=reason)
+        return NoRest(
+            name, reason, "has no equilibrium pose", diagnostics=diagnostics, failure=reason
+        )
     asymmetric: list[str] = []
     if not constraints.links.links and _is_symmetric_set(constraints.locked):
         asymmetric = _asymmetric_joints(figure, start, rest.displacements)
-        faults = (*faults, *_asymmetry_warnings(figure, asymmetric, rest.displacements))
+        diagnostics = (*diagnostics, *_asymmetry_warnings(figure, asymmetric, rest.displacements))
     for path in files:
         write_pose_file(path, figure, rest.displacements)
     return HangingRest(
@@ -238,7 +240,7 @@ def settle(
         asymmetric_joints=asymmetric,
         files=files,
         rest=rest,
-        diagnostics=faults,
+        diagnostics=diagnostics,
     )
 
 
@@ -296,7 +298,7 @@ def _rest_on_props(
     figure: Figure,
     plan: Plan,
     output: Path | None,
-    faults: tuple[Diagnostic, ...],
+    diagnostics: tuple[Diagnostic, ...],
     *,
     show_progress: bool,
 ) -> answer.CommandResult:
@@ -309,7 +311,7 @@ def _rest_on_props(
         raise MoverError(f"a pose at rest on props needs numba: {failure}") from None
     from generator.simulation.statics.equilibrium import NoEquilibriumError
 
-    faults = add_sphere_warnings(figure, faults)
+    diagnostics = add_sphere_warnings(figure, diagnostics)
     props = [prop.name for prop in plan.scene.props]
     monitor = item_progress_bar if show_progress else no_monitor
     try:
@@ -321,17 +323,22 @@ def _rest_on_props(
             rest = find_resting_pose(figure, plan, watch)
     except NoEquilibriumError as failure:
         reason, text = str(failure), f"does not come to rest on {' and '.join(props)}"
-        return NoRest(name, reason, text, diagnostics=faults, failure=reason)
+        return NoRest(name, reason, text, diagnostics=diagnostics, failure=reason)
     attached = attach_pose(figure, rest)
     asymmetric: list[str] = []
     if _is_symmetric_start(figure, plan):
         asymmetric = _asymmetric_joints(figure, plan.displacements, attached.displacements)
     if asymmetric:
-        faults = (*faults, _side_warning())
+        side = warning(
+            "the figure rests asymmetrically after a symmetric start: "
+            "it may fall to the other side as well",
+            hint="turn the start a little to choose the side (--set), and compare several starts",
+        )
+        diagnostics = (*diagnostics, side)
     files = [] if output is None else [output]
     for path in files:
         write_pose_file(path, figure, attached.displacements)
-        faults = (*faults, *_loss_warnings(path, attached))
+        diagnostics = (*diagnostics, *_loss_warnings(path, attached))
     return PropsRest(
         figure=name,
         stable=rest.is_stable,
@@ -355,7 +362,7 @@ def _rest_on_props(
         places_lost=attached.moved,
         files=files,
         rest=rest,
-        diagnostics=faults,
+        diagnostics=diagnostics,
     )
 
 
@@ -386,14 +393,6 @@ def _is_symmetric_start(figure: Figure, plan: Plan) -> bool:
     offsets = [centre[1:] - others[name][1:] for name, centre in centres.items()]
     return bool(
         np.ptp(middles) <= MAX_START_DISTANCE and np.max(np.abs(offsets)) <= MAX_START_DISTANCE
-    )
-
-
-def _side_warning() -> Diagnostic:
-    return warning(
-        "the figure rests asymmetrically after a symmetric start: it may fall to the other side "
-        "as well",
-        hint="turn the start a little to choose the side (--set), and compare several starts",
     )
 
 

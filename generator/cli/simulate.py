@@ -41,7 +41,6 @@ from generator.cli.progress import (
     progress_bar,
 )
 from generator.diagnostics import InputError, UsageError
-from generator.figure import Figure
 from generator.input_files.loads import LOADS_FILE
 from generator.model import Model
 from generator.motion_files import motion_from_recording
@@ -49,7 +48,7 @@ from generator.recording import Ending, EnergyChange, Recording
 from generator.run_options import RUN_OPTIONS, Integrator
 from generator.simulation.plan import Plan, WallLimit
 from generator.springs_file.read import joints_without_elastic_law
-from springs import Joining, SpringSet
+from springs import Joining
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
@@ -131,8 +130,8 @@ class SimulationResult(answer.CommandResult):
         drift = f"{self.constraint_drift_m:.2g} m, largest gap between sites of one joint"
         rows = [("drift", drift)]
         if self.strayed_rad_or_m > 0.0:
-            strayed = f"{self.strayed_rad_or_m:.2g} rad or m in locked, linked or driven joints"
-            rows.append(("", strayed))
+            drift = f"{self.strayed_rad_or_m:.2g} rad or m in locked, linked or driven joints"
+            rows.append(("", drift))
         rows.append(("steps", f"{self.steps}; in the finest pass {1000.0 * self.step_s:.4g} ms"))
         yield answer.Table(rows, 2)
         if self.losses:
@@ -192,10 +191,10 @@ def simulate(
         raise UsageError("Missing argument 'FIGURE'.")
     if files:
         check_motion_formats(files)
-    plan, doubts = inputs.plan_from_options(settings)
+    plan, of_plan = inputs.plan_from_options(settings)
     more_starts = None if starts is None else starts_from_options(starts, spread, seed)
     figure, diagnostics = inputs.load_figure(name)
-    diagnostics += doubts
+    diagnostics += of_plan
     spring_set, more = inputs.springs_from_option(figure, springs, law)
     diagnostics += more
     applied = ()
@@ -266,7 +265,8 @@ def simulate(
     failure = failure_text(recording, files)
     if study is not None and limit.is_reached:
         failure = f"the wall-time limit of {limit.seconds:g} s was reached before the last start"
-    elastic, moving = _count_elastic_joints(figure, spring_set, recording)
+    moving = {name for name, joint in figure.joints.items() if joint.chain} & set(recording.chains)
+    elastic = moving - set(joints_without_elastic_law(figure, spring_set))
     contact = None
     if recording.contact is not None:
         diagnostics += tuple(touch_warnings(recording))
@@ -301,8 +301,8 @@ def simulate(
         law=recording.law,
         files=files,
         contact=None if recording.contact is None else contact_data(recording.contact),
-        elastic_joints=elastic,
-        moving_joints=moving,
+        elastic_joints=len(elastic),
+        moving_joints=len(moving),
         losses=written,
         scale=scaled.values or None,
         starts=None if study is None else StartsResult.of(study),
@@ -327,14 +327,6 @@ def _run_starts(
             check()
 
         return study_starts(model, plan, choice.number, choice.spread, choice.seed, watch, limit)
-
-
-def _count_elastic_joints(
-    figure: Figure, springs: SpringSet, recording: Recording
-) -> tuple[int, int]:
-    """Count the joints of a figure with an elastic law that move in a run, and all that move."""
-    moving = {name for name, joint in figure.joints.items() if joint.chain} & set(recording.chains)
-    return len(moving - set(joints_without_elastic_law(figure, springs))), len(moving)
 
 
 def _limit_to_drive_times(

@@ -127,12 +127,12 @@ def sweep(
     if dry_run or output is None:
         return _describe(name, study, workers)
     monitor = sweep_progress_bar if show_progress else no_monitor
-    watch = _Watch()
+    noted: list[tuple[float, SweepProgress]] = []
     try:
         with monitor(run_count(study)) as update:
 
             def note(progress: SweepProgress) -> None:
-                watch.note(progress)
+                noted[1:] = [(time.perf_counter(), progress)]  # the first and the last one stay
                 update(progress)
 
             result = run_sweep(
@@ -143,13 +143,13 @@ def sweep(
                 again_failed=again is Again.FAILED,
                 watch=note,
             )
-        seconds = watch.seconds
+        seconds = noted[-1][0] - noted[0][0] if noted else 0.0
         indices = _estimate_indices(study, result)
         files = _write_results(output, result, indices, table)
     except KeyboardInterrupt:
-        if watch.latest is None:
+        if not noted:
             raise
-        done, total = watch.latest.finished, watch.latest.total
+        done, total = noted[-1][1].finished, noted[-1][1].total
         reason = f"the finished runs are kept in {output}, and the same command continues"
         message = f"interrupted; {reason}"
         return InterruptedSweep(message, done, total, failure=message)
@@ -177,22 +177,6 @@ def sweep(
         diagnostics=(*parsed.diagnostics, *result.warnings),
         failure=message if result.failed else None,
     )
-
-
-class _Watch:
-    """Latest progress of a sweep, and the time since its start."""
-
-    def __init__(self) -> None:
-        self.latest: SweepProgress | None = None
-        self._start = 0.0
-        self.seconds = 0.0
-
-    def note(self, progress: SweepProgress) -> None:
-        """Note the progress, which begins with that of the start."""
-        if self.latest is None:
-            self._start = time.perf_counter()
-        self.latest = progress
-        self.seconds = time.perf_counter() - self._start
 
 
 def _check_table(table: Path, output: Path | None, study: Path) -> None:

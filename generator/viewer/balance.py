@@ -67,18 +67,11 @@ class BalanceState:
 class BalanceModel:
     """Vertices and masses of a figure, by which its balance in a pose is computed quickly.
 
-    Attributes:
-        masses: masses of the segments.
-        support_height: support height above the lowest vertex [m].
+    Vertices up to the support height above the lowest one [m] support the figure.
     """
 
     def __init__(self, figure: Figure, appearances: Mapping[str, Appearance]) -> None:
-        """Collect the vertices of the figure's own segments.
-
-        Raises:
-            InputError: a segment has no mass or centre of mass.
-            MoverError: the total mass is zero.
-        """
+        """Collect the vertices of the figure's own segments; raises as `segment_masses` does."""
         self.masses = segment_masses(figure)
         self.support_height = DEFAULT_SUPPORT_HEIGHT
         own = [name for name in own_segments(figure) if name in appearances]

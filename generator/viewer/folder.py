@@ -14,7 +14,7 @@ def path_in_folder(folder: Path, text: str, suffixes: Collection[str]) -> Path:
     """Return the path of a file in a folder, or in one inside it, from a name that was typed.
 
     Symbolic links are followed before the path is compared with the folder. Raises UsageError for
-    text that is no name of a file, has none of the suffixes (lower case), or leads out.
+    text that names no file, has none of the suffixes (lower case), or leads out.
     """
     name = text.strip()
     if not name:

@@ -36,15 +36,10 @@ class _Pull:
 
 @dataclass
 class _Drag:
-    """The segment that is dragged.
+    """The segment that is dragged by a point in its frame [m], with its arrows, if any.
 
-    Attributes:
-        segment: its name.
-        point: point in its frame [m], shape (3,).
-        handle: the arrows; None without a segment.
-        restore: functions by which the meshes of the limb react to the mouse again.
-        clients: pages that drag it.
-        target: target to which it was dragged last; None when it has been taken.
+    By `restore` the meshes of the limb react to the mouse again; `clients` are pages that drag it,
+    and the target is None when it has been taken.
     """
 
     segment: str = ""
@@ -56,12 +51,7 @@ class _Drag:
 
 
 class LimbDrag:
-    """Controls that choose a segment, and the arrows on it.
-
-    Attributes:
-        segments: list of the segments.
-        turning: whether the orientation is dragged as well.
-    """
+    """Controls that choose a segment, and the arrows on it."""
 
     def __init__(self, viewer: Viewer, editor: PoseEditor) -> None:
         """Begin without a segment."""

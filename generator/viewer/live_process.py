@@ -55,11 +55,7 @@ _ROUNDED_DIGITS = 3
 
 @dataclass
 class Pace:
-    """Pace of frames in real time, and the rate that is reached.
-
-    Attributes:
-        interval: interval between frames [s].
-    """
+    """Pace of frames at an interval in real time [s], and the rate that is reached."""
 
     interval: float
     _due: float = 0.0
@@ -136,12 +132,9 @@ def pull_force(
 
 @dataclass(frozen=True)
 class Begin:
-    """Command: compile and go to the start, paused.
+    """Command: compile and go to the start with its changes, paused.
 
-    Attributes:
-        generation: number of the simulation; answers carry it.
-        start: start before the first frame.
-        changes: made at the start.
+    The generation is the number of the simulation, which answers carry.
     """
 
     generation: int
@@ -170,12 +163,9 @@ class Change:
 
 @dataclass(frozen=True)
 class Pull:
-    """Command: pull a segment, or release it.
+    """Command: pull a point in the frame of a segment [m] to a target in the world [m].
 
-    Attributes:
-        segment: the pulled one.
-        point: point in its frame [m].
-        target: target in the world [m]; None to release it.
+    Without a target the segment is released.
     """
 
     segment: str
@@ -236,13 +226,7 @@ class LiveFrame:
 
 @dataclass(frozen=True)
 class Refused:
-    """Answer: a command could not be carried out.
-
-    Attributes:
-        generation: generation of the simulation.
-        sentence: the reason.
-        command: the command.
-    """
+    """Answer: a command could not be carried out, with the reason."""
 
     generation: int
     sentence: str
@@ -267,11 +251,7 @@ class Saved:
 
 @dataclass(frozen=True)
 class Died:
-    """Notice: the process ended by itself.
-
-    Attributes:
-        exit_code: exit code of the process; negative for the number of a signal.
-    """
+    """Notice: the process ended by itself; its code is negative for the number of a signal."""
 
     exit_code: int | None
 

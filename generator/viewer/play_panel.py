@@ -8,11 +8,7 @@ from pathlib import Path
 from threading import Thread
 
 import numpy as np
-from viser import (
-    GuiUplotHandle,
-    LineSegmentsHandle,
-    uplot,
-)
+from viser import GuiUplotHandle, LineSegmentsHandle, uplot
 
 from generator.conversion import READABLE_SUFFIXES, read_motion_with_warnings
 from generator.diagnostics import Diagnostic, MoverError, UsageError
@@ -55,11 +51,7 @@ FIRST, PREVIOUS, NEXT, LAST = "First", "Previous", "Next", "Last"
 
 
 class TimeChart:
-    """A chart of the panel with a cursor at the present time.
-
-    Attributes:
-        title: quantity and unit.
-    """
+    """A chart of the panel with a cursor at the present time."""
 
     def __init__(self, viewer: Viewer, chart: playback.Chart) -> None:
         """Add the chart to the panel that is being built."""
@@ -101,20 +93,12 @@ class TimeChart:
 
 
 class PlayPanel(Panel):
-    """Plays a motion, with its curves, the path of a site and a second motion beside it.
-
-    Attributes:
-        clock: returns the time on the wall [s].
-        frames: frames of the motion, or None before one is loaded.
-        playback: its clock, likewise.
-        ghost: frames of the second motion, or None.
-        charts: charts of the chosen joint and of the run.
-    """
+    """Plays a motion, with its curves, the path of a site and a second motion beside it."""
 
     title = "Play"
 
     def __init__(self, viewer: Viewer, clock: Callable[[], float] = time.monotonic) -> None:
-        """Remember the viewer; `clock` as in the attribute."""
+        """Remember the viewer, and the clock, which returns the time on the wall [s]."""
         super().__init__(viewer)
         self.clock = clock
         self.frames: playback.MotionFrames | None = None

@@ -42,11 +42,7 @@ MAX_BATCHES = 16
 
 
 class Playback:
-    """Clock of a motion.
-
-    Attributes:
-        times: times of the frames [s], increasing, shape (n,).
-    """
+    """Clock of a motion whose frames are at increasing times [s], shape (n,)."""
 
     def __init__(self, times: Array) -> None:
         """Begin at the first frame, paused, at real time, without a loop."""

@@ -59,14 +59,7 @@ class Mirroring(Enum):
 
 
 class PoseEditor:
-    """A pose of a figure, and those before it.
-
-    Attributes:
-        figure: posed.
-        tree: tree of the figure.
-        links: links between displacements.
-        placement: the present pose, with links followed and loops closed.
-    """
+    """A pose of a figure, with links followed and loops closed, and the poses before it."""
 
     def __init__(
         self, placement: Placement, links: Links = NO_LINKS, springs: SpringSet = NO_SPRINGS
@@ -154,9 +147,7 @@ class PoseEditor:
     def set_coordinate(self, coordinate: Coordinate, value: float) -> None:
         """Change one displacement [rad or m]; that of a follower changes its control.
 
-        Raises:
-            UsageError: the value is not a number or too large.
-            OpenLoopError: no pose nearby closes the loops.
+        Raises UsageError for a value that is no number or too large, and as `set` does.
         """
         if not (isfinite(value) and abs(value) <= MAX_DISPLACEMENT):
             raise UsageError(f"{coordinate}: {value:g} is not a displacement")
@@ -180,8 +171,7 @@ class PoseEditor:
     def pose_arm(self, side: Side, latitude: float, longitude: float) -> None:
         """Point the elbow of an arm to a latitude and longitude in the torso's frame [rad].
 
-        Raises:
-            ModelError: the figure has no such arm, or the direction is out of range.
+        Raises ModelError if the figure has no such arm, or the direction is out of range.
         """
         pose = pose_arm(self.figure, side, latitude, longitude)
         self.set(pose.displacements, group=("arm", side))
@@ -238,9 +228,7 @@ class PoseEditor:
     def load(self, path: Path) -> None:
         """Take over the pose in a file; joints that it does not name stay.
 
-        Raises:
-            InputError: the file cannot be read, or is not a pose of this figure.
-            OpenLoopError: the pose opens a loop.
+        Raises InputError for a file that is not a pose of this figure, and as `set` does.
         """
         pose = POSE_FILE.parse_file(path, self.figure).require_value()
         self.set(pose, fixed=False)

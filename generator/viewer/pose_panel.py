@@ -83,14 +83,9 @@ def with_value(control: Any) -> Callable[[Callable[[Any], Any]], Any]:
 
 @dataclass
 class _Row:
-    """The slider of a displacement.
+    """The slider of a displacement, scaled from [rad or m] to [deg or cm].
 
-    Attributes:
-        handle: handle of the slider.
-        coordinate: that it shows.
-        scale: scale of a displacement [rad or m] to the slider [deg or cm].
-        known: its range and marks.
-        touched: time of the user's last change [s].
+    The user changed it last at the time `touched` [s].
     """
 
     handle: Any
@@ -273,13 +268,7 @@ class PosePanel(Panel):
         self.viewer.show(FigureState(Driver.POSE, placement.displacements, placement.poses))
 
     def _history(self, command: str) -> None:
-        match command:
-            case "Undo":
-                self.editor.undo()
-            case "Redo":
-                self.editor.redo()
-            case _:
-                self.editor.reset()
+        {UNDO: self.editor.undo, REDO: self.editor.redo, RESET: self.editor.reset}[command]()
         self._synced = -1e9
         self._show()
 
@@ -295,26 +284,14 @@ class PosePanel(Panel):
             return
         row.touched = self._now
         self._is_stale = True
-        self._begin()
         value = min(max(value, row.handle.min), row.handle.max)  # a field sends any number typed
-        try:
-            self.editor.set_coordinate(coordinate, value / row.scale)
-        except MoverError as failure:
+        if not self._attempt(lambda: self.editor.set_coordinate(coordinate, value / row.scale)):
             row.touched = -1e9
-            self._tell_once(failure)
-        else:
-            self._show()
 
     def _pose_arm(self, side: Side) -> None:
         latitude, longitude = map(value_in_range, self._arms[side])
         self._arm_touched = self._now
-        self._begin()
-        try:
-            self.editor.pose_arm(side, radians(latitude), radians(longitude))
-        except MoverError as failure:
-            self._tell_once(failure)
-        else:
-            self._show()
+        self._attempt(lambda: self.editor.pose_arm(side, radians(latitude), radians(longitude)))
 
     def _save(self) -> None:
         folder = self.viewer.content.folder
@@ -333,25 +310,19 @@ class PosePanel(Panel):
         self._synced = -1e9
         self._show()
 
-    def _tell_once(self, failure: MoverError) -> None:
-        """Show an error, but not again while it goes on."""
-        text, when = self._last_error
-        if str(failure) != text or self._now - when > 3.0:
-            self.viewer.tell_error(failure)
-        self._last_error = (str(failure), self._now)
-
-    def _move_limb(self) -> None:
-        """Move the limb to where somebody has dragged it."""
-        pull = self.limb.take()
-        if pull is None:
-            return
+    def _attempt(self, change: Callable[[], None]) -> bool:
+        """Change the pose and show it, or its error, but not again while that goes on."""
         self._begin()
         try:
-            self.editor.drag(*pull)
+            change()
         except MoverError as failure:
-            self._tell_once(failure)
-        else:
-            self._show()
+            text, when = self._last_error
+            if str(failure) != text or self._now - when > 3.0:
+                self.viewer.tell_error(failure)
+            self._last_error = (str(failure), self._now)
+            return False
+        self._show()
+        return True
 
     # -- changes by others
 
@@ -382,7 +353,9 @@ class PosePanel(Panel):
     def tick(self, now: float) -> None:
         """Move the dragged segment, and let controls follow at a moderate rate."""
         self._now = now
-        self._move_limb()
+        pull = self.limb.take()
+        if pull is not None:
+            self._attempt(lambda: self.editor.drag(*pull))
         if now - self._changed > GROUP_TIME and not self.limb.is_dragged:
             self.editor.end_group()
         if now - self._synced >= FOLLOW_INTERVAL:
@@ -469,15 +442,15 @@ def _marks(known: CoordinateRange, scale: float) -> tuple[tuple[float, str], ...
 
 def _hint(known: CoordinateRange, scale: float, unit: str) -> str | None:
     """Return the ranges of a slider in words."""
-    parts = [
+    ranges = {
+        "limits": known.limits,
+        "normal range": known.normal,
+        "dead zone": known.dead_zone,
+        "measured": known.measured,
+    }
+    text = "; ".join(
         f"{name} {scale * ends[0]:.4g} to {scale * ends[1]:.4g} {unit}"
-        for name, ends in (
-            ("limits", known.limits),
-            ("normal range", known.normal),
-            ("dead zone", known.dead_zone),
-            ("measured", known.measured),
-        )
+        for name, ends in ranges.items()
         if ends is not None
-    ]
-    text = "; ".join(parts)
+    )
     return text[:1].upper() + text[1:] if text else None

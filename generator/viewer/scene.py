@@ -44,10 +44,7 @@ def rgb(colour: Colour) -> tuple[int, int, int]:
 class FigureScene:
     """Meshes of the segments of a figure in the scene of a page.
 
-    Attributes:
-        appearances: appearances of the segments that have a surface.
-        meshes: node of each of them, by segment.
-        losses: segments that are not drawn as their files say.
+    The losses name the segments that are not drawn as their files say.
     """
 
     def __init__(

@@ -14,12 +14,7 @@ from generator.rotations import Array
 
 @dataclass(frozen=True)
 class SegmentVolume:
-    """Volume of a segment's psurf.
-
-    Attributes:
-        volume: [m^3]; None without a closed surface.
-        reason: sentence on why there is none; empty otherwise.
-    """
+    """Volume of a segment's psurf [m^3], or the reason why it has none."""
 
     volume: float | None
     reason: str = ""

@@ -37,9 +37,7 @@ _NO_ADDRESS = (errno.EADDRNOTAVAIL, socket.EAI_NONAME, socket.EAI_AGAIN, socket.
 class PageServer(viser.ViserServer):
     """A viser server for browsers with its key, which never opens a tunnel to another host.
 
-    Attributes:
-        access: the key, and the hosts of the page.
-        notify: gets a sentence about a value that a control does not take.
+    `notify` gets a sentence about a value that a control does not take.
     """
 
     def __init__(self, host: str, port: int, title: str) -> None:
