@@ -83,13 +83,6 @@ def test_every_format_is_written_and_its_losses_are_listed(tmp_path: Path):
         assert f"not in {path}:\n" in result.stdout
 
 
-def test_a_quiet_run_prints_nothing(tmp_path: Path):
-    path = tmp_path / "fall.csv"
-    result = run("simulate", "prototype", "--stop", 0.02, "--step", 0.01, "--quiet", "-o", path)
-    assert (result.stdout, result.stderr) == ("", "")
-    assert path.exists()
-
-
 def test_set_and_velocity_are_in_degrees(tmp_path: Path):
     words = ("--set", "shoulder=30,0,-45", "--velocity", "shoulder=100,0,0")
     (moved,) = swing(tmp_path, *words).displacements.values()

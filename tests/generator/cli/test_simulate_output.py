@@ -29,7 +29,9 @@ def test_details_stand_below_the_summary(tmp_path: Path):
     for detail in ("sum less work", "largest gap", "in the finest pass", "not in "):
         assert detail in full
         assert detail not in brief
+    (tmp_path / "fall.action").unlink()
     assert run(*words, "-q").output == ""
+    assert (tmp_path / "fall.action").exists()
 
 
 def test_springs_that_leave_most_joints_limp_are_counted(tmp_path: Path):

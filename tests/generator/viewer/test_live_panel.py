@@ -102,20 +102,20 @@ def test_files_stay_in_the_folder(tmp_path: Path):
             live_panel.live_path(tmp_path, name)
 
 
-def panel_of(running) -> live_panel.LivePanel:
-    return next(each for each in running.viewer.panels if isinstance(each, live_panel.LivePanel))
+def start(run_viewer, figure: str = "pendulum"):
+    running = run_viewer(figure, (live_panel.LivePanel,))
+    return running, running.viewer.panels[0]
 
 
 def test_a_figure_with_loops_has_no_start(run_viewer):
-    running = run_viewer("fourbar", (live_panel.LivePanel,))
-    panel = panel_of(running)
+    _, panel = start(run_viewer, "fourbar")
     assert panel._start.disabled
     wait_until(lambda: "closed loops" in panel._clock.content)
 
 
 def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, tmp_path):
-    running = run_viewer("prototype", (live_panel.LivePanel,))
-    page, panel = open_page(running), panel_of(running)
+    running, panel = start(run_viewer, "prototype")
+    page = open_page(running)
     page.get_by_text("Start", exact=True).click()
     wait_until(lambda: panel._frame is not None and panel._frame.time > 0.5, WAIT)
     type_into(page, "Stiffness factor", "2")
@@ -145,8 +145,8 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
 
 
 def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path):
-    running = run_viewer("prototype", (live_panel.LivePanel,))
-    viewer, panel = running.viewer, panel_of(running)
+    running, panel = start(run_viewer, "prototype")
+    viewer = running.viewer
     direction = viewer.springs.joints["left_knee"].axes[0].direction
     edited = apply_edits(viewer.springs, [SpringEdit("left_knee", direction, scale=3.0)])
 
@@ -183,8 +183,8 @@ def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path
 
 
 def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
-    running = run_viewer("pendulum", (live_panel.LivePanel,))
-    viewer, panel = running.viewer, panel_of(running)
+    running, panel = start(run_viewer)
+    viewer = running.viewer
     posed = viewer.shown
     running.call(panel._toggle)
     wait_until(lambda: panel.newest is not None and panel.newest.number > 3, WAIT)
@@ -200,8 +200,7 @@ def test_a_pose_on_the_page_pauses_the_simulation_and_stays(run_viewer):
 
 
 def test_a_simulation_waits_while_no_page_is_open(run_viewer):
-    running = run_viewer("pendulum", (live_panel.LivePanel,))
-    panel = panel_of(running)
+    running, panel = start(run_viewer)
     first, second = PageClient(running.address), PageClient(running.address)
     wait_until(lambda: len(running.server.get_clients()) == 2)
     first.set("Start", True)
@@ -229,8 +228,7 @@ def test_a_simulation_waits_while_no_page_is_open(run_viewer):
 
 
 def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
-    running = run_viewer("pendulum", (live_panel.LivePanel,))
-    panel = panel_of(running)
+    running, panel = start(run_viewer)
     for value, gravity, scale in ((1e6, 20.0, 4.0), (-1e6, 0.0, 0.0)):
         for control in (panel._gravity, panel._stiffness, panel._damping):
             running.call(lambda control=control, value=value: setattr(control, "value", value))
@@ -242,8 +240,8 @@ def test_numbers_beyond_a_slider_are_those_of_its_ends(run_viewer):
 
 
 def test_a_process_that_cannot_start_is_said(run_viewer, monkeypatch):
-    running = run_viewer("pendulum", (live_panel.LivePanel,))
-    viewer, panel = running.viewer, panel_of(running)
+    running, panel = start(run_viewer)
+    viewer = running.viewer
     told: list[str] = []
     monkeypatch.setattr(viewer, "tell_error", lambda failure: told.append(str(failure)))
 
@@ -284,8 +282,7 @@ def test_start_pauses_a_motion_that_plays_and_play_pauses_the_simulation(run_vie
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="the system has no SIGSTOP")
 def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path):
-    running = run_viewer("pendulum", (live_panel.LivePanel,))
-    panel = panel_of(running)
+    running, panel = start(run_viewer)
     running.call(panel._take_step)
     wait_until(lambda: panel.newest is not None and panel.newest.number == 1, WAIT)
     for name, is_saved in (("a.action", True), ("missing/a.action", False)):
@@ -299,8 +296,8 @@ def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path
 
 
 def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
-    running = run_viewer("pendulum", (live_panel.LivePanel,))
-    page, panel = open_page(running), panel_of(running)
+    running, panel = start(run_viewer)
+    page = open_page(running)
     figure = running.viewer.figure
     bent = {"shoulder": np.array([0.1, 0.2, 0.3])}
     placement = forward_kinematics(
@@ -327,8 +324,8 @@ def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
 
 
 def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
-    running = run_viewer("prototype", (live_panel.LivePanel,))
-    page, panel = open_page(running), panel_of(running)
+    running, panel = start(run_viewer, "prototype")
+    page = open_page(running)
     page.get_by_label("Floor", exact=True).click()
     page.get_by_label("Free root").click()
     wait_until(lambda: panel._free.value and panel._floor.value)

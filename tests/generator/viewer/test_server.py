@@ -97,10 +97,6 @@ def test_a_server_that_answers_everybody_is_not_opened(monkeypatch: pytest.Monke
         socket.create_connection((LOOPBACK, port), timeout=5.0)
 
 
-def test_a_page_is_never_shared(server: PageServer):
-    assert server.request_share_url() is None
-
-
 def test_no_connection_to_another_host(tmp_path, monkeypatch: pytest.MonkeyPatch):
     """A server, its viewer and all panels connect to nothing but this machine."""
     asked: list[object] = []
