@@ -38,6 +38,7 @@ from generator.simulation.trace import (
     finished_outcome,
     half_turn_outcome,
     map_arrays,
+    pole_outcome,
     solver_failure_outcome,
 )
 
@@ -299,7 +300,8 @@ def integrate(
             steps += count
             crossing = sensors.read()
             if crossing is not None:
-                outcome = half_turn_outcome(*crossing)
+                ends_at_pole = sensors.is_at_pole(crossing[0])
+                outcome = (pole_outcome if ends_at_pole else half_turn_outcome)(*crossing)
                 break
             if is_frame:
                 log.record(stop)

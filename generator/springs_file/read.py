@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
@@ -477,6 +478,7 @@ def _combine_springs(
 def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
     """Return a spring with the stops of all the joint's factors about its axis."""
     laws: list[Elastic] = list(bound_spring.spring.elastic)
+    middle = 0.0
     for k, factor in enumerate(joint.chain):
         sign = (
             parallel_sign(bound_spring.spring.direction, factor.axis)
@@ -486,7 +488,16 @@ def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
         if sign:
             stops = _build_stops(joint, k, bound_spring.stop_stiffness, bound_spring.stop_onset)
             laws += stops if sign > 0 else [stop.mirrored() for stop in stops]
-    return replace(bound_spring.spring, elastic=tuple(laws))
+            middle = sign * _middle_of_range(joint, k)
+    return replace(bound_spring.spring, elastic=tuple(laws), middle=middle)
+
+
+def _middle_of_range(joint: Joint, k: int) -> float:
+    """Middle of the limits of factor `k` [rad]; 0 without two."""
+    if joint.lower_limit is None or joint.upper_limit is None:
+        return 0.0
+    middle = 0.5 * (joint.lower_limit[k] + joint.upper_limit[k])
+    return middle if isfinite(middle) else 0.0
 
 
 def _figure_spring(
@@ -505,9 +516,10 @@ def _figure_spring(
             "it would feed energy",
         )
         return []
-    if viscous:
-        return [AxisSpring(axis, tuple(laws), Damping(viscous))]
-    return [AxisSpring(axis, tuple(laws))] if laws else []
+    if not laws and not viscous:
+        return []
+    middle = _middle_of_range(joint, k)
+    return [AxisSpring(axis, tuple(laws), Damping(viscous), middle=middle)]
 
 
 def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:
