@@ -200,9 +200,9 @@ def rotate_hip() -> ObliqueRotations:
     hip = ObliqueHip()
     return ObliqueRotations(
         hip,
-        {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in Joining},
+        {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in (Joining.CONSERVATIVE, Joining.WEIGHTED)},
         printed_torques(hip),
-        {law: hip.work_along_path(LOOP, law) for law in Joining},
+        {law: hip.work_along_path(LOOP, law) for law in (Joining.CONSERVATIVE, Joining.WEIGHTED)},
     )
 
 
@@ -345,7 +345,7 @@ def _format_total_work(work: float) -> str:
 def _tables(made: ObliqueRotations) -> dict[str, dict[str, Array]]:
     loop = {"way [deg]": np.degrees(made.path_work[Joining.CONSERVATIVE].path_length)}
     oblique = {"axis from abduction to flexion [deg]": np.degrees(_DIRECTIONS)}
-    rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in Joining}}
+    rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in (Joining.CONSERVATIVE, Joining.WEIGHTED)}}
     for name, torques in rows.items():
         oblique |= {f"{name} along [N m]": torques.along, f"{name} across [N m]": torques.across}
     for joining in Joining:
