@@ -193,7 +193,6 @@ def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str
 
 def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw) -> Connector:
     """Add a torque of the rotation vector in the half-way frame; without axes, only measure it."""
-
     # Expression trees share nothing: those of coordinates take five times as long as Python.
     own = builder if isinstance(law, VectorLaw) else replace(builder, python_torques=True)
 
