@@ -185,8 +185,8 @@ def solver_failure_outcome(figure: Figure, spins: Array, last_time: float) -> Ou
 def pole_outcome(joint: str, time: float) -> Outcome:
     """Return the outcome of a run that ends at the pole of a joint, at a time [s]."""
     message = (
-        f"joint {joint} came within 1 deg of its pole at {time:.4g} s: the middle one of its "
-        'rotations reached 90 deg, where `law = "coordinates"` has no torque'
+        f"joint {joint} reached its pole at {time:.4g} s: where the middle one of its rotations is "
+        '90 deg, `law = "coordinates"` has no torque'
     )
     return Outcome(Ending.POLE, message, time, joint)
 

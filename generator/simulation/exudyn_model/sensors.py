@@ -39,6 +39,7 @@ class SensorLog:
         self._model = model
         self._last_powers: tuple[float, Array] | None = None
         self._last_rotations: dict[str, Array] = {}
+        self._last_pole_sines: dict[str, float] = {}
         contacts = model.contacts
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
         self.work: Array = np.zeros(3 if contacts is None else 5 + impulses)
@@ -280,8 +281,13 @@ class SensorLog:
         """Find the first step within a degree of a joint's pole."""
         inner, *_, outer = self._pole_axes[joint]
         along = matrix_from_rotation_vector(rotations) @ np.asarray(inner) @ np.asarray(outer)
+        self._last_pole_sines[joint] = float(np.abs(along[-1]))
         hits = np.nonzero(np.abs(along) > LARGEST_SINE)[0]
         return [(joint, float(times[k])) for k in hits[:1]]
+
+    def nearest_pole(self) -> tuple[str, float] | None:
+        """Return the joint nearest to its pole, and the sine of its middle angle, in size."""
+        return max(self._last_pole_sines.items(), key=lambda item: item[1], default=None)
 
     def is_at_pole(self, joint: str) -> bool:
         """Return whether a joint's law ends at a pole, not at a half turn."""
