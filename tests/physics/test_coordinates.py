@@ -97,7 +97,7 @@ def test_springs_of_a_skew_axis_are_refused():
 
 
 def test_a_middle_axis_that_nears_its_pole_gets_a_warning(tmp_path):
-    said = run_command("check", "prototype", "--springs", write_law(tmp_path)).stderr
+    said = run_command("check", "prototype", "--springs", write_law(tmp_path)).output
     assert "`waist`: the middle one of its rotations may pass 80 deg (-inf to inf deg)" in said
 
 
