@@ -19,9 +19,10 @@ from springs import (
     AxisSpring,
     CoupledSpring,
     Elastic,
+    Joining,
+    JointSprings,
     SpringSet,
-    elastic_torque,
-    group_torque,
+    rotation_law,
     total_torque,
 )
 from springs.elastic import Range, common_valid_range
@@ -77,6 +78,7 @@ class PassiveCurve:
         joint: its name.
         spring: spring about the axis.
         chain: chain of the joint.
+        joining: rule that joins the axes of several rotations.
         laws: those of the spring, and of laws over several joints at the present values of the
             other angles.
         held_angles: angles of other joints on which the curve depends, by coordinate [rad].
@@ -90,6 +92,7 @@ class PassiveCurve:
     joint: str
     spring: AxisSpring
     chain: Chain
+    joining: Joining
     laws: tuple[Elastic, ...]
     held_angles: Mapping[str, float]
     angles: Array
@@ -129,7 +132,9 @@ class PassiveCurve:
 
     def component(self, displacements: Displacements) -> Array:
         """Angle about the axis in a pose, or in frames of shape (m, n) [rad]."""
-        return angle_about(self.chain, self.spring.direction, displacements[self.joint])
+        return angle_about(
+            self.chain, self.joining, self.spring.direction, displacements[self.joint]
+        )
 
     def moment_at(self, angle: float | Array) -> Array:
         """Torque on the child at angles about the axis alone [N m]."""
@@ -238,7 +243,7 @@ def passive_curve(
     laws, held_angles = list(spring.elastic), dict[str, float]()
     references = [spring.reference]
     for coupled, k, sign in _coupled_about(springs, joint, spring):
-        others = _other_angles(figure, coupled, k, displacements)
+        others = _other_angles(figure, springs.joining, coupled, k, displacements)
         law = coupled.law.single_angle_law(coupled.law.coordinates[k], others)
         laws.append(law if sign > 0 else law.mirrored())
         held_angles |= others
@@ -249,6 +254,7 @@ def passive_curve(
         joint,
         spring,
         build_chain(figure.joints[joint].chain),
+        springs.joining,
         tuple(laws),
         held_angles,
         angles,
@@ -267,26 +273,29 @@ def passive_torque(
     Components are in the half-way frame, the parent's site turned by half the joint's rotation; for
     a hinge its component along the axis counts.
     """
-    own = springs.joints.get(joint)
+    own = springs.joints.get(joint, JointSprings(joint))
     chain = build_chain(figure.joints[joint].chain)
-    vector = rotation_vector(chain, displacements[joint])
-    size = np.zeros(3)
+    given: list[tuple[Direction, float]] = []
     for coupled in springs.coupled:
         if not any(axis.joint == joint for axis in coupled.axes):
             continue
-        angles = [float(_coupled_angle(figure, coupled, k, displacements))
-                  for k in range(len(coupled.axes))]  # fmt: skip
-        torques = coupled.law.torques(angles)
-        for torque, axis in zip(torques, coupled.axes, strict=True):
+        angles = [
+            float(_coupled_angle(figure, springs.joining, coupled, k, displacements))
+            for k in range(len(coupled.axes))
+        ]
+        for torque, axis in zip(coupled.law.torques(angles), coupled.axes, strict=True):
             if axis.joint == joint:
-                size += float(torque) * np.array(axis.direction)
-    axes = () if own is None else own.axes
+                given.append((axis.direction, float(torque)))
     if len(chain.rotations) == 1:
-        for axis in axes:
-            angle = angle_about(chain, axis.direction, displacements[joint])
-            size += float(total_torque(axis.elastic, float(angle))) * np.array(axis.direction)
-        return size
-    return group_torque(size, vector) + elastic_torque(springs.joining, axes, vector)
+        for axis in own.axes:
+            angle = angle_about(chain, springs.joining, axis.direction, displacements[joint])
+            given.append((axis.direction, float(total_torque(axis.elastic, float(angle)))))
+        return sum((torque * np.array(axis) for axis, torque in given), np.zeros(3))
+    law = rotation_law(own, springs.joining, chain.rotation_axes)
+    vector = rotation_vector(chain, displacements[joint])
+    directions, torques = [axis for axis, _ in given], [torque for _, torque in given]
+    coupled_torque = law.torque_about(directions, torques, vector) if given else np.zeros(3)
+    return coupled_torque + law.torque(vector)
 
 
 def rotation_vector(chain: Chain, displacements: Array) -> Array:
@@ -294,16 +303,19 @@ def rotation_vector(chain: Chain, displacements: Array) -> Array:
     return rotation_vector_from_matrix(chain.pose(displacements)[..., :3, :3])
 
 
-def angle_about(chain: Chain, direction: Direction, displacements: Array) -> Array:
-    """Return the angle about an axis of a joint, (..., n) [rad or m] to (...) [rad].
+def angle_about(
+    chain: Chain, joining: Joining, direction: Direction, displacements: Array
+) -> Array:
+    """Return the angle about an axis that a law reads, (..., n) [rad or m] to (...) [rad].
 
-    It is the displacement of a hinge, which may exceed a turn, else the component of the rotation
-    vector.
+    It is the displacement of a hinge, which may exceed a turn, or of an axis of a chain under a law
+    of coordinates, else the component of the rotation vector.
     """
     values = np.asarray(displacements, dtype=float)
-    if len(chain.rotations) == 1:
-        k = chain.rotations[0]
-        return values[..., k] * float(np.dot(chain.joint_axes[k].axis, direction))
+    if len(chain.rotations) == 1 or joining is Joining.COORDINATES:
+        along = [float(np.dot(axis, direction)) for axis in chain.rotation_axes]
+        k = int(np.argmax(np.abs(along)))
+        return values[..., chain.rotations[k]] * np.sign(along[k])
     return rotation_vector(chain, values) @ np.array(direction)
 
 
@@ -373,19 +385,27 @@ def _coupled_about(
 
 
 def _other_angles(
-    figure: Figure, coupled: CoupledSpring, k: int, displacements: Displacements
+    figure: Figure,
+    joining: Joining,
+    coupled: CoupledSpring,
+    k: int,
+    displacements: Displacements,
 ) -> dict[str, float]:
     """Return the angles of the other coordinates of a coupled law [rad]."""
     return {
-        name: float(_coupled_angle(figure, coupled, j, displacements))
+        name: float(_coupled_angle(figure, joining, coupled, j, displacements))
         for j, name in enumerate(coupled.law.coordinates)
         if j != k
     }
 
 
 def _coupled_angle(
-    figure: Figure, coupled: CoupledSpring, k: int, displacements: Displacements
+    figure: Figure,
+    joining: Joining,
+    coupled: CoupledSpring,
+    k: int,
+    displacements: Displacements,
 ) -> Array:
     axis = coupled.axes[k]
     chain = build_chain(figure.joints[axis.joint].chain)
-    return angle_about(chain, axis.direction, displacements[axis.joint])
+    return angle_about(chain, joining, axis.direction, displacements[axis.joint])

@@ -38,6 +38,8 @@ class Ending(Enum):
     """At the stop time, where the error is above the tolerance or unknown."""
     SOLVER_FAILED = "solver failed"
     TURNED_OVER = "turned through 180 deg"
+    POLE = "at the pole of a joint"
+    """Within a degree of where the outer two of three rotations have one axis."""
     TOO_LONG = "wall time used up"
     INTERRUPTED = "interrupted"
 

@@ -120,7 +120,7 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Choice("law", tuple(Joining)),
-            "How the axis laws of a spherical joint combine.",
+            "How the laws about the axes of a joint of several rotations combine.",
             type=Joining,
             live=Choice("law", tuple(Joining)),
         ),

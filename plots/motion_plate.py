@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from generator.contact.record import ContactRecord
+from generator.coupled_motion import CoupledMotion
 from generator.figure import is_rotation
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.kinematics.placement import Displacements
@@ -36,9 +37,7 @@ from springs import (
     CoupledSpring,
     JointSprings,
     SpringSet,
-    conservative_energy,
-    damping_torque,
-    elastic_torque,
+    rotation_law,
     total_energy,
     total_torque,
 )
@@ -154,35 +153,36 @@ def _moment(motion: FigureMotion, joint: str, springs: SpringSet, rates: Array) 
     twists = motion.tree.chains[joint].twists(motion.displacements[joint])
     angular = np.sum(twists[..., :3] * rates[..., None], axis=1)
     rate = (np.swapaxes(half, -1, -2) @ angular[..., None])[..., 0]
-    torque = elastic_torque(springs.joining, own.axes, vectors)
-    return (half @ (torque + damping_torque(own.axes, vectors, rate))[..., None])[..., 0]
+    law = rotation_law(own, springs.joining, motion.tree.chains[joint].rotation_axes)
+    return (half @ (law.torque(vectors) + law.damping(vectors, rate))[..., None])[..., 0]
 
 
-def _joint_rotations(motion: FigureMotion, spring: CoupledSpring) -> dict[str, Array]:
-    """Rotations of the joints of a coupled law: an angle of one rotation, else a vector."""
-    return {
-        axis.joint: motion.displacements[axis.joint][:, rotations[0]]
-        if len(rotations := _rotations(motion, axis.joint)) == 1
+def _coupled_motion(
+    motion: FigureMotion, springs: SpringSet, spring: CoupledSpring
+) -> CoupledMotion:
+    """Return the rotations of the joints of a coupled law."""
+    rotations = {
+        axis.joint: motion.displacements[axis.joint][:, own[0]]
+        if len(own := _rotations(motion, axis.joint)) == 1
         else _rotation_vectors(motion, axis.joint)
         for axis in spring.axes
     }
+    return CoupledMotion(motion.tree.chains, springs.joining, rotations)
 
 
 def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Array]:
     """Moments of the laws over several joints on the children, parent's axes, (n, 3) [N m]."""
-    from generator.simulation.exudyn_model.coupled_springs import coupled_torques
-
     moments: dict[str, Array] = {}
     for spring in springs.coupled:
         if any(axis.joint not in motion.chains for axis in spring.axes):
             continue
-        rotations = _joint_rotations(motion, spring)
-        for name, torque in coupled_torques(spring, motion.tree.chains, rotations).items():
+        moved = _coupled_motion(motion, springs, spring)
+        for name, torque in moved.torques(spring).items():
             if torque.ndim == 1:
                 axis = np.asarray(motion.chains[name][_rotations(motion, name)[0]].axis)
                 vector = np.outer(torque, axis / np.linalg.norm(axis))
             else:
-                half = matrix_from_rotation_vector(0.5 * rotations[name])
+                half = matrix_from_rotation_vector(0.5 * moved.rotations[name])
                 vector = (half @ torque[..., None])[..., 0]
             moments[name] = moments.get(name, 0.0) + vector
     return moments
@@ -190,8 +190,6 @@ def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Arra
 
 def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
     """Energy of the springs, shape (n,) [J]."""
-    from generator.simulation.exudyn_model.coupled_springs import coupled_energy
-
     stored = np.zeros(len(motion.times))
     for name, own in springs.joints.items():
         if name not in motion.chains:
@@ -202,7 +200,8 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
             angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
             stored += total_energy(own.axes[0].elastic, angle)
         elif rotations and own.axes:
-            stored += conservative_energy(own.axes, _rotation_vectors(motion, name))
+            law = rotation_law(own, springs.joining, motion.tree.chains[name].rotation_axes)
+            stored += law.energy(_rotation_vectors(motion, name))
         for spring in own.translations:
             for k, factor in enumerate(chain):
                 along = float(np.dot(spring.direction, factor.axis))
@@ -211,8 +210,7 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
                     stored += total_energy(spring.elastic, displacement)
     for spring in springs.coupled:
         if spring.law.is_conservative and all(a.joint in motion.chains for a in spring.axes):
-            rotations = _joint_rotations(motion, spring)
-            stored += coupled_energy(spring, motion.tree.chains, rotations)
+            stored += _coupled_motion(motion, springs, spring).energy(spring)
     return stored
 
 

@@ -7,6 +7,7 @@ from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
 from springs.joint import AxisSpring, CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
 from springs.linear import Linear
+from springs.rotation_law import RotationLaw, Singularity, rotation_law
 from springs.spherical import (
     conservative_energy,
     conservative_torque,
@@ -33,6 +34,8 @@ __all__ = [
     "NotRestoringError",
     "Operations",
     "Real",
+    "RotationLaw",
+    "Singularity",
     "SpringSet",
     "Stop",
     "Surface",
@@ -43,6 +46,7 @@ __all__ = [
     "group_torque",
     "passive_cubic",
     "restoring_sense",
+    "rotation_law",
     "total_energy",
     "total_torque",
     "weighted_torque",

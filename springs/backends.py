@@ -55,6 +55,14 @@ class Operations(Protocol):
         """Sine of an angle [rad]."""
         ...
 
+    def cos(self, value: Real) -> Real:
+        """Cosine of an angle [rad]."""
+        ...
+
+    def atan2(self, y: Real, x: Real) -> Real:
+        """Angle of the point (x, y) [rad]."""
+        ...
+
     def sqrt(self, value: Real) -> Real:
         """Square root."""
         ...
@@ -123,6 +131,12 @@ class _Numpy:
     def sin(self, value: Real) -> Real:
         return np.sin(value)
 
+    def cos(self, value: Real) -> Real:
+        return np.cos(value)
+
+    def atan2(self, y: Real, x: Real) -> Real:
+        return np.arctan2(y, x)
+
     def sqrt(self, value: Real) -> Real:
         return np.sqrt(value)
 
@@ -163,6 +177,12 @@ class _Floats:
 
     def sin(self, value: Real) -> Real:
         return math.sin(value)
+
+    def cos(self, value: Real) -> Real:
+        return math.cos(value)
+
+    def atan2(self, y: Real, x: Real) -> Real:
+        return math.atan2(y, x)
 
     def sqrt(self, value: Real) -> Real:
         return math.sqrt(value)

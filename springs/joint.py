@@ -28,7 +28,11 @@ class Joining(Enum):
     """Rule by which the laws of the axes form the law of a spherical joint (eq. 4.4)."""
 
     CONSERVATIVE = "conservative"
+    """Laws of the components of the rotation vector, and their gradient."""
     WEIGHTED = "weighted"
+    """The thesis's directional weighting, which has no energy."""
+    COORDINATES = "coordinates"
+    """Laws of the displacements of the joint's own chain."""
 
 
 @short_repr
@@ -43,6 +47,7 @@ class AxisSpring:
         motion: the anatomist's name of a positive angle ("flexion"), or "".
         reference: where the numbers are from.
         why: why they are read as they are.
+        middle: middle of the range [rad]; a law of coordinates has its seam opposite to it.
     """
 
     direction: Direction
@@ -51,6 +56,7 @@ class AxisSpring:
     motion: str = ""
     reference: str = ""
     why: str = ""
+    middle: float = 0.0
 
     def resistance(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child against the rate [N m]: damping, and friction of directional laws.
@@ -74,7 +80,7 @@ class AxisSpring:
         """Return the same spring about the opposite axis: direction and laws mirrored."""
         x, y, z = self.direction
         laws = tuple(law.mirrored() for law in self.elastic)
-        return replace(self, direction=(-x, -y, -z), elastic=laws)
+        return replace(self, direction=(-x, -y, -z), elastic=laws, middle=-self.middle)
 
     def scaled(self, elastic: float, damping: float) -> "AxisSpring":
         """Return the spring with factors of its elastic torque, and of damping and friction."""

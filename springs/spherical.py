@@ -95,7 +95,12 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
 def elastic_torque(
     joining: Joining, axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY
 ) -> Vector:
-    """Torque of the chosen law on the child in the half-way frame [N m], shape (..., 3)."""
+    """Torque of a law of the rotation vector on the child in the half-way frame [N m].
+
+    Its shape is (..., 3). Raises ValueError for laws of coordinates, which need the joint's chain.
+    """
+    if joining is Joining.COORDINATES:
+        raise ValueError("a law of coordinates needs the joint's chain: call `rotation_law`")
     law = conservative_torque if joining is Joining.CONSERVATIVE else weighted_torque
     return law(axes, r, ops)
 

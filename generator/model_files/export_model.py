@@ -19,8 +19,9 @@ from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import Tree, build_tree
 from generator.losses import Losses
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
-from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
+from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
 from springs.elastic import Frictional
+from springs.rotation_law import CoordinateLaw
 
 
 @dataclass(frozen=True)
@@ -107,8 +108,8 @@ class JointLaws:
     """The springs of a joint by their arguments.
 
     Attributes:
-        uncoupled: uncoupled by index in the chain, springs that are functions of this displacement
-            alone, in the sense of its axis.
+        uncoupled: springs that are functions of one displacement alone, in the sense of its axis,
+            by index in the chain; under a law of coordinates all are.
         combined: springs of several rotations, which are functions of the rotation vector.
     """
 
@@ -116,14 +117,31 @@ class JointLaws:
     combined: tuple[AxisSpring, ...]
 
 
-def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
-    """Split the springs of a joint with the chain `chain`.
+def split_joint_laws(chain: Chain, springs: JointSprings, joining: Joining) -> JointLaws:
+    """Split the springs of a joint.
 
-    Raises InputError for a spring along a translation that the joint does not have.
+    Args:
+        chain: chain of the joint.
+        springs: springs of the joint.
+        joining: rule that joins the axes of several rotations.
+
+    Raises:
+        InputError: a spring is about or along an axis that the joint does not have.
     """
     alone: dict[int, AxisSpring] = {}
+    combined: tuple[AxisSpring, ...] = ()
     if len(chain.rotations) == 1 and springs.axes:
         alone[chain.rotations[0]] = _in_axis_sense(springs.axes[0], chain, chain.rotations[0])
+    elif joining is Joining.COORDINATES and springs.axes:
+        try:
+            law = rotation_law(springs, joining, chain.rotation_axes)
+        except ValueError as failure:
+            raise InputError([error(f"joint `{springs.joint}`: {failure}")]) from None
+        assert isinstance(law, CoordinateLaw)
+        own = zip(chain.rotations, law.springs, strict=True)
+        alone = {index: spring for index, spring in own if spring is not None}
+    else:
+        combined = springs.axes
     for spring in springs.translations:
         place = next(
             (k for k in chain.translations if _is_parallel_to_axis(spring, chain, k)), None
@@ -134,7 +152,17 @@ def split_joint_laws(chain: Chain, springs: JointSprings) -> JointLaws:
             )
             raise InputError([error(message)])
         alone[place] = _in_axis_sense(spring, chain, place)
-    return JointLaws(alone, springs.axes if len(chain.rotations) > 1 else ())
+    return JointLaws(alone, combined)
+
+
+def is_ball(chain: Chain, springs: JointSprings, joining: Joining) -> bool:
+    """Return whether a joint is written as a ball: three rotations whose springs do not part them.
+
+    Hinges are exact, but near the pole of their axes inaccurate: a joint whose springs are not
+    functions of its displacements stays a ball.
+    """
+    parted = joining is Joining.COORDINATES and bool(springs.axes)
+    return len(chain.rotations) == 3 and not parted
 
 
 def _is_parallel_to_axis(spring: AxisSpring, chain: Chain, index: int) -> bool:

@@ -62,6 +62,7 @@ from generator.simulation.trace import (
     finished_outcome,
     half_turn_outcome,
     mean_position,
+    pole_outcome,
     solver_failure_outcome,
 )
 
@@ -173,10 +174,10 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
         case Ending.TOO_LONG:
             message = f"the wall-time limit was reached at {run.last_time:.4g} s"
             return Outcome(run.ending, message, last)
-        case Ending.TURNED_OVER:
+        case Ending.TURNED_OVER | Ending.POLE:
             assert run.turned_joint is not None
-            turned = half_turn_outcome(run.turned_joint, run.last_time)
-            return replace(turned, last_time=last)
+            found = pole_outcome if run.ending is Ending.POLE else half_turn_outcome
+            return replace(found(run.turned_joint, run.last_time), last_time=last)
         case Ending.SOLVER_FAILED:
             return solver_failure_outcome(model.figure, trace.angular_velocities[-1], last)
         case _:

@@ -38,6 +38,7 @@ from generator.simulation.trace import (
     finished_outcome,
     half_turn_outcome,
     map_arrays,
+    pole_outcome,
     solver_failure_outcome,
 )
 
@@ -64,6 +65,9 @@ _DISCONTINUITY_HALF_WIDTH = 1e-9
 
 _MAX_STEPS_PER_CALL = 500
 """Largest number of steps between checks of the clock and of Ctrl-C."""
+
+_MIN_SUSPECT_SINE = 0.98
+"""Sine of the middle one of three angles from which a failed solver is put down to the pole."""
 
 _MIN_SUSPECT_ANGLE = 2.8
 """Angle of a joint with springs beyond which a solver failure is attributed to it [rad]."""
@@ -299,7 +303,8 @@ def integrate(
             steps += count
             crossing = sensors.read()
             if crossing is not None:
-                outcome = half_turn_outcome(*crossing)
+                ends_at_pole = sensors.is_at_pole(crossing[0])
+                outcome = (pole_outcome if ends_at_pole else half_turn_outcome)(*crossing)
                 break
             if is_frame:
                 log.record(stop)
@@ -500,5 +505,8 @@ def _solver_failure_outcome(model: ExudynModel, log: _StateLog, sensors: SensorL
     near = sensors.nearest_half_turn()
     if near is not None and near[1] > _MIN_SUSPECT_ANGLE:
         return half_turn_outcome(near[0], log.last_time)
+    pole = sensors.nearest_pole()
+    if pole is not None and pole[1] > _MIN_SUSPECT_SINE:
+        return pole_outcome(pole[0], log.last_time)
     spins = log.build_trace().angular_velocities[-1]
     return solver_failure_outcome(model.figure, spins, log.last_time)

@@ -8,6 +8,7 @@ from typing import assert_never
 import numpy as np
 
 from generator.contact.states import ContactStates, evaluate_contacts
+from generator.coupled_motion import CoupledMotion
 from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.kinematics.closures import rotation_equations
@@ -20,19 +21,10 @@ from generator.rotations import (
     unit_vector,
 )
 from generator.simulation.exudyn_model.constraints import RateTerm
-from generator.simulation.exudyn_model.coupled_springs import coupled_energy, coupled_torques
 from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.exudyn_model.springs import JointKind, generalized_force
 from generator.simulation.trace import Trace
-from springs import (
-    NUMPY,
-    Joining,
-    JointSprings,
-    conservative_energy,
-    damping_torque,
-    elastic_torque,
-    total_energy,
-)
+from springs import NUMPY, JointSprings, rotation_law, total_energy
 
 
 @dataclass(frozen=True)
@@ -65,10 +57,8 @@ class JointMotion:
         return rotation_vector_from_matrix(self.pose_in_parent[:, :3, :3])
 
 
-def coupled_joint_rotations(
-    model: ExudynModel, joints: Mapping[str, JointMotion]
-) -> dict[str, Array]:
-    """Rotations of the joints of coupled laws, as `coupled_torques` takes them."""
+def coupled_motion(model: ExudynModel, joints: Mapping[str, JointMotion]) -> CoupledMotion:
+    """Return the rotations of the joints of coupled laws."""
     rotations: dict[str, Array] = {}
     for name in {axis.joint for coupled in model.coupled for axis in coupled.spring.axes}:
         rotation_indices = model.placement.tree.chains[name].rotations
@@ -78,7 +68,8 @@ def coupled_joint_rotations(
             if len(rotation_indices) == 1
             else motion.rotation_vectors
         )
-    return rotations
+    chains = model.placement.tree.chains
+    return CoupledMotion(chains, model.spring_set.joining, rotations)
 
 
 class SegmentMotion:
@@ -140,13 +131,13 @@ class SegmentMotion:
             for name, motion in joints.items()
         }
         chains = self._model.placement.tree.chains
-        rotations = coupled_joint_rotations(self._model, joints)
+        moved = coupled_motion(self._model, joints)
         for coupled in self._model.coupled:
-            for name, torque in coupled_torques(coupled.spring, chains, rotations).items():
+            for name, torque in moved.torques(coupled.spring).items():
                 if torque.ndim == 1:
                     torques[name] += np.outer(torque, unit_vector(chains[name].rotation_axes[0]))
                 else:
-                    half = matrix_from_rotation_vector(0.5 * rotations[name])
+                    half = matrix_from_rotation_vector(0.5 * moved.rotations[name])
                     torques[name] += (half @ torque[..., None])[..., 0]
         return torques
 
@@ -168,8 +159,8 @@ class SegmentMotion:
         r = joint_motion.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
         rate = (np.swapaxes(half, -1, -2) @ joint_motion.relative_velocity[:, :3, None])[..., 0]
-        torque = elastic_torque(self._model.spring_set.joining, springs.axes, r)
-        torque = torque + damping_torque(springs.axes, r, rate)
+        law = rotation_law(springs, self._model.spring_set.joining, chain.rotation_axes)
+        torque = law.torque(r) + law.damping(r, rate)
         return (half @ torque[..., None])[..., 0]
 
     def reaction(self, joint: Joint, joint_motion: JointMotion) -> Array:
@@ -389,7 +380,6 @@ def contact_of_trace(model: ExudynModel, trace: Trace) -> ContactStates:
 
 
 def _spring_energy(model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
-    weighted = model.spring_set.joining is Joining.WEIGHTED
     stored = trace.spring_work.copy()
     for name, connectors in model.springs.items():
         motion = joints[name]
@@ -400,14 +390,14 @@ def _spring_energy(model: ExudynModel, trace: Trace, joints: Mapping[str, JointM
                     for spring in connector.springs:
                         stored += total_energy(spring.elastic, displacement)
                 case JointKind.SPHERICAL:
-                    if not weighted:
-                        stored += conservative_energy(connector.springs, motion.rotation_vectors)
+                    assert connector.law is not None
+                    if connector.law.is_conservative:
+                        stored += connector.law.energy(motion.rotation_vectors)
                 case _:
                     assert_never(connector.kind)
-    chains = model.placement.tree.chains
     for coupled in model.coupled:
         if coupled.is_conservative:
-            stored += coupled_energy(coupled.spring, chains, coupled_joint_rotations(model, joints))
+            stored += coupled_motion(model, joints).energy(coupled.spring)
     return stored
 
 

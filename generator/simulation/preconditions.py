@@ -21,7 +21,7 @@ from generator.diagnostics import (
 from generator.figure import Figure, Joint, is_rotation
 from generator.figure_file import simulation_diagnostics
 from generator.figure_file.resolve import origin_span
-from generator.joint_chain import build_chain
+from generator.joint_chain import Chain, build_chain
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import (
     Displacements,
@@ -37,7 +37,8 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
+from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
+from springs.coordinates import LARGEST_SINE
 from springs.elastic import Frictional
 
 _HALF_TURN_TOLERANCE = 1e-6
@@ -179,18 +180,49 @@ def placement_obstacles(
     for name, joint in placement.tree.figure.joints.items():
         own = springs.joints.get(name, JointSprings(name))
         elastic = name in coupled or any(axis.elastic for axis in own.axes)
-        has_rotation_vector = len(placement.tree.chains[name].rotations) > 1
+        chain = placement.tree.chains[name]
+        several = len(chain.rotations) > 1
         obstacle = _translation_obstacle(placement, joint, own)
+        coordinates = _coordinate_obstacle(joint, chain, own, springs.joining)
         if obstacle is not None:
             yield obstacle
-        elif elastic and has_rotation_vector and is_at_half_turn(placement, joint):
-            yield error(
-                f"joint {name} starts at 180 deg, where the torque of its springs is not defined",
-                None if name in (start or {}) else origin_span(joint.origins, "displacement"),
-            )
+        elif coordinates is not None:
+            yield coordinates
+        elif elastic and several:
+            where = singular_orientation(placement, joint, springs.joining)
+            if where is not None:
+                yield error(
+                    f"joint {name} starts {where}, where the torque of its springs is not defined",
+                    None if name in (start or {}) else origin_span(joint.origins, "displacement"),
+                )
 
 
-def is_at_half_turn(placement: Placement, joint: Joint) -> bool:
+def _coordinate_obstacle(
+    joint: Joint, chain: Chain, springs: JointSprings, joining: Joining
+) -> Diagnostic | None:
+    """Check that a law of coordinates has the axes that it needs."""
+    if len(chain.rotations) < 2 or joining is not Joining.COORDINATES:
+        return None
+    try:
+        rotation_law(springs, joining, chain.rotation_axes)
+    except ValueError as failure:
+        return error(f"joint {joint.name}: {failure}", origin_span(joint.origins, "type"))
+    return None
+
+
+def singular_orientation(placement: Placement, joint: Joint, joining: Joining) -> str | None:
+    """Return where a joint is if the torque of its springs is not defined there, else None."""
+    chain = placement.tree.chains[joint.name]
+    if joining is not Joining.COORDINATES:
+        return "at 180 deg" if _is_at_half_turn(placement, joint) else None
+    if len(chain.rotations) < 3:
+        return None
+    inner, _, outer = (np.asarray(axis) for axis in chain.rotation_axes)
+    along = float(outer @ placement.pose_in_parent(joint)[:3, :3] @ inner)
+    return "at its pole, 90 deg of its middle rotation" if abs(along) > LARGEST_SINE else None
+
+
+def _is_at_half_turn(placement: Placement, joint: Joint) -> bool:
     """Return whether a joint is rotated by 180 deg, where its rotation vector changes sign."""
     rotation = placement.pose_in_parent(joint)[:3, :3]
     if np.trace(rotation) > 0.0:  # less than 120 deg

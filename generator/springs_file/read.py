@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import degrees, inf, isfinite, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
@@ -39,7 +40,17 @@ from generator.springs_file.extend import FileSprings
 from generator.springs_file.optional import OPTIONAL_FILE
 from generator.springs_file.parse import BASE_KEY, EXTENDS_KEY, NO_BASE, SPRINGS_FILE, SpringsFile
 from generator.text_io import load_text, make_source
-from springs import AxisSpring, Damping, Elastic, Joining, JointSprings, Linear, SpringSet, Stop
+from springs import (
+    AxisSpring,
+    Damping,
+    Elastic,
+    Joining,
+    JointSprings,
+    Linear,
+    SpringSet,
+    Stop,
+    rotation_law,
+)
 from springs.joint import UNKNOWN_AXIS
 from springs.stop import (
     DEFAULT_STOP_ONSET,
@@ -392,8 +403,41 @@ def _build_spring_set(
         if (springs := _combine_springs(joint, bound.springs, diagnostics)) is not None
     }
     law = joining or bound.joining or Joining.CONSERVATIVE
+    if law is Joining.COORDINATES:
+        for name in joints:
+            _check_coordinates(figure.joints[name], joints[name], diagnostics)
     named = NamedMapping(joints, "the springs have no joint")
     return SpringSet(named, law, bound.origin, bound.coupled)
+
+
+MAX_MIDDLE_LIMIT = radians(80.0)
+"""Limit of the middle one of three rotations beyond which a law of coordinates gets a warning."""
+
+
+def _check_coordinates(joint: Joint, springs: JointSprings, diagnostics: Diagnostics) -> None:
+    """Report what a joint lacks for a law of coordinates, and a middle axis that nears its pole."""
+    turns = [k for k, factor in enumerate(joint.chain) if is_rotation(factor.kind)]
+    if len(turns) < 2:
+        return
+    try:
+        rotation_law(springs, Joining.COORDINATES, [unit_axis(joint.chain[k].axis) for k in turns])
+    except ValueError as failure:
+        diagnostics.error(f"joint `{joint.name}`: {failure}", origin_span(joint.origins, "type"))
+        return
+    if len(turns) == 2:
+        return
+    low, high = (
+        (-inf if joint.lower_limit is None else joint.lower_limit[turns[1]]),
+        (inf if joint.upper_limit is None else joint.upper_limit[turns[1]]),
+    )
+    if max(-low, high) > MAX_MIDDLE_LIMIT:
+        ends = f"{degrees(low):.0f} to {degrees(high):.0f} deg"
+        diagnostics.warning(
+            f"joint `{joint.name}`: the middle one of its rotations may pass 80 deg ({ends}), and "
+            "a run ends at 90",
+            origin_span(joint.origins, "ulimit", "llimit", "type"),
+            'give it limits (`llimit`, `ulimit`), or another `law` than "coordinates"',
+        )
 
 
 def _without_fields(figure: Figure) -> Figure:
@@ -477,6 +521,7 @@ def _combine_springs(
 def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
     """Return a spring with the stops of all the joint's factors about its axis."""
     laws: list[Elastic] = list(bound_spring.spring.elastic)
+    middle = 0.0
     for k, factor in enumerate(joint.chain):
         sign = (
             parallel_sign(bound_spring.spring.direction, factor.axis)
@@ -486,7 +531,16 @@ def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
         if sign:
             stops = _build_stops(joint, k, bound_spring.stop_stiffness, bound_spring.stop_onset)
             laws += stops if sign > 0 else [stop.mirrored() for stop in stops]
-    return replace(bound_spring.spring, elastic=tuple(laws))
+            middle = sign * _middle_of_range(joint, k)
+    return replace(bound_spring.spring, elastic=tuple(laws), middle=middle)
+
+
+def _middle_of_range(joint: Joint, k: int) -> float:
+    """Middle of the limits of factor `k` [rad]; 0 without two."""
+    if joint.lower_limit is None or joint.upper_limit is None:
+        return 0.0
+    middle = 0.5 * (joint.lower_limit[k] + joint.upper_limit[k])
+    return middle if isfinite(middle) else 0.0
 
 
 def _figure_spring(
@@ -505,9 +559,10 @@ def _figure_spring(
             "it would feed energy",
         )
         return []
-    if viscous:
-        return [AxisSpring(axis, tuple(laws), Damping(viscous))]
-    return [AxisSpring(axis, tuple(laws))] if laws else []
+    if not laws and not viscous:
+        return []
+    middle = _middle_of_range(joint, k)
+    return [AxisSpring(axis, tuple(laws), Damping(viscous), middle=middle)]
 
 
 def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:

@@ -200,9 +200,9 @@ def rotate_hip() -> ObliqueRotations:
     hip = ObliqueHip()
     return ObliqueRotations(
         hip,
-        {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in Joining},
+        {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in _LINE_STYLES},
         printed_torques(hip),
-        {law: hip.work_along_path(LOOP, law) for law in Joining},
+        {law: hip.work_along_path(LOOP, law) for law in _LINE_STYLES},
     )
 
 
@@ -240,7 +240,7 @@ def max_on_axis_difference(hip: ObliqueHip, joining: Joining) -> float:
 
 
 def _claims(made: ObliqueRotations) -> Iterator[Claim]:
-    for joining in Joining:
+    for joining in _LINE_STYLES:
         yield Claim(
             f"Rotated by -90 to 90 deg about each of its axes, the hip with the {joining.value} "
             "law in Exudyn has the torque of the axis's own law",
@@ -345,10 +345,10 @@ def _format_total_work(work: float) -> str:
 def _tables(made: ObliqueRotations) -> dict[str, dict[str, Array]]:
     loop = {"way [deg]": np.degrees(made.path_work[Joining.CONSERVATIVE].path_length)}
     oblique = {"axis from abduction to flexion [deg]": np.degrees(_DIRECTIONS)}
-    rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in Joining}}
+    rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in _LINE_STYLES}}
     for name, torques in rows.items():
         oblique |= {f"{name} along [N m]": torques.along, f"{name} across [N m]": torques.across}
-    for joining in Joining:
+    for joining in _LINE_STYLES:
         loop[f"work, {joining.value} [J]"] = made.path_work[joining].work
     return {"oblique": oblique, "loop": loop}
 

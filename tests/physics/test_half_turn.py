@@ -8,8 +8,9 @@ import pytest
 from generator.recording import Ending
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, JointSprings, Linear, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
+from tests.laws import VECTOR_LAWS
 from tests.runs import springs_of
 
 SOFT = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
@@ -17,7 +18,7 @@ STIFF = tuple(AxisSpring(axis, (Linear(60.0),)) for axis in (X, Y, Z))
 
 
 @pytest.mark.parametrize("axes", [SOFT, STIFF])
-@pytest.mark.parametrize("joining", list(Joining))
+@pytest.mark.parametrize("joining", VECTOR_LAWS)
 @pytest.mark.parametrize("given", [{"step": 1e-3}, {"step": 5e-3}, {}])
 def test_a_ball_driven_through_half_a_turn(given, joining, axes) -> None:
     link = body("link", centre=(0.0, -0.05, 0.0), inertia=(0.03, 0.03, 0.03))

@@ -152,6 +152,7 @@ class _SegmentWriter:
         laws = split_joint_laws(
             model.tree.chains[joint.name],
             self._springs.get(joint.name, JointSprings(joint.name)),
+            self._joining,
         )
         torques = self._passive_torques(branch, laws)
         torque_lines: list[str] = []
@@ -396,7 +397,7 @@ def _numbers(values: ArrayLike) -> str:
 def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     """Report the parts that the format cannot hold."""
     for name, own in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], own)
+        laws = split_joint_laws(model.tree.chains[name], own, springs.joining)
         if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):

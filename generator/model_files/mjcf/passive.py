@@ -18,6 +18,7 @@ from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.export_model import (
     build_export_model,
+    is_ball,
     split_joint_laws,
     tree_joint_springs,
 )
@@ -65,8 +66,14 @@ class PassiveSprings:
         self._several: list[_Several] = []
         for name, each in tree_joint_springs(export, springs):
             branch, chain = branches[name], export.tree.chains[name]
-            laws = split_joint_laws(chain, each)
-            places = _joint_places(model, body_name(export, branch.outboard), branch, chain)
+            laws = split_joint_laws(chain, each, springs.joining)
+            places = _joint_places(
+                model,
+                body_name(export, branch.outboard),
+                branch,
+                chain,
+                has_ball=is_ball(chain, each, springs.joining),
+            )
             for k, spring in laws.uncoupled.items():
                 joint = places[k]
                 position, speed = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
@@ -104,9 +111,11 @@ class PassiveSprings:
             data.qfrc_passive[speeds] += axes @ (half_way @ torque)
 
 
-def _joint_places(model: Any, body: str, branch: TreeJoint, chain: Chain) -> dict[int | None, int]:
+def _joint_places(
+    model: Any, body: str, branch: TreeJoint, chain: Chain, *, has_ball: bool
+) -> dict[int | None, int]:
     """Return the model's joint numbers by place in the chain; None stands for a ball."""
-    from_chain = list(chain_indices(branch, chain.translations_are_outer))
+    from_chain = list(chain_indices(branch, chain.translations_are_outer, has_ball=has_ball))
     number = int(model.body(body).id)
     first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
     if count != len(from_chain):

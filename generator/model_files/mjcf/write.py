@@ -40,6 +40,7 @@ from generator.model_files.export_model import (
     build_export_model,
     common_damping,
     has_friction,
+    is_ball,
     loop_closures,
     split_joint_laws,
     tree_joint_springs,
@@ -268,7 +269,7 @@ class _BodyWriter:
         self._joints = {
             model.joints[name]
             for name, chain in model.tree.chains.items()
-            if len(chain.joint_axes) == 1 or len(chain.rotations) == 3
+            if len(chain.joint_axes) == 1 or self._is_ball(name)
         }
 
     @property
@@ -340,14 +341,17 @@ class _BodyWriter:
         self, body: Element, branch: TreeJoint, tip_site: Array, springs: JointSprings
     ) -> None:
         joint, chain = branch.joint, self._model.tree.chains[branch.joint.name]
-        laws = split_joint_laws(chain, springs)
+        laws = split_joint_laws(chain, springs, self._joining)
         position = format_numbers(tip_site[:3, 3])
         names = self._joint_element_names(joint)
         displacements = self._model.placement.displacements[joint.name]
         start: list[float] = []
         self._initial_positions_by_body[body.attrib["name"]] = start
         ball: Element | None = None
-        for k in chain_indices(branch, chain.translations_are_outer):
+        places = chain_indices(
+            branch, chain.translations_are_outer, has_ball=self._is_ball(joint.name)
+        )
+        for k in places:
             if k is None:
                 turn = chain.pose(displacements)[:3, :3]
                 turn = turn if branch.parent_is_inboard else turn.T
@@ -388,13 +392,17 @@ class _BodyWriter:
         if len(joint.chain) == 1:
             return {0: name}
         coordinates = self._model.coordinates[joint.name]
-        is_ball = len(self._model.tree.chains[joint.name].rotations) == 3
+        has_ball = self._is_ball(joint.name)
         parts = {
             k: reserve_name(coordinates[k], self._joints)
             for k, factor in enumerate(joint.chain)
-            if not is_rotation(factor.kind) or not is_ball
+            if not is_rotation(factor.kind) or not has_ball
         }
         return {None: name, **parts}
+
+    def _is_ball(self, joint: str) -> bool:
+        springs = self._springs.get(joint, JointSprings(joint))
+        return is_ball(self._model.tree.chains[joint], springs, self._joining)
 
     def _add_rotation_springs(
         self, ball: Element | None, joint: Joint, springs: JointSprings
@@ -550,13 +558,15 @@ class _BodyWriter:
             self._losses.add("Coulomb friction of several rotations", joint.name)
 
 
-def chain_indices(branch: TreeJoint, translations_are_outermost: bool) -> Iterator[int | None]:
+def chain_indices(
+    branch: TreeJoint, translations_are_outermost: bool, *, has_ball: bool
+) -> Iterator[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
     chain = branch.joint.chain
     turns = [k for k, factor in enumerate(chain) if is_rotation(factor.kind)]
     slides = [k for k, factor in enumerate(chain) if not is_rotation(factor.kind)]
     ball: list[int | None] = [None]
-    about: list[int | None] = ball if len(turns) == 3 else [*reversed(turns)]
+    about: list[int | None] = ball if has_ball else [*reversed(turns)]
     outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]
     yield from outermost_first if branch.parent_is_inboard else reversed(outermost_first)
 

@@ -116,6 +116,12 @@ class _ExpressionOperations:
     def sin(self, value: Real) -> Real:
         return Expression(f"sin({_operand_text(value)})")
 
+    def cos(self, value: Real) -> Real:
+        return Expression(f"cos({_operand_text(value)})")
+
+    def atan2(self, y: Real, x: Real) -> Real:
+        return Expression(f"atan2({_operand_text(y)},{_operand_text(x)})")
+
     def sqrt(self, value: Real) -> Real:
         return Expression(f"sqrt({_operand_text(value)})")
 

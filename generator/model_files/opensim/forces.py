@@ -9,7 +9,7 @@ exactly, in every orientation.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
 
@@ -71,14 +71,14 @@ class ForceWriter:
     def add_springs(self, springs: SpringSet) -> None:
         """Add the springs of the tree's joints, and the laws over several of them."""
         for name, joint_springs in tree_joint_springs(self._model, springs):
-            laws = split_joint_laws(self._model.tree.chains[name], joint_springs)
+            laws = split_joint_laws(self._model.tree.chains[name], joint_springs, springs.joining)
             for index, spring in laws.uncoupled.items():
                 self._add_coordinate_force(self._model.coordinates[name][index], spring)
             for number, spring in enumerate(laws.combined, 1):
                 self._add_axis_forces(name, number, spring, springs.joining)
         for coupled in springs.coupled:
             if is_in_tree(self._model, coupled):
-                self._add_coupled_forces(coupled)
+                self._add_coupled_forces(coupled, springs.joining)
 
     def _add_coordinate_force(self, coordinate: str, spring: AxisSpring) -> None:
         """Add a spring of one displacement."""
@@ -126,14 +126,17 @@ class ForceWriter:
         resistance = spring.resistance(_LENGTH, _RATE, EXPRESSION_OPERATIONS)
         self._add_path_force(f"{label}_damping", path, -1.0 * resistance)
 
-    def _add_coupled_forces(self, spring: CoupledSpring) -> None:
+    def _add_coupled_forces(self, spring: CoupledSpring, joining: Joining) -> None:
         """Add a law over several joints: a force for each exponential, and one for constants."""
         coordinates: dict[str, str] = {}
         definitions: dict[str, Expression] = {}
         rotations: dict[str, RotationExpressions] = {}
         for joint in dict.fromkeys(axis.joint for axis in spring.axes):
             angles = self._angle_paths(joint, len(coordinates))
-            rotations[joint] = self._rotation(joint, tuple(angles), f"_{len(rotations) + 1}")
+            rotations[joint] = replace(
+                self._rotation(joint, tuple(angles), f"_{len(rotations) + 1}"),
+                has_coordinates=joining is Joining.COORDINATES,
+            )
             coordinates |= angles
             definitions |= rotations[joint].definitions
         components: list[Expression] = []

@@ -34,15 +34,19 @@ class RotationExpressions:
         axes: axes of the rotations, innermost first; in the frames of the joint.
         angles: names of the angles.
         suffix: suffix of the names that are defined, to distinguish joints in one expression.
+        has_coordinates: True for laws that read the angles themselves, not the rotation vector.
     """
 
     axes: tuple[Vector, ...]
     angles: tuple[str, ...]
     suffix: str = ""
+    has_coordinates: bool = False
 
     @cached_property
     def definitions(self) -> Mapping[str, Expression]:
         """Definitions of the names in the expressions, each before those that it needs."""
+        if self.has_coordinates:
+            return {}
         w, sine = self._name("w"), self._name("S")
         halves = {
             f"{letter}_{angle}": Expression(f"{function}(0.5*{angle})")
@@ -59,14 +63,16 @@ class RotationExpressions:
 
     def component(self, direction: Direction) -> Expression:
         """Angle about a direction [rad]: the component of the rotation vector, or of a hinge."""
-        if len(self.axes) == 1:
-            return self._sense(direction) * Expression(self.angles[0])
+        if len(self.axes) == 1 or self.has_coordinates:
+            senses = map(self._sense, [direction] * len(self.axes), range(len(self.axes)))
+            index, sense = next((k, sense) for k, sense in enumerate(senses) if sense)
+            return sense * Expression(self.angles[index])
         return self._name("f") * self._vector_part(direction)
 
     def component_slope(self, direction: Direction, index: int) -> Expression:
         """Slope of the angle about a direction by an angle of the joint."""
-        if len(self.axes) == 1:
-            return ZERO + self._sense(direction)
+        if len(self.axes) == 1 or self.has_coordinates:
+            return ZERO + self._sense(direction, index)
         f, sine, w = self._name("f"), self._name("S"), self._name("w")
         growth = (w * f - 2.0) / (sine * sine)
         across = self._vector_part(direction) * self._polynomial(self._slope(index)[0])
@@ -89,9 +95,9 @@ class RotationExpressions:
         """Size of the cosine of the angle between the axis of the rotation and a direction."""
         return Expression(f"abs({self._vector_part(direction).text})") / self._name("S")
 
-    def _sense(self, direction: Direction) -> float:
-        """1 for a direction along the axis of a hinge, -1 against it."""
-        return float(parallel_sign(direction, unit_axis(self.axes[0])))
+    def _sense(self, direction: Direction, index: int) -> float:
+        """1 for a direction along an axis, -1 against it, else 0."""
+        return float(parallel_sign(direction, unit_axis(self.axes[index])))
 
     def _name(self, word: str) -> Expression:
         return Expression(f"{word}{self.suffix}")

@@ -434,7 +434,7 @@ class _LoopWriter:
             if joint.name not in closed:
                 self._losses.add("springs of joints that close loops", joint.name)
                 continue
-            laws = split_joint_laws(model.tree.chains[joint.name], own)
+            laws = split_joint_laws(model.tree.chains[joint.name], own, springs.joining)
             for spring in laws.uncoupled.values():
                 self._add_hinge_spring(joint, spring, forces)
             if laws.combined:

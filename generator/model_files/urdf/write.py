@@ -120,6 +120,7 @@ class _LinkWriter:
     ) -> None:
         self._model, self._root, self._losses = model, root, losses
         self._springs = dict(tree_joint_springs(model, springs))
+        self._joining = springs.joining
         self._links = set(model.segments.values())
         self._joints = {
             model.joints[name]
@@ -152,7 +153,9 @@ class _LinkWriter:
         rest = inverse_pose(tip)
         at_origin = np.array_equal(rest, np.eye(4))
         name, link = model.joints[joint.name], model.segments[branch.inboard]
-        laws = split_joint_laws(model.tree.chains[joint.name], self._joint_springs(joint))
+        laws = split_joint_laws(
+            model.tree.chains[joint.name], self._joint_springs(joint), self._joining
+        )
         count = len(joint.chain)
         # The outermost factor comes first; hung the other way round, that is the first, backwards.
         places = range(count)[::-1] if branch.parent_is_inboard else range(count)
@@ -284,7 +287,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
     figure = model.figure
     losses.add("gravity: set it in the program that reads the file")
     for name, own in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], own)
+        laws = split_joint_laws(model.tree.chains[name], own, springs.joining)
         if _has_springs(figure.joints[name], laws):
             losses.add(SPRINGS_LOSS, name)
         alone = laws.uncoupled.values()

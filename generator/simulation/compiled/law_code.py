@@ -27,10 +27,10 @@ from springs import (
     CoupledAxis,
     CoupledSpring,
     Joining,
+    JointSprings,
     Real,
-    damping_torque,
-    elastic_torque,
-    group_torque,
+    RotationLaw,
+    rotation_law,
     total_torque,
 )
 from springs.backends import Vector
@@ -122,25 +122,27 @@ def displacement_law(spring: AxisSpring | None, joint: int) -> LawUse:
     )
 
 
-def rotation_law(axes: Sequence[AxisSpring], joining: Joining, joint: int) -> LawUse:
+def rotation_vector_law(law: RotationLaw, joint: int) -> LawUse:
     """Record the law of a rotation vector; without springs, no torque."""
     code = _Code()
     r, rate = code.read_vector("x", "X[j0, {}]"), code.read_vector("v", "V[j0, {}]")
-    if not axes:
+    if not law.axes:
         return code.use([f"T[j0, {k}] = 0.0" for k in range(3)], joint)
-    with _NamedLaw(*axes):
-        elastic = elastic_torque(joining, axes, r, RECORDING)
-        damping = damping_torque(axes, r, rate, RECORDING)
+    with _NamedLaw(*law.axes):
+        elastic, damping = law.torque(r, RECORDING), law.damping(r, rate, RECORDING)
     e, d = ([code.name(vector[k]) for k in range(3)] for vector in (elastic, damping))
     ends = [f"T[j0, {k}] = elastic * {e[k]} + viscous * {d[k]}" for k in range(3)]
     ends += [f"power[0] -= viscous * {d[k]} * v{k}_" for k in range(3)]
-    if joining is Joining.WEIGHTED:
+    if not law.is_conservative:
         ends += [f"power[1] -= elastic * {e[k]} * v{k}_" for k in range(3)]
     return code.use(ends, joint)
 
 
 def coupled_law(
-    spring: CoupledSpring, rows: Mapping[str, int], chains: Mapping[str, Chain]
+    spring: CoupledSpring,
+    rows: Mapping[str, int],
+    chains: Mapping[str, Chain],
+    joining: Joining,
 ) -> LawUse:
     """Record a law over several joints, which adds to their torques.
 
@@ -148,8 +150,16 @@ def coupled_law(
         spring: the law and its axes.
         rows: row of the measured joint, by joint name.
         chains: chain of every joint.
+        joining: rule of several rotations, which says what a coordinate of the law is.
     """
     code = _Code()
+    laws = {
+        axis.joint: rotation_law(
+            JointSprings(axis.joint), joining, chains[axis.joint].rotation_axes
+        )
+        for axis in spring.axes
+        if len(chains[axis.joint].rotations) > 1
+    }
     names = list(dict.fromkeys(axis.joint for axis in spring.axes))
     rotations: dict[str, Real | Vector] = {}
     for number, name in enumerate(names):
@@ -164,7 +174,7 @@ def coupled_law(
     for axis in spring.axes:
         rotation, chain = rotations[axis.joint], chains[axis.joint]
         if isinstance(rotation, Triple):
-            angles.append(RECORDING.dot(RECORDING.vector(axis.direction), rotation))
+            angles.extend(laws[axis.joint].angles([axis.direction], rotation, RECORDING))
         else:
             angles.append(_sense(axis, chain) * rotation)
     with _NamedLaw(spring):
@@ -174,8 +184,8 @@ def coupled_law(
         rotation, chain = rotations[name], chains[name]
         own = [(a, t) for a, t in zip(spring.axes, torques, strict=True) if a.joint == name]
         if isinstance(rotation, Triple):
-            parts = [RECORDING.scaled(t, RECORDING.vector(a.direction)) for a, t in own]
-            total = group_torque(reduce(add, parts), rotation, RECORDING)
+            directions, sizes = [a.direction for a, _ in own], [t for _, t in own]
+            total = laws[name].torque_about(directions, sizes, rotation, RECORDING)
             components = [code.name(total[k]) for k in range(3)]
         else:
             components = [code.name(reduce(add, [_sense(a, chain) * t for a, t in own]))]

@@ -61,28 +61,31 @@ CONSTANT_COLUMNS = 22
     MEASURED_PARENT,
     MEASURED_CHILD,
     MEASURED_LINK,
-    MEASURED_ENDS_AT_HALF_TURN,
+    MEASURED_ENDS_RUN,
     MEASURED_FORM,
     MEASURED_ANGLE,
 ) = range(6)
 """Columns of `measured`: the links of the parent's and of the child's site of a joint of several
 rotations, or of one that closes a loop; or the link of a single displacement, else -1; 1 where a
-half turn ends the run; what is measured; and the place of an angle in the state, else -1."""
+zero of the margin ends the run; what is measured; and the place of an angle in the state,
+else -1."""
 
 MEASURED_COLUMNS = 6
 
-ROTATION_VECTOR, ANGLE, SHIFT = range(3)
+ROTATION_VECTOR, ANGLE, SHIFT, POLE = range(4)
 """Forms of a measured joint without a link: all three components of its rotation, the angle about
-its only axis, a displacement along an axis. An angle of a joint that closes a loop is unwrapped by
-the integral of its rate, which stands in the state."""
+its only axis, a displacement along an axis, the distance of three rotations from their pole. An
+angle of a joint that closes a loop is unwrapped by the integral of its rate, which stands in the
+state."""
 
 SITE_IN_PARENT, SITE_IN_CHILD = 0, 4
 """Columns of `sites`: quaternions of the joint's sites in the axes of their links."""
 SITE_AXIS = 8
-"""Axis of an angle or shift, in the axes of the parent's site (3). Where the axis of a shift is the
-child's, parent and child are exchanged and the axis is reversed."""
+"""Axis of an angle or shift, or the outer axis of a chain, in the axes of the parent's site (3).
+Where the axis of a shift is the child's, parent and child are exchanged, and it is reversed."""
 PLACE_IN_PARENT, PLACE_IN_CHILD = 11, 14
-"""Sites of a shift from the points of their links, in the links' axes [m] (3)."""
+"""Sites of a shift from the points of their links, in the links' axes [m] (3). The first holds the
+inner axis of a chain, in the axes of the child's site."""
 SITE_COLUMNS = 17
 
 LOAD_LINK, LOAD_IS_FORCE, LOAD_IS_LOCAL = range(3)

@@ -54,6 +54,7 @@ from generator.simulation.compiled.layout import (
     PLACE_IN_PARENT,
     POINT,
     POINT_BIAS,
+    POLE,
     RATE,
     ROTATION,
     SCRATCH,
@@ -69,6 +70,7 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
+from springs.coordinates import LARGEST_SINE
 
 _SMALL_SQUARE = 1e-8
 """Squared sine of half an angle below which a series replaces the ratio of angle and sine."""
@@ -216,6 +218,15 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
             scratch.rates[j, 0] = dot((a, b, c), minus(own_spin, spin))
             store(scratch.half_way, j, 0, (a, 0.0, 0.0, b, 0.0, 0.0, c, 0.0, 0.0))
             switching[first + j] = branches[first + j]
+            continue
+        if measured[j, MEASURED_FORM] == POLE:
+            along = dot(
+                vector(sites, j, SITE_AXIS),
+                apply(rotation((cosine, x, y, z)), vector(sites, j, PLACE_IN_PARENT)),
+            )
+            scratch.displacements[j, 0], scratch.rates[j, 0] = along, 0.0
+            store(scratch.half_way, j, 0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+            switching[first + j] = LARGEST_SINE * LARGEST_SINE - along * along
             continue
         switching[first + j] = cosine
         sign = branches[first + j]

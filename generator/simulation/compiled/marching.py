@@ -22,7 +22,7 @@ from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
     CONTACT_SWITCHES,
-    MEASURED_ENDS_AT_HALF_TURN,
+    MEASURED_ENDS_RUN,
     MECHANISM,
     PROP_LARGEST,
     PROP_LEAST,
@@ -333,7 +333,7 @@ def march(
             counts[EVENTS] += 1
             if (
                 switch >= first_joint
-                and mechanism.measured[switch - first_joint, MEASURED_ENDS_AT_HALF_TURN]
+                and mechanism.measured[switch - first_joint, MEASURED_ENDS_RUN]
             ):
                 return TURNED_OVER
             settle_branches(

@@ -35,7 +35,7 @@ from generator.simulation.compiled.law_code import (
     build_law_tables,
     coupled_law,
     displacement_law,
-    rotation_law,
+    rotation_vector_law,
 )
 from generator.simulation.compiled.layout import (
     ACROSS,
@@ -63,6 +63,8 @@ from generator.simulation.compiled.layout import (
     MEASURED_COLUMNS,
     OFFSET,
     PARENT,
+    PLACE_IN_PARENT,
+    POLE,
     POWERS,
     RATE,
     RESPONSE_COLUMNS,
@@ -80,7 +82,7 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from springs import JointSprings, SpringSet
+from springs import JointSprings, Singularity, SpringSet, rotation_law
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
 
@@ -444,11 +446,20 @@ class _Builder:
                     rows.append(row)
                     sites.append(site)
                 else:
-                    uses.append(rotation_law(own.axes, self.springs.joining, len(rows)))
+                    law = rotation_law(own, self.springs.joining, chain.rotation_axes)
+                    uses.append(rotation_vector_law(law, len(rows)))
                     elastic = name in coupled_names or any(axis.elastic for axis in own.axes)
                     ends = self._end_links(joint.ends)
-                    rows.append([*ends, -1, int(elastic), ROTATION_VECTOR, -1])
+                    ends_run = elastic and law.singularity is Singularity.HALF_TURN
+                    rows.append([*ends, -1, int(ends_run), ROTATION_VECTOR, -1])
                     sites.append(self._sites(joint.ends, np.zeros(3)))
+                    if law.singularity is Singularity.POLE and (elastic or own.axes):
+                        names.append(name)
+                        uses.append(displacement_law(None, len(rows)))
+                        rows.append([*ends, -1, 1, POLE, -1])
+                        site = self._sites(joint.ends, np.array(chain.rotation_axes[-1]))
+                        site[PLACE_IN_PARENT : PLACE_IN_PARENT + 3] = chain.rotation_axes[0]
+                        sites.append(site)
                 names.append(name)
             for spring in own.translations:
                 index = chain.translation_along(spring.direction)
@@ -458,7 +469,10 @@ class _Builder:
                 rows.append(row)
                 sites.append(site)
                 names.append(name)
-        uses.extend(coupled_law(spring, row_of, self.tree.chains) for spring in coupled)
+        uses.extend(
+            coupled_law(spring, row_of, self.tree.chains, self.springs.joining)
+            for spring in coupled
+        )
         return (
             np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),
             np.array(sites, dtype=float).reshape(-1, SITE_COLUMNS),

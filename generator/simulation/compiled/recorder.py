@@ -169,6 +169,12 @@ class _Recording:
     def sin(self, value: Real) -> Real:
         return _recorder(value).record("math.sin({})", value)
 
+    def cos(self, value: Real) -> Real:
+        return _recorder(value).record("math.cos({})", value)
+
+    def atan2(self, y: Real, x: Real) -> Real:
+        return _recorder(y, x).record("math.atan2({}, {})", y, x)
+
     def sqrt(self, value: Real) -> Real:
         return _recorder(value).record("math.sqrt({})", value)
 

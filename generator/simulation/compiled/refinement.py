@@ -21,7 +21,9 @@ from generator.simulation.compiled.frames import record_frames
 from generator.simulation.compiled.layout import (
     COORDINATE,
     KIND,
+    MEASURED_FORM,
     ORIENTATION,
+    POLE,
     RECORDED_COLUMNS,
     SLIDE,
     IndexArray,
@@ -219,8 +221,10 @@ def run_once(
     )
     turned = None
     if ending is Ending.TURNED_OVER:
-        first = len(mechanism.branches) - len(mechanism.measured)
-        turned = model.measured_joints[int(progress.counts[SWITCH]) - first]
+        row = int(progress.counts[SWITCH]) - len(mechanism.branches) + len(mechanism.measured)
+        turned = model.measured_joints[row]
+        if mechanism.measured[row, MEASURED_FORM] == POLE:
+            ending = Ending.POLE
     count = int(progress.counts[FRAME])
     states = states[:count]
     links = np.empty((count, len(mechanism.links), RECORDED_COLUMNS))

@@ -1,4 +1,4 @@
-"""Passive laws over several joints: Exudyn objects, and torques and energy over a motion.
+"""Passive laws over several joints as Exudyn objects.
 
 Exudyn's connectors have two bodies, so a coupled law is an `ObjectGenericODE2` on the nodes of all
 its bodies: it adds forces on their Euler parameters, but no coordinates and no mass. Its user
@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from generator.coupled_motion import axis_sign
 from generator.figure import SiteRef
-from generator.joint_chain import Chain
-from generator.rotations import Array, unit_vector
+from generator.rotations import unit_vector
 from generator.simulation.exudyn_model.exudyn_api import Index, exu, items, unused_name
 from generator.simulation.exudyn_model.relative_rotation import (
+    CoordinateAngles,
     JointAngles,
     JointEnd,
     Quaternion,
@@ -27,7 +28,8 @@ from generator.simulation.exudyn_model.relative_rotation import (
     build_joint_end,
 )
 from generator.simulation.exudyn_model.springs import Connector, JointKind, SpringBuilder
-from springs import FLOATS, CoupledAxis, CoupledSpring, group_torque
+from springs import FLOATS, CoupledSpring
+from springs.rotation_law import CoordinateLaw
 
 _COORDINATES_PER_BODY = 7
 """Number of coordinates of a rigid body with Euler parameters."""
@@ -90,7 +92,13 @@ def add_coupled_spring(
             angles = RevoluteAngles((x, y, z), signs)
             angle_node = rotation_connector(connectors[joint.name]).angle_node
         else:
-            angles = SphericalAngles(tuple(spring.axes[k].direction for k in coordinate_indices))
+            directions = tuple(spring.axes[k].direction for k in coordinate_indices)
+            law = rotation_connector(connectors[joint.name]).law
+            angles = (
+                CoordinateAngles(directions, law)
+                if isinstance(law, CoordinateLaw)
+                else SphericalAngles(directions)
+            )
         rotation = RelativeRotation(end(joint.parent), end(joint.child))
         joint_terms.append(_JointTerm(rotation, angles, coordinate_indices, angle_node))
     user_functions = _CoupledUserFunctions(
@@ -106,11 +114,6 @@ def add_coupled_spring(
     )
     functions = (user_functions.forces, user_functions.jacobian)
     return CoupledObject(item, spring, functions, spring.law.is_conservative)
-
-
-def axis_sign(axis: CoupledAxis, turn_axis: tuple[float, float, float]) -> float:
-    """1 if a coordinate grows with rotation about a revolute's axis, else -1."""
-    return float(np.sign(np.dot(axis.direction, turn_axis)))
 
 
 def rotation_connector(connectors: Sequence[Connector]) -> Connector:
@@ -193,59 +196,3 @@ class _CoupledUserFunctions:
         dense = -fODE2 * gradients.T @ slopes @ gradients
         matrix.SetWithDenseMatrix(dense, useDenseMatrix=False)
         return matrix
-
-
-JointRotations = Mapping[str, Array]
-"""Rotations by joint: of a revolute the unwrapped angle, shape (n,) [rad]; of others the rotation
-vector of the child's site in the parent's, shape (n, 3) [rad]."""
-
-
-def coupled_angles(
-    spring: CoupledSpring, chains: Mapping[str, Chain], rotations: JointRotations
-) -> list[Array]:
-    """Angles of a law in the order of its coordinates, shape (n,) each [rad]."""
-    return [
-        _rotation_sign(axis, chains) * _rotation_component(axis, rotations[axis.joint])
-        for axis in spring.axes
-    ]
-
-
-def coupled_torques(
-    spring: CoupledSpring, chains: Mapping[str, Chain], rotations: JointRotations
-) -> dict[str, Array]:
-    """Torque of a law on the child of each of its joints [N m].
-
-    About the axis of a revolute, shape (n,); in the half-way frame of other joints, shape (n, 3).
-    """
-    torques: dict[str, Array] = {}
-    axis_torques = spring.law.torques(coupled_angles(spring, chains, rotations))
-    for axis, axis_torque in zip(spring.axes, axis_torques, strict=True):
-        rotation = rotations[axis.joint]
-        axis_torque = np.broadcast_to(axis_torque, rotation.shape[:1])
-        torque = (
-            axis_torque * _rotation_sign(axis, chains)
-            if rotation.ndim == 1
-            else np.outer(axis_torque, axis.direction)
-        )
-        torques[axis.joint] = torques[axis.joint] + torque if axis.joint in torques else torque
-    return {
-        name: torque if torque.ndim == 1 else group_torque(torque, rotations[name])
-        for name, torque in torques.items()
-    }
-
-
-def coupled_energy(
-    spring: CoupledSpring, chains: Mapping[str, Chain], rotations: JointRotations
-) -> Array:
-    """Stored energy of a conservative law, shape (n,) [J]."""
-    return np.asarray(spring.law.energy(coupled_angles(spring, chains, rotations)))
-
-
-def _rotation_component(axis: CoupledAxis, rotation: Array) -> Array:
-    return rotation if rotation.ndim == 1 else rotation @ np.asarray(axis.direction)
-
-
-def _rotation_sign(axis: CoupledAxis, chains: Mapping[str, Chain]) -> float:
-    """Sign of a revolute's angle in the law; 1 for other joints."""
-    axes = chains[axis.joint].rotation_axes
-    return axis_sign(axis, axes[0]) if len(axes) == 1 else 1.0

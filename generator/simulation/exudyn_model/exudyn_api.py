@@ -91,6 +91,12 @@ class _Symbolic:
     def sin(self, value: Real) -> Real:
         return symbols.sin(value)
 
+    def cos(self, value: Real) -> Real:
+        return symbols.cos(value)
+
+    def atan2(self, y: Real, x: Real) -> Real:
+        return symbols.atan2(y, x)
+
     def sqrt(self, value: Real) -> Real:
         return symbols.sqrt(value)
 

@@ -22,7 +22,13 @@ import numpy as np
 
 from generator.figure import Figure, SiteRef
 from generator.joint_chain import Chain
-from generator.rotations import Array, quaternion_from_matrix, unit_vector
+from generator.rotations import (
+    Array,
+    matrix_from_rotation_vector,
+    quaternion_from_matrix,
+    unit_vector,
+)
+from springs import FLOATS, RotationLaw
 
 Quaternion: TypeAlias = tuple[float, float, float, float]
 """Quaternion, scalar first."""
@@ -193,6 +199,37 @@ class SphericalAngles:
         more = (twice * w - size) * (along / n) / n
         result = (-twice * along, size * f + more * a, size * g + more * b, size * h + more * c)
         return result if rotation[0] >= 0.0 else (-result[0], -result[1], -result[2], -result[3])
+
+
+@dataclass(frozen=True)
+class CoordinateAngles:
+    """Displacements of a chain of several rotations.
+
+    Attributes:
+        directions: unit axes of the chain in the parent's site frame.
+        law: the joint's law, which knows its chain.
+    """
+
+    directions: tuple[tuple[float, float, float], ...]
+    law: RotationLaw
+
+    def values(self, rotation: Quaternion, near: float) -> list[float]:
+        """Displacements [rad]."""
+        return list(self.law.angles(self.directions, _rotation_vector(rotation), FLOATS))
+
+    def gradient(self, rotation: Quaternion, torques: Sequence[float]) -> Quaternion:
+        """2 T p/|p|^2 for the torque T of the generalized forces, in the parent's axes."""
+        r = _rotation_vector(rotation)
+        half_way = self.law.torque_about(self.directions, torques, r, FLOATS)
+        x, y, z = (matrix_from_rotation_vector(0.5 * r) @ half_way).tolist()
+        factor = 2.0 / sum(part * part for part in rotation)
+        return product((0.0, factor * x, factor * y, factor * z), rotation)
+
+
+def _rotation_vector(rotation: Quaternion) -> Array:
+    """Rotation vector of at most 180 deg (3,) [rad] of a quaternion of any length."""
+    (w, a, b, c), n = _shorter_rotation(rotation)
+    return 2.0 * atan2(n, w) / n * np.array([a, b, c])
 
 
 def _shorter_rotation(rotation: Quaternion) -> tuple[Quaternion, float]:

@@ -9,15 +9,16 @@ from typing import assert_never
 import numpy as np
 
 from generator.contact.states import ContactStates, ContactTrace, evaluate_contacts
+from generator.coupled_motion import CoupledMotion
 from generator.loads import LoadKind, TimedLoad
-from generator.rotations import Array
+from generator.rotations import Array, matrix_from_rotation_vector
 from generator.simulation.exudyn_model.constraints import CoordinateConstraint
-from generator.simulation.exudyn_model.coupled_springs import coupled_torques
 from generator.simulation.exudyn_model.exudyn_api import Index, exu, items
 from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.exudyn_model.springs import Connector, JointKind
 from generator.simulation.trace import mean_position
-from springs import AxisSpring, Joining, damping_torque, elastic_torque
+from springs import AxisSpring, Singularity
+from springs.coordinates import LARGEST_SINE
 
 _MIN_HALF_TURN_ANGLE = 2.0
 """Angle above which a reversal of the rotation vector is a passage through 180 deg [rad]."""
@@ -38,6 +39,7 @@ class SensorLog:
         self._model = model
         self._last_powers: tuple[float, Array] | None = None
         self._last_rotations: dict[str, Array] = {}
+        self._last_pole_sines: dict[str, float] = {}
         contacts = model.contacts
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
         self.work: Array = np.zeros(3 if contacts is None else 5 + impulses)
@@ -53,8 +55,17 @@ class SensorLog:
         self._half_turn_joints = {
             joint
             for joint, connector, *_ in self._springs
-            if connector.kind is JointKind.SPHERICAL
+            if connector.law is not None
+            and connector.law.singularity is Singularity.HALF_TURN
             and (joint in coupled or any(axis.elastic for axis in connector.springs))
+        }
+        chains = model.placement.tree.chains
+        self._pole_axes = {
+            joint: chains[joint].rotation_axes
+            for joint, connector, *_ in self._springs
+            if connector.law is not None
+            and connector.law.singularity is Singularity.POLE
+            and connector.springs
         }
         self._loads = [(load, self._add_load_sensor(load)) for load, *_ in model.loads]
         self._constraints = [
@@ -196,7 +207,7 @@ class SensorLog:
             position, rate = self._stored_rows(position_sensor), self._stored_rows(rate_sensor)
             times, position, rate = rate[:, 0], position[:, 1:], rate[:, 1:]
             if connector.springs:
-                damped, sprung = _spring_powers(self._model, connector, position, rate)
+                damped, sprung = _spring_powers(connector, position, rate)
                 powers[0].append(damped)
                 powers[1].append(sprung)
             match connector.kind:
@@ -206,12 +217,17 @@ class SensorLog:
                     rotations[joint], rates[joint] = position, rate
                     if joint in self._half_turn_joints:
                         half_turns.extend(self._half_turn_crossings(joint, times, position))
+                    if joint in self._pole_axes:
+                        half_turns.extend(self._pole_passages(joint, times, position))
                 case JointKind.PRISMATIC:
                     pass
                 case _:
                     assert_never(connector.kind)
+        moved = CoupledMotion(
+            self._model.placement.tree.chains, self._model.spring_set.joining, rotations
+        )
         for spring in self._nonconservative:
-            torques = coupled_torques(spring, self._model.placement.tree.chains, rotations)
+            torques = moved.torques(spring)
             powers[1].extend(-_power(torque, rates[joint]) for joint, torque in torques.items())
         for load, sensor in self._loads:
             rate = self._stored_rows(sensor)
@@ -261,6 +277,22 @@ class SensorLog:
         hits = np.nonzero(is_reversed & is_large)[0]
         return [(joint, float(times[k + 1 + times.size - len(track)])) for k in hits[:1]]
 
+    def _pole_passages(self, joint: str, times: Array, rotations: Array) -> list[tuple[str, float]]:
+        """Find the first step within a degree of a joint's pole."""
+        inner, *_, outer = self._pole_axes[joint]
+        along = matrix_from_rotation_vector(rotations) @ np.asarray(inner) @ np.asarray(outer)
+        self._last_pole_sines[joint] = float(np.abs(along[-1]))
+        hits = np.nonzero(np.abs(along) > LARGEST_SINE)[0]
+        return [(joint, float(times[k])) for k in hits[:1]]
+
+    def nearest_pole(self) -> tuple[str, float] | None:
+        """Return the joint nearest to its pole, and the sine of its middle angle, in size."""
+        return max(self._last_pole_sines.items(), key=lambda item: item[1], default=None)
+
+    def is_at_pole(self, joint: str) -> bool:
+        """Return whether a joint's law ends at a pole, not at a half turn."""
+        return joint in self._pole_axes
+
     def nearest_half_turn(self) -> tuple[str, float] | None:
         """Return the spherical joint with springs nearest to 180 deg, and its angle [rad]."""
         angles = {name: float(np.linalg.norm(r)) for name, r in self._last_rotations.items()}
@@ -278,21 +310,18 @@ def _sum_powers(powers: list[Array], count: int) -> Array:
     return np.sum(powers, axis=0) if powers else np.zeros(count)
 
 
-def _spring_powers(
-    model: ExudynModel, connector: Connector, position: Array, rate: Array
-) -> tuple[Array, Array]:
+def _spring_powers(connector: Connector, position: Array, rate: Array) -> tuple[Array, Array]:
     """Power dissipated by damping and power into a weighted law, shape (n,) each [W].
 
     The energy of other springs is a function of their displacement and needs no integral.
     """
     none = np.zeros(len(rate))
-    if connector.kind is JointKind.SPHERICAL:
-        joining = model.spring_set.joining
-        damping = damping_torque(connector.springs, position, rate)
-        if joining is Joining.CONSERVATIVE:
+    law = connector.law
+    if law is not None:
+        damping = law.damping(position, rate)
+        if law.is_conservative:
             return -_power(damping, rate), none
-        elastic = elastic_torque(joining, connector.springs, position)
-        return -_power(damping, rate), -_power(elastic, rate)
+        return -_power(damping, rate), -_power(law.torque(position), rate)
     spring = connector.springs[0]
     axis = _sensor_axis(connector, spring)
     speed = rate @ axis

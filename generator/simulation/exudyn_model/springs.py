@@ -7,7 +7,7 @@ of several rotations a torque of its rotation vector in the half-way frame.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -38,10 +38,11 @@ from springs import (
     JointSprings,
     Operations,
     Real,
-    damping_torque,
-    elastic_torque,
+    RotationLaw,
+    rotation_law,
     total_torque,
 )
+from springs.rotation_law import VectorLaw
 
 
 class JointKind(Enum):
@@ -69,6 +70,7 @@ class Connector:
         output_weights: output weights of a revolute or prismatic, weights of the output in the
             displacement.
         angle_node: angle node of a revolute, the node that stores its angle at the last step.
+        law: law of several rotations; None for a single displacement.
     """
 
     item: Index
@@ -78,6 +80,7 @@ class Connector:
     axis_index: int = 0
     output_weights: tuple[float, ...] = (1.0,)
     angle_node: Index | None = None
+    law: RotationLaw | None = None
 
 
 @dataclass(frozen=True)
@@ -188,22 +191,22 @@ def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str
     return builder.function(user_function, field, item)
 
 
-def add_spherical_spring(
-    builder: SpringBuilder, joint: Joint, axes: tuple[AxisSpring, ...], joining: Joining
-) -> Connector:
+def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw) -> Connector:
     """Add a torque of the rotation vector in the half-way frame; without axes, only measure it."""
+    # Expression trees share nothing: those of coordinates take five times as long as Python.
+    own = builder if isinstance(law, VectorLaw) else replace(builder, python_torques=True)
 
     def torque(rotation: Any, rate: Any, ops: Operations) -> Any:
-        elastic = elastic_torque(joining, axes, rotation, ops)
-        return elastic + damping_torque(axes, rotation, rate, ops)
+        return law.torque(rotation, ops) + law.damping(rotation, rate, ops)
 
     def wrench(displacement: Any, rotation: Any, velocity: Any, rate: Any) -> Any:
-        if builder.python_torques:
+        if own.python_torques:
             return _TORQUE_ROWS @ torque(np.asarray(rotation), np.asarray(rate), FLOATS)
         return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(rotation, rate, SYMBOLIC)
 
-    item, function = _add_wrench_connector(builder, joint, wrench if axes else None)
-    return Connector(item, axes, JointKind.SPHERICAL, function)
+    axes = tuple(law.axes)
+    item, function = _add_wrench_connector(own, joint, wrench if axes else None)
+    return Connector(item, axes, JointKind.SPHERICAL, function, law=law)
 
 
 def add_revolute_spring(
@@ -334,7 +337,8 @@ def add_joint_springs(
             axis = springs.axes[0] if springs.axes else None
             connectors.append(add_revolute_spring(builder, joint, chain, axis))
         else:
-            connectors.append(add_spherical_spring(builder, joint, springs.axes, joining))
+            law = rotation_law(springs, joining, chain.rotation_axes)
+            connectors.append(add_spherical_spring(builder, joint, law))
     connectors.extend(
         add_prismatic_spring(builder, joint, chain, spring) for spring in springs.translations
     )

@@ -40,6 +40,8 @@ from generator.run_options import Integrator
 from generator.simulation.compiled.layout import (
     DISSIPATION,
     EXTERNAL,
+    MEASURED_FORM,
+    POLE,
     POWERS,
     SPIN,
 )
@@ -76,7 +78,7 @@ from generator.simulation.live.stepper_state import (
     weighted_velocities,
 )
 from generator.simulation.plan import Plan, resolve_model
-from generator.simulation.trace import half_turn_outcome, solver_failure_outcome
+from generator.simulation.trace import half_turn_outcome, pole_outcome, solver_failure_outcome
 from springs import SpringSet
 
 DEFAULT_STEP_TOLERANCE = 1e-4
@@ -247,13 +249,17 @@ class Stepper:
         """Return to the time just before a joint reached 180 deg; return the outcome."""
         state, model = self._state, self._state.model
         first = len(state.mechanism.branches) - len(state.mechanism.measured)
-        joint = model.measured_joints[int(state.progress.counts[SWITCH]) - first]
+        switch = state.progress.counts[SWITCH]
+        joint = model.measured_joints[int(switch) - first]
         reached = state.time
         self._state = before.copy()
         just_before = reached - _HALF_TURN_MARGIN
         if just_before > before.time and self._march(just_before, limit) != FINISHED:
             self._state = before
-        return replace(half_turn_outcome(joint, reached), last_time=self.time)
+        row = int(switch) - first
+        is_pole = self._state.mechanism.measured[row, MEASURED_FORM] == POLE
+        found = pole_outcome if is_pole else half_turn_outcome
+        return replace(found(joint, reached), last_time=self.time)
 
     @property
     def time(self) -> float:

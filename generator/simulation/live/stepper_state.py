@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from generator.contact.states import ContactModel, ContactStates, evaluate_contacts
+from generator.coupled_motion import CoupledMotion
 from generator.figure import Figure, Vector
 from generator.kinematics.placement import Placement
 from generator.kinematics.tree import Tree
@@ -37,8 +38,7 @@ from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import start_progress
 from generator.simulation.compiled.runge_kutta import TIME, Progress
 from generator.simulation.compiled_run import body_rotations, centre_arms, centre_velocities
-from generator.simulation.exudyn_model.coupled_springs import coupled_energy
-from springs import Joining, JointSprings, SpringSet, conservative_energy, total_energy
+from springs import Joining, JointSprings, SpringSet, rotation_law, total_energy
 
 FIRST_STEP = 1e-3
 """First step after a start, a change of the tables or a failure [s]."""
@@ -340,7 +340,8 @@ class StepperState:
                 spring = own.axes[0].oriented_along(chain.rotation_axes[0])
                 total += float(total_energy(spring.elastic, rotations[name][0]))
             elif own.axes and springs.joining is not Joining.WEIGHTED:
-                total += float(conservative_energy(own.axes, rotations[name])[0])
+                law = rotation_law(own, springs.joining, chain.rotation_axes)
+                total += float(law.energy(rotations[name])[0])
             for spring in own.translations:
                 index = chain.translation_along(spring.direction)
                 spring = spring.oriented_along(chain.joint_axes[index].axis)
@@ -348,7 +349,7 @@ class StepperState:
         for coupled in springs.coupled:
             moves = all(axis.joint in rotations for axis in coupled.axes)
             if moves and coupled.law.is_conservative:
-                total += float(coupled_energy(coupled, chains, rotations)[0])
+                total += float(CoupledMotion(chains, springs.joining, rotations).energy(coupled)[0])
         return total
 
 

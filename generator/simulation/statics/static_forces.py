@@ -29,20 +29,19 @@ from generator.model import Model
 from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_product, matrix_from_rotation_vector
 from generator.simulation.exudyn_model.bodies import body_pose
-from generator.simulation.exudyn_model.coupled_springs import coupled_torques
 from generator.simulation.exudyn_model.exudyn_api import exu, rigid
 from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
 from generator.simulation.exudyn_model.springs import JointKind
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
-    coupled_joint_rotations,
+    coupled_motion,
     energy_by_kind,
 )
 from generator.simulation.plan import Plan, resolve_model
-from generator.simulation.preconditions import is_at_half_turn
+from generator.simulation.preconditions import singular_orientation
 from generator.simulation.trace import Trace
-from springs import elastic_torque, total_torque
+from springs import total_torque
 
 
 @dataclass(frozen=True)
@@ -153,14 +152,13 @@ class StaticState:
     def _elastic_forces(self) -> dict[str, Array]:
         """Elastic forces on the displacements of each joint with springs, shape (n, dof)."""
         chains = self.model.placement.tree.chains
-        joining = self.model.spring_set.joining
         forces: dict[str, Array] = {}
         for name, connectors in self.model.springs.items():
             motion = self.joints[name]
             forces[name] = np.zeros_like(motion.displacements)
             for connector in connectors:
-                if connector.kind is JointKind.SPHERICAL:
-                    torque = elastic_torque(joining, connector.springs, motion.rotation_vectors)
+                if connector.law is not None:
+                    torque = connector.law.torque(motion.rotation_vectors)
                     forces[name] += self._project_onto_axes(name, torque)
                     continue
                 displacement = motion.displacements[:, connector.axis_index]
@@ -168,9 +166,9 @@ class StaticState:
                     forces[name][:, connector.axis_index] += total_torque(
                         spring.elastic, displacement
                     )
-        rotations = coupled_joint_rotations(self.model, self.joints)
+        moved = coupled_motion(self.model, self.joints)
         for coupled in self.model.coupled:
-            for name, torque in coupled_torques(coupled.spring, chains, rotations).items():
+            for name, torque in moved.torques(coupled.spring).items():
                 if torque.ndim == 1:
                     forces[name][:, chains[name].rotations[0]] += torque
                 else:
@@ -340,9 +338,11 @@ class _StaticModel:
     def _check_half_turn(self, placement: Placement) -> None:
         """Raise ModelError for a spring whose rotation vector has an undefined sign."""
         for name in self.spherical_joints:
-            if is_at_half_turn(placement, placement.tree.figure.joints[name]):
+            joint, joining = placement.tree.figure.joints[name], self.model.spring_set.joining
+            where = singular_orientation(placement, joint, joining)
+            if where is not None:
                 raise ModelError(
-                    f"joint {name} is at 180 deg, where the torque of its springs is not defined"
+                    f"joint {name} is {where}, where the torque of its springs is not defined"
                 )
 
     def _body_wrenches(self, placement: Placement) -> dict[str, Array]:

@@ -19,14 +19,14 @@ from generator.simulation.compiled.law_code import (
     LawUse,
     coupled_law,
     displacement_law,
-    rotation_law,
+    rotation_vector_law,
 )
 from generator.simulation.plan import Plan
 from generator.study.parameter_paths import Case, parse_path
 from generator.study.parameters import apply_values, build_case, nominal_value
 from generator.study.person_figure import make_person
 from generator.study.study import Design, DesignKind, Parameter, PersonArguments, Study, Uniform
-from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
+from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop, rotation_law
 from springs.hysteresis import Hysteresis
 
 ANGLES = np.radians(np.linspace(-100.0, 150.0, 41))
@@ -74,9 +74,12 @@ def forms(one: Case) -> list[tuple[str, ...]]:
         if len(chains[name].rotations) == 1:
             uses.append(displacement_law(joint.axes[0], 0))
         else:
-            uses.append(rotation_law(joint.axes, one.springs.joining, 0))
+            law = rotation_law(joint, one.springs.joining, chains[name].rotation_axes)
+            uses.append(rotation_vector_law(law, 0))
     rows = {name: row for row, name in enumerate(chains)}
-    uses += [coupled_law(spring, rows, chains) for spring in one.springs.coupled]
+    uses += [
+        coupled_law(spring, rows, chains, one.springs.joining) for spring in one.springs.coupled
+    ]
     return [use.form for use in uses]
 
 

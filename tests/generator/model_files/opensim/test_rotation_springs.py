@@ -25,6 +25,7 @@ from tests.generator.model_files.resaved import (
     sprung_figure,
     stated,
 )
+from tests.laws import VECTOR_LAWS
 
 RELATIVE = 1e-6
 """Difference of torques besides the stated errors of tables, relative to the largest."""
@@ -77,7 +78,7 @@ def check_torques(name: str, imported: Imported, folder: Path, joining: Joining)
 @pytest.mark.slow
 @pytest.mark.verify
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("joining", VECTOR_LAWS)
 def test_models_that_opensim_saves_keep_their_torques(name: str, joining: Joining, tmp_path: Path):
     api = pytest.importorskip("opensim")
     path = written(name, tmp_path, joining)
@@ -87,7 +88,7 @@ def test_models_that_opensim_saves_keep_their_torques(name: str, joining: Joinin
     check_torques(name, read_model(saved), tmp_path / "back", joining)
 
 
-@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("joining", VECTOR_LAWS)
 def test_models_without_texts_keep_their_torques(joining: Joining, tmp_path: Path):
     imported = read_model(written("prototype", tmp_path, joining))
     check_torques("prototype", imported, tmp_path / "back", joining)

@@ -22,6 +22,7 @@ from tests.generator.model_files.model_cases import (
     ours,
     spring_set,
 )
+from tests.laws import VECTOR_LAWS
 
 STOP = 0.15
 
@@ -49,7 +50,7 @@ def test_springs_of_hinges(axis: tuple[float, float, float], tmp_path: Path) -> 
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("joining", VECTOR_LAWS)
 def test_springs_of_balls(joining: Joining, tmp_path: Path) -> None:
     springs = spring_set(JointSprings("closing", BALL_LAWS))
     check(LOOPS["closed by a ball"], replace(springs, joining=joining), tmp_path)

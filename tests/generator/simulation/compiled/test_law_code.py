@@ -13,7 +13,7 @@ from generator.simulation.compiled.law_code import (
     build_law_tables,
     coupled_law,
     displacement_law,
-    rotation_law,
+    rotation_vector_law,
 )
 from generator.simulation.compiled.recorder import BranchingLawError
 from generator.springs_file.laws import LAWS
@@ -25,11 +25,11 @@ from springs import (
     Cubic,
     Damping,
     Joining,
+    JointSprings,
     Linear,
     Stop,
-    damping_torque,
-    elastic_torque,
     group_torque,
+    rotation_law,
     total_torque,
 )
 from springs.coupled import CoupledExponential, CoupledTerm
@@ -37,6 +37,7 @@ from springs.elastic import Elastic
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
+from springs.rotation_law import VectorLaw
 from springs.smooth_limit import SmoothLimit
 from springs.transformed import Transformed
 from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, chain, negative
@@ -96,9 +97,9 @@ def test_several_angles_have_the_torque_of_their_joined_laws(joining, data, dire
         for k, direction in enumerate(directions)
     ]
     r, v = np.array(r), np.array(v)
-    elastic = elastic_torque(joining, axes, r, SEQUENTIAL)
-    viscous = damping_torque(axes, r, v, SEQUENTIAL)
-    found = evaluate(plain_tables([rotation_law(axes, joining, 0)]), r, v)
+    law = rotation_law(JointSprings("ball", tuple(axes)), joining, directions)
+    elastic, viscous = law.torque(r, SEQUENTIAL), law.damping(r, v, SEQUENTIAL)
+    found = evaluate(plain_tables([rotation_vector_law(law, 0)]), r, v)
     assert is_close(found, elastic + viscous)
     scale = 1.0 + np.sum(np.abs(viscous)) + np.sum(np.abs(elastic))
     spring_power = -elastic @ v if joining is Joining.WEIGHTED else 0.0
@@ -145,7 +146,9 @@ def test_other_coefficients_have_the_same_code(law_class, data, factor):
     assume(other != spring)
 
     def about_axis(one: AxisSpring, joint: int):
-        return rotation_law([replace(one, direction=SKEW)], Joining.WEIGHTED, joint)
+        return rotation_vector_law(
+            VectorLaw((replace(one, direction=SKEW),), is_weighted=True), joint
+        )
 
     for record in (displacement_law, about_axis):
         one, two = (record(each, row) for row, each in enumerate((spring, other)))
@@ -162,7 +165,7 @@ def test_a_law_that_branches_is_refused_with_its_name():
     spring = AxisSpring(Z, (Linear(1.0), Sudden(1.0)))
     for record in (
         partial(displacement_law, spring, 0),
-        partial(rotation_law, [spring], Joining.WEIGHTED, 0),
+        partial(rotation_vector_law, VectorLaw((spring,), is_weighted=True), 0),
     ):
         with pytest.raises(BranchingLawError, match="Linear, Sudden cannot be compiled: a law dec"):
             record()
@@ -195,16 +198,17 @@ def test_a_coupled_law_of_a_ball_and_a_hinge_adds_to_their_own(law, r, angle, v)
     axes = tuple(CoupledAxis(*place) for place in places)
     spring, own = CoupledSpring(law, axes), AxisSpring(SKEW, (Linear(3.0, 0.2),), Damping(0.5))
     uses = [
-        rotation_law([own], Joining.CONSERVATIVE, 0),
+        rotation_vector_law(VectorLaw((own,)), 0),
         displacement_law(own, 1),
-        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS),
+        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS, Joining.CONSERVATIVE),
     ]
     found = evaluate(plain_tables(uses), [r, (angle, 0, 0)], [v, (v[0], 0, 0)])
     r, v = np.array(r), np.array(v)
     along = [float(np.dot(ACROSS, r)), -angle, float(np.dot(Y, r))]
     first, second, third = law.torques(along)
     ball = group_torque(first * np.array(ACROSS) + third * np.array(Y), r)
-    own_ball = elastic_torque(Joining.CONSERVATIVE, [own], r) + damping_torque([own], r, v)
+    own_law = VectorLaw((own,))
+    own_ball = own_law.torque(r) + own_law.damping(r, v)
     own_hinge = total_torque(own.elastic, angle) + own.resistance(angle, v[0])
     scale = 1.0 + np.max(np.abs([first, second, third]))
     assert found.torques[0] == pytest.approx(ball + own_ball, rel=1e-12, abs=1e-12 * scale)
@@ -241,10 +245,11 @@ def test_compiled_laws_are_those_of_plain_python(joining):
         AxisSpring(axis, (law,), Damping(0.2 * k))
         for k, (axis, law) in enumerate(zip((SKEW, ACROSS, THIRD), laws[-3:], strict=True))
     ]
-    uses.append(rotation_law(axes, joining, len(laws)))
+    law = rotation_law(JointSprings("ball", tuple(axes)), joining, (SKEW, ACROSS, THIRD))
+    uses.append(rotation_vector_law(law, len(laws)))
     places = (("ball", X), ("hinge", SKEW), ("ball", Y))
     spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
-    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS))
+    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS, Joining.CONSERVATIVE))
     plain, compiled = plain_tables(uses), build_law_tables(uses)
     compiled = replace(compiled, function=compiled.function.function)  # of the pointer
     rng = np.random.default_rng(5)
@@ -261,7 +266,7 @@ def test_compiled_laws_are_those_of_plain_python(joining):
 
 
 def test_of_joints_without_springs_the_torques_are_zero():
-    tables = plain_tables([displacement_law(None, 0), rotation_law([], Joining.WEIGHTED, 1)])
+    tables = plain_tables([displacement_law(None, 0), rotation_vector_law(VectorLaw(()), 1)])
     torques = np.full((2, 3), np.nan)
     nothing = np.zeros(0)
     tables.function(

@@ -1,0 +1,221 @@
+"""Displacements of a chain of two or three rotations as functions of the rotation vector.
+
+R = R3(q3) R2(q2) R1(q1) with axes n1 (innermost, fixed in the child), n2, n3 (outermost, fixed in
+the parent), each perpendicular to the next, and n1 perpendicular to n3. H is the turn by r/2. In
+the half-way frame, the parent's turned by H, the angular velocity is q1' e1 + q2' e2 + q3' e3 with
+e1 = H n1, e3 = H^T n3 and e2 along e3 x e1. A torque with the generalized forces t_i along the
+displacements is the sum of the t_i times the vectors that are dual to the e_i.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, radians, sin
+from typing import TypeAlias
+
+from springs.backends import Operations, Real, Vector
+from springs.joint import Direction
+
+Parts: TypeAlias = tuple[Real, Real, Real]
+"""Components of a vector. A number that is exactly 0 or 1 makes a product vanish or disappear, so
+that recorded code and expression trees have no such terms."""
+
+POLE_COSINE = 1e-3
+"""Least cosine of the middle angle: within 0.06 deg of the pole the dual vectors are bounded, in
+torques and rates alike, so that damping dissipates there as well."""
+
+LARGEST_SINE = cos(radians(1.0))
+"""Sine of the middle one of three angles, in size, at which a run ends: 1 deg from the pole."""
+
+_SMALL_ANGLE = 1e-4
+"""Angle below which sin(a/2)/a is taken from its series [rad]."""
+
+_PERPENDICULAR = 1e-9
+
+
+@dataclass(frozen=True)
+class CoordinatesAt:
+    """Displacements of a chain at an orientation, and the axes of their rates.
+
+    Attributes:
+        angles: Displacements, innermost first [rad].
+        vectors: Axes e of the rates in the half-way frame, innermost first.
+        sine: Scalar product of the outer axes, minus or plus the sine of the middle angle.
+        inverse_square: 1 over the squared cosine of the middle angle, 1 for two rotations.
+    """
+
+    angles: tuple[Real, ...]
+    vectors: tuple[Parts, ...]
+    sine: Real
+    inverse_square: Real
+
+    def torque(self, torques: Sequence[Real | None], ops: Operations) -> Vector:
+        """Return the torque of generalized forces [N m]; None stands for a force of zero."""
+        given = [0.0 if t is None else t for t in torques]
+        if len(given) == 3:
+            inner, middle, outer = given
+            k, s = self.inverse_square, self.sine
+            given = [
+                _times(k, _minus(inner, _times(s, outer))),
+                middle,
+                _times(k, _minus(outer, _times(s, inner))),
+            ]
+        total: Parts = (0.0, 0.0, 0.0)
+        for size, axis in zip(given, self.vectors, strict=True):
+            x, y, z = (_plus(part, _times(size, e)) for part, e in zip(total, axis, strict=True))
+            total = (x, y, z)
+        return ops.vector(total)
+
+    def rates(self, rate: Vector, ops: Operations) -> tuple[Real, ...]:
+        """Return the rates of the displacements [rad/s] of an angular velocity."""
+        parts = (ops.part(rate, 0), ops.part(rate, 1), ops.part(rate, 2))
+        along = [_dot(parts, axis) for axis in self.vectors]
+        if len(along) == 2:
+            return tuple(along)
+        inner, middle, outer = along
+        k, s = self.inverse_square, self.sine
+        return k * (inner - s * outer), middle, k * (outer - s * inner)
+
+
+@dataclass(frozen=True)
+class ChainCoordinates:
+    """A chain of rotations whose displacements are functions of the orientation.
+
+    Attributes:
+        axes: Unit axes, two or three, innermost first.
+        middles: Middles of the ranges of the displacements [rad]: an angle is within half a turn of
+            its own. That of the middle one of three is within a quarter of a turn of zero.
+
+    Raises:
+        ValueError: The outer axes of three are not perpendicular.
+    """
+
+    axes: tuple[Direction, ...]
+    middles: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Check the axes."""
+        if len(self.axes) == 3 and abs(abs(self._handedness) - 1.0) > _PERPENDICULAR:
+            raise ValueError(
+                "a law of coordinates needs a chain of three perpendicular axes: with others the "
+                "pole is near the start"
+            )
+
+    @cached_property
+    def _handedness(self) -> float:
+        """1 for n1, n2, n3 as x, y, z, else -1."""
+        first, second, third = self.axes
+        return float(_dot(first, _cross(second, third)))
+
+    def place(self, direction: Direction) -> tuple[int, float]:
+        """Return the index of the rotation about an axis, and 1 or -1 for the opposite axis.
+
+        Raises ValueError where no rotation is about it.
+        """
+        for index, axis in enumerate(self.axes):
+            along = float(_dot(axis, direction))
+            if abs(abs(along) - 1.0) < _PERPENDICULAR:
+                return index, 1.0 if along > 0.0 else -1.0
+        raise ValueError("a law of coordinates needs springs about axes of the joint's chain")
+
+    def at(self, r: Vector, ops: Operations) -> CoordinatesAt:
+        """Return the displacements at a rotation vector [rad], shape (..., 3)."""
+        a = ops.norm(r)
+        small = a < _SMALL_ANGLE
+        safe = ops.removable(small, 1.0, a)
+        share = ops.removable(small, 0.5 - a * a / 48.0, ops.sin(0.5 * safe) / safe)
+        w = ops.cos(0.5 * a)
+        v = (share * ops.part(r, 0), share * ops.part(r, 1), share * ops.part(r, 2))
+        inner, outer = self.axes[0], self.axes[-1]
+        inner_half, inner_in_parent = _turned(inner, w, v, 1.0)
+        outer_half, outer_in_child = _turned(outer, w, v, -1.0)
+        if len(self.axes) == 2:
+            normal = _cross(outer, inner)
+            angles = (
+                self._angle(0, _dot(normal, outer_in_child), _dot(outer, outer_in_child), ops),
+                self._angle(1, _dot(normal, inner_in_parent), _dot(inner, inner_in_parent), ops),
+            )
+            return CoordinatesAt(angles, (inner_half, outer_half), 0.0, 1.0)
+        sense, middle = round(self._handedness), self.axes[1]
+        sine = _dot(inner_half, outer_half)
+        across = _cross(outer_half, inner_half)
+        cosine = ops.sqrt(_dot(across, across))
+        cosine = ops.removable(cosine < POLE_COSINE, POLE_COSINE, cosine)
+        angles = (
+            self._angle(0, sense * _dot(middle, outer_in_child), _dot(outer, outer_in_child), ops),
+            ops.atan2(-sense * sine, cosine),
+            self._angle(
+                2, sense * _dot(middle, inner_in_parent), _dot(inner, inner_in_parent), ops
+            ),
+        )
+        x, y, z = (sense * part / cosine for part in across)
+        return CoordinatesAt(
+            angles, (inner_half, (x, y, z), outer_half), sine, 1.0 / (cosine * cosine)
+        )
+
+    def _angle(self, index: int, y: Real, x: Real, ops: Operations) -> Real:
+        """Return the angle of a point within half a turn of the middle of the range."""
+        middle = self.middles[index]
+        if middle == 0.0:
+            return ops.atan2(y, x)
+        c, s = cos(middle), sin(middle)
+        return middle + ops.atan2(c * y - s * x, c * x + s * y)
+
+
+def _turned(axis: Direction, w: Real, v: Parts, sense: float) -> tuple[Parts, Parts]:
+    """Return an axis turned by half of a rotation or of its inverse, and by the whole.
+
+    Args:
+        axis: Components in the frame in which it is fixed.
+        w: Cosine of half the angle of the rotation.
+        v: Sine of half the angle, times the axis of the rotation.
+        sense: 1 for the rotation, -1 for its inverse.
+    """
+    once = _cross(v, axis)
+    twice = _cross(v, once)
+    g = 1.0 / (1.0 + w)
+    half = tuple(
+        _plus(_plus(n, _times(sense, c)), _times(g, cc))
+        for n, c, cc in zip(axis, once, twice, strict=True)
+    )
+    whole = tuple(
+        _plus(n, 2.0 * (_plus(_times(sense, _times(w, c)), cc)))
+        for n, c, cc in zip(axis, once, twice, strict=True)
+    )
+    return (half[0], half[1], half[2]), (whole[0], whole[1], whole[2])
+
+
+def _is_number(value: Real, number: float) -> bool:
+    return isinstance(value, int | float) and value == number
+
+
+def _times(x: Real, y: Real) -> Real:
+    if _is_number(x, 0.0) or _is_number(y, 0.0):
+        return 0.0
+    if _is_number(x, 1.0):
+        return y
+    if _is_number(y, 1.0):
+        return x
+    if _is_number(x, -1.0):
+        return -y
+    if _is_number(y, -1.0):
+        return -x
+    return x * y
+
+
+def _plus(x: Real, y: Real) -> Real:
+    return y if _is_number(x, 0.0) else x if _is_number(y, 0.0) else x + y
+
+
+def _minus(x: Real, y: Real) -> Real:
+    return x if _is_number(y, 0.0) else -y if _is_number(x, 0.0) else x - y
+
+
+def _cross(x: Parts, y: Parts) -> Parts:
+    a, b, c = (_minus(_times(x[i], y[j]), _times(x[j], y[i])) for i, j in ((1, 2), (2, 0), (0, 1)))
+    return a, b, c
+
+
+def _dot(x: Parts, y: Parts) -> Real:
+    terms = [_times(a, b) for a, b in zip(x, y, strict=True)]
+    return _plus(_plus(terms[0], terms[1]), terms[2])

@@ -1,0 +1,115 @@
+"""Runs under the law of coordinates: both integrators, energy, the pole, two rotations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from generator.diagnostics import ModelError
+from generator.model import Model
+from generator.recording import Ending
+from generator.simulation.plan import Integrator, Plan
+from generator.simulation.run import simulate
+from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
+from tests.chains import BALL, X, Y, Z, body, chain, one_body
+from tests.command import run as run_command
+
+CURVES = (Linear(6.0, 0.2), Cubic((0.5, 8.0, -2.0, 10.0)), Linear(3.0, -0.3))
+
+
+def springs(axes, *, damping=0.0) -> SpringSet:
+    about = tuple(
+        AxisSpring(axis, (law,), Damping(damping)) for axis, law in zip(axes, CURVES, strict=False)
+    )
+    return SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+
+
+@pytest.mark.parametrize(
+    ("factors", "axes"), [(BALL, (X, Y, Z)), (chain("Rz Rx"), (Z, X)), (chain("Rx Ry"), (X, Y))]
+)
+def test_both_integrators_agree(factors, axes):
+    figure = one_body(factors, (0.3, 0.4, -0.2)[: len(factors)])
+    model = Model(figure, springs(axes, damping=0.05))
+    plan = Plan(stop=0.2, tolerance=1e-5)
+    compiled = simulate(model, plan)
+    stepped = simulate(model, replace(plan, step=2e-3, integrator=Integrator.EXUDYN))
+    assert compiled.displacements["pin"] == pytest.approx(stepped.displacements["pin"], abs=1e-4)
+    moved = compiled.displacements["pin"]
+    assert np.ptp(moved, axis=0).min() > 0.01
+
+
+def test_a_tumbling_body_keeps_its_energy():
+    link = body("link", centre=(0.0, -0.1, 0.0))
+    figure = one_body(BALL, (0.2, 0.1, 0.3), link)
+    plan = Plan(stop=1.0, tolerance=1e-10, velocities={"pin": (3.0, -2.0, 1.0)})
+    run = simulate(Model(figure, springs((X, Y, Z))), plan)
+    total = run.energy_balance
+    assert np.ptp(run.displacements["pin"][:, 1]) > 0.3
+    assert np.ptp(total) < 1e-8
+
+
+@pytest.mark.parametrize("integrator", Integrator)
+def test_a_run_ends_at_the_pole(integrator):
+    """The middle rotation is thrown through 90 deg while the others are at rest."""
+    link = body("link", centre=(0.0, -0.05, 0.0))
+    figure = one_body(BALL, (0.0, 1.0, 0.0), link)
+    plan = Plan(
+        stop=1.0,
+        gravity=(0.0, 0.0, 0.0),
+        velocities={"pin": (0.0, 20.0, 0.0)},
+        integrator=integrator,
+    )
+    if integrator is Integrator.EXUDYN:
+        plan = replace(plan, step=1e-3)
+    about = tuple(AxisSpring(axis, (Linear(5.0),)) for axis in (X, Y, Z))
+    law = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    run = simulate(Model(figure, law), plan)
+    assert run.outcome.ending is Ending.POLE
+    assert run.outcome.joint == "pin"
+    assert "pole" in run.outcome.message
+    assert abs(run.displacements["pin"][-1, 1]) < np.pi / 2
+
+
+def test_a_start_at_the_pole_is_refused():
+    figure = one_body(BALL, (0.1, np.pi / 2, 0.1))
+    with pytest.raises(ModelError, match="starts at its pole"):
+        simulate(Model(figure, springs((X, Y, Z))), Plan(stop=0.1))
+
+
+def test_turns_past_180_deg_do_not_end_a_run():
+    """Of the inner rotation alone, which under the other laws ends at a half turn."""
+    link = body("link", centre=(0.0, -0.05, 0.0), inertia=(0.03, 0.03, 0.03))
+    about = (AxisSpring(X, (Linear(0.5),)),)
+    soft = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    plan = Plan(stop=0.1, velocities={"pin": (40.0, 0.0, 0.0)})
+    run = simulate(Model(one_body(BALL, (0.1, 0.0, 0.0), link), soft), plan)
+    assert run.outcome.ending is Ending.DONE
+    assert run.displacements["pin"][-1, 0] > 3.5
+
+
+def test_springs_of_a_skew_axis_are_refused():
+    skew = SpringSet(
+        {"pin": JointSprings("pin", (AxisSpring((0.6, 0.8, 0.0), (Linear(1.0),)),))},
+        Joining.COORDINATES,
+    )
+    with pytest.raises(ModelError, match="springs about axes of the joint's chain"):
+        simulate(Model(one_body(BALL), skew), Plan(stop=0.1))
+
+
+def test_a_middle_axis_that_nears_its_pole_gets_a_warning(tmp_path):
+    said = run_command("check", "prototype", "--springs", write_law(tmp_path)).output
+    assert "`waist`: the middle one of its rotations may pass 80 deg (-inf to inf deg)" in said
+
+
+LAW_FILE = """law = "coordinates"
+[[spring]]
+joints = ["waist"]
+axis = "x"
+stiffness_Nm_rad = 10.0
+"""
+
+
+def write_law(folder):
+    path = folder / "angles.springs.toml"
+    path.write_text(LAW_FILE, encoding="utf-8")
+    return path
