@@ -43,6 +43,17 @@ def test_numbers_that_vary_are_fields_of_a_plan():
     assert {RUN_OPTIONS[key].field for key in VARYING_OPTIONS} <= names
 
 
+ELSEWHERE = {"law", "floor", "friction", "starts", "spread", "seed"}
+"""Options that are no field of a plan: a law belongs to the springs, a floor is a prop."""
+
+
+def test_every_other_option_is_a_field_of_a_plan():
+    """So that no option is accepted and left unused; those of files have a form of their own."""
+    names = {each.name for each in fields(Plan)}
+    unused = {key for key, option in RUN_OPTIONS.items() if option.field not in names}
+    assert {key for key in unused if not RUN_OPTIONS[key].is_text} == ELSEWHERE
+
+
 def test_the_start_of_a_live_simulation_has_the_keys_of_its_file():
     assert {each.name for each in fields(LiveStart)} == LIVE_ROWS.keys()
 
