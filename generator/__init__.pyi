@@ -42,10 +42,10 @@ from .person.person import Person, build_person
 from .person.survey import Sex
 from .recording import Ending, Integrator, Outcome, Recording, RecordingPart
 from .simulation.exudyn_model.model import ExudynModel, build_model
+from .simulation.live.stepper import Stepper
 from .simulation.plan import Plan
 from .simulation.run import Progress, simulate
 from .simulation.statics.static_forces import static_torques
-from .simulation.live.stepper import Stepper
 from .springs_file.read import read_springs
 from .study.designs import design_points
 from .study.parameter_paths import Case
