@@ -5,7 +5,6 @@ import os
 import signal
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
-from multiprocessing.process import BaseProcess
 from threading import Thread
 
 _THREAD_VARIABLES = (
@@ -85,9 +84,9 @@ def serve_parent_only() -> None:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     parent = multiprocessing.parent_process()
     if parent is not None:
-        Thread(target=_exit_after, args=(parent,), daemon=True).start()
 
+        def exit_after_parent() -> None:
+            parent.join()
+            os._exit(1)
 
-def _exit_after(parent: BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
+        Thread(target=exit_after_parent, daemon=True).start()

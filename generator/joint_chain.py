@@ -170,7 +170,10 @@ class Chain:
             back = np.swapaxes(matrix_from_axis_angle(outer, columns[0]), -1, -2)
             matrices = back @ matrices
         if axes:
-            columns.insert(0, _nearest_rotation_angle(axes[0], matrices))
+            # The rotation about the axis that is nearest to the matrix.
+            sine = np.sum(cross_matrix(axes[0]) * matrices, axis=(-2, -1))
+            cosine = np.trace(matrices, axis1=-2, axis2=-1) - (matrices @ axes[0]) @ axes[0]
+            columns.insert(0, np.arctan2(sine, cosine))
         angles = np.array(columns).reshape(len(axes), len(matrices)).T
         start = np.zeros(len(axes)) if near is None else near
         steps = np.diff(angles, axis=0, prepend=start[None])
@@ -203,13 +206,6 @@ def _axis_pose(twist: Twist, value: ArrayLike) -> Array:
     """Return the pose matrix of one factor, shape (..., 4, 4): it moves along its own axis only."""
     v = np.asarray(value, dtype=float)
     return pose_matrix(matrix_from_axis_angle(twist.angular, v), v[..., None] * twist.linear)
-
-
-def _nearest_rotation_angle(axis: Array, matrices: Array) -> Array:
-    """Return the angles of the rotations about `axis` that are nearest to `matrices` [rad]."""
-    sine = np.sum(cross_matrix(axis) * matrices, axis=(-2, -1))
-    cosine = np.trace(matrices, axis1=-2, axis2=-1) - (matrices @ axis) @ axis
-    return np.arctan2(sine, cosine)
 
 
 def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:

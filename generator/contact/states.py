@@ -80,10 +80,6 @@ class ContactStates:
         """Return the states at some places."""
         return ContactStates(*(values[places] for values in self._arrays))
 
-    def extend(self, more: "ContactStates") -> "ContactStates":
-        """Append states."""
-        return ContactStates.join([self, more])
-
     @classmethod
     def join(cls, parts: "Sequence[ContactStates]") -> "ContactStates":
         """Return the states of all parts."""
@@ -144,18 +140,6 @@ class ContactTrace:
             None if self.sensitivity is None else self.sensitivity[:count],
             self.disturbed,
             self.is_complete,
-        )
-
-    def extend_from(self, longer: "ContactTrace") -> "ContactTrace":
-        """Append the frames and steps by which another trace is longer."""
-        count, later = len(self.losses), longer.step_times > self.step_times[-1]
-        return ContactTrace(
-            np.concatenate([self.losses, longer.losses[count:]]),
-            np.concatenate([self.impulses, longer.impulses[count:]]),
-            np.concatenate([self.step_times, longer.step_times[later]]),
-            self.steps.extend(longer.steps.take(later)),
-            np.concatenate([self.centres, longer.centres[later]]),
-            np.concatenate([self.accelerations, longer.accelerations[later]]),
         )
 
 

@@ -105,10 +105,18 @@ def require_valid_figure(figure: Figure, *, to_simulate: bool = False) -> None:
     Raises:
         InputError: with all errors.
     """
+    segments = {
+        name: replace(
+            segment,
+            sites={key: replace(site, origins={}) for key, site in segment.sites.items()},
+            origins={},
+        )
+        for name, segment in figure.segments.items()
+    }
     draft = FigureDraft(
         None,
         figure.name,
-        {name: _without_origins(segment) for name, segment in figure.segments.items()},
+        segments,
         {name: replace(joint, origins={}) for name, joint in figure.joints.items()},
         dict(figure.attributes),
         figure.root,
@@ -121,12 +129,6 @@ def require_valid_figure(figure: Figure, *, to_simulate: bool = False) -> None:
         errors = simulation_diagnostics(draft.build_figure(figure.root))
     if errors:
         raise InputError(errors)
-
-
-def _without_origins(segment: Segment) -> Segment:
-    """Return a segment without places in a file."""
-    sites = {name: replace(site, origins={}) for name, site in segment.sites.items()}
-    return replace(segment, sites=sites, origins={})
 
 
 def simulation_diagnostics(figure: Figure) -> tuple[Diagnostic, ...]:

@@ -142,7 +142,8 @@ def tokenize(source: Source, diagnostics: Diagnostics) -> Iterator[Token]:
     """
     text, position, line_end, count, blank = source.text, 0, -1, 0, _BLANK
     while True:
-        position = _blank_end(text, position, blank)
+        if match := blank.match(text, position):
+            position = match.end()
         if text.startswith("/*", position):
             diagnostics.syntax_error(
                 "this comment is never closed",
@@ -171,12 +172,6 @@ def tokenize(source: Source, diagnostics: Diagnostics) -> Iterator[Token]:
         if token is not None:
             yield token
     yield Token(TokenKind.END, "", position, position, starts_line=True)
-
-
-def _blank_end(text: str, position: int, blank: re.Pattern[str]) -> int:
-    """End of the blanks and comments that start at `position`."""
-    match = blank.match(text, position)
-    return match.end() if match else position
 
 
 def _make_token(

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from generator.figure import (
     Attribute,
     AxisKind,
-    ContactSphere,
     Figure,
     Joint,
     JointAxis,
@@ -91,18 +90,18 @@ def _segment(segment: Segment) -> list[str]:
         lines.append(f"mass = {format_quantity(segment.mass, Dimension.MASS)};")
     if segment.inertia is not None:
         lines.append(f"inertia = {_format_vector(segment.inertia, Dimension.INERTIA)};")
-    spheres = [_sphere(each) for each in segment.contact_spheres]
+    for sphere in segment.contact_spheres:
+        if sphere.part:
+            raise ValueError(f"the figure language has no parts of segments: {sphere.part!r}")
+    spheres = [
+        f"sphere{_format_vector((*each.centre, each.radius), Dimension.LENGTH)}"
+        for each in segment.contact_spheres
+    ]
     if spheres:
         lines.append(f"contact = {spheres[0] if len(spheres) == 1 else _format_list(spheres)};")
     for site in segment.sites.values():
         lines += _site(site)
     return lines
-
-
-def _sphere(sphere: ContactSphere) -> str:
-    if sphere.part:
-        raise ValueError(f"the figure language has no parts of segments: {sphere.part!r}")
-    return f"sphere{_format_vector((*sphere.centre, sphere.radius), Dimension.LENGTH)}"
 
 
 def _site(site: Site) -> list[str]:

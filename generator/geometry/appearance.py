@@ -98,7 +98,8 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
         if surface is None and (capsule := mass_capsule(figure, segment)) is not None:
             surface = _capsule_surface(capsule, name)
             capsules.append(name)
-        elif surface is None and (surface := _stick_surface(figure, segment)) is not None:
+        elif surface is None and (ends := list(_stick_ends(figure, segment))):
+            surface = _octahedra(ends, name)
             sticks.append(name)
         if surface is not None and surface.face_count:
             appearances[name] = Appearance(surface, segment_colour(figure, segment))
@@ -168,12 +169,6 @@ def _corners_around_line(tail: Array, head: Array, radius: float) -> Array:
     pole = np.array([[0.0, 0.0, radius]])
     at_tail, at_head = np.concatenate([-pole, lower]), np.concatenate([upper, pole])
     return np.concatenate([tail + at_tail @ axes.T, head + at_head @ axes.T])
-
-
-def _stick_surface(figure: Figure, segment: Segment) -> Surface | None:
-    """Return sticks between the sites of a segment; None without two distinct positions."""
-    pairs = list(_stick_ends(figure, segment))
-    return _octahedra(pairs, segment.name) if pairs else None
 
 
 def _stick_ends(figure: Figure, segment: Segment) -> Iterator[tuple[Array, Array]]:

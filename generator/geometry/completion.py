@@ -158,7 +158,8 @@ def complete_figure(figure: Figure, source: Source, density: float) -> Completio
             (warnings if solids[psurf] else errors).extend(reported)
         solid = solids[psurf]
         if solid is not None:
-            addition = _build_addition(segment, missing, solid, density)
+            own = density if segment.mass is None else segment.mass / solid.volume
+            addition = Addition(segment.name, missing, solid.mass_properties(own), own)
             additions.append(addition)
             warnings += _omitted_products_warnings(segment, addition)
     if errors:
@@ -201,14 +202,6 @@ def _incompletable_warning(segment: Segment, missing: Sequence[str]) -> Diagnost
             origin_span(segment.origins),
         )
     return None
-
-
-def _build_addition(
-    segment: Segment, missing: tuple[str, ...], solid: Solid, density: float
-) -> Addition:
-    if segment.mass is not None:
-        density = segment.mass / solid.volume
-    return Addition(segment.name, missing, solid.mass_properties(density), density)
 
 
 def _omitted_products_warnings(segment: Segment, addition: Addition) -> list[Diagnostic]:

@@ -33,19 +33,15 @@ def triangles_intersect(one: Array, two: Array) -> bool:
 
 def _edges_intersect(one: Array, two: Array) -> bool:
     edges = np.concatenate([one[:, [0, 1]], one[:, [1, 2]], one[:, [2, 0]]])
-    # Each inner edge belongs to two triangles that run it in opposite directions.
-    edges = edges[_unique_half_edges(edges)]
+    # Each inner edge belongs to two triangles that run it in opposite directions: keep the one
+    # whose end comes after its start in some fixed order.
+    difference = edges[:, 1] - edges[:, 0]
+    leading = (difference != 0.0).argmax(axis=1)
+    edges = edges[difference[np.arange(len(edges)), leading] > 0.0]
     low = np.maximum(one.min(axis=(0, 1)), two.min(axis=(0, 1)))
     high = np.minimum(one.max(axis=(0, 1)), two.max(axis=(0, 1)))
     edges, triangles = edges[_overlaps_box(edges, low, high)], two[_overlaps_box(two, low, high)]
     return _any_intersection(edges, triangles, 0)
-
-
-def _unique_half_edges(edges: Array) -> Mask:
-    """One half-edge of each edge: the one whose end comes after its start in some fixed order."""
-    difference = edges[:, 1] - edges[:, 0]
-    leading = (difference != 0.0).argmax(axis=1)
-    return difference[np.arange(len(edges)), leading] > 0.0
 
 
 def _overlaps_box(shapes: Array, low: Array, high: Array) -> Mask:
@@ -83,7 +79,9 @@ def _reaches_side(shapes: Array, axis: int, cut: float, sign: float) -> Mask:
 
 def _any_pair_intersects(edges: Array, triangles: Array) -> bool:
     """Return whether any edge passes through the interior of any triangle."""
-    e, t = _pairs_with_overlapping_boxes(edges, triangles)
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    meets = (edges.min(axis=1)[:, None] <= high) & (edges.max(axis=1)[:, None] >= low)
+    e, t = np.nonzero(meets.all(axis=-1))  # pairs whose extents meet
     p, q = edges[e, 0], edges[e, 1]
     a, b, c = (triangles[t, k] for k in range(3))
     all_five = np.stack([p, q, a, b, c])
@@ -95,14 +93,6 @@ def _any_pair_intersects(edges: Array, triangles: Array) -> bool:
     separated = np.minimum(*map(np.abs, ends)) > slack
     through = (sides > slack).all(axis=0) | (sides < -slack).all(axis=0)
     return bool((separated & (ends[0] * ends[1] < 0.0) & through).any())
-
-
-def _pairs_with_overlapping_boxes(edges: Array, triangles: Array) -> tuple[Indices, Indices]:
-    """The edges and triangles whose extents meet."""
-    low, high = triangles.min(axis=1), triangles.max(axis=1)
-    meets = (edges.min(axis=1)[:, None] <= high) & (edges.max(axis=1)[:, None] >= low)
-    e, t = np.nonzero(meets.all(axis=-1))
-    return e, t
 
 
 def _sixfold_volumes(a: Array, b: Array, c: Array, d: Array) -> Array:
@@ -118,21 +108,17 @@ def triangulate(surface: Surface) -> tuple[Array, Indices]:
     """Corners of triangles within the faces [m], shape (t, 3, 3), and the face of each, (t,)."""
     fans, owner = surface.fan_triangles
     points = surface.vertices[fans.T]
-    concave = _concave_faces(points, owner, surface.face_count)
+    # In a concave face the fan has a triangle that looks against the face.
+    crosses = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
+    sums = [np.bincount(owner, crosses[:, axis], surface.face_count) for axis in range(3)]
+    against = (crosses * np.stack(sums, axis=1)[owner]).sum(axis=1) < 0.0
+    concave = np.unique(owner[against])
     if not len(concave):
         return points, owner
     kept = ~np.isin(owner, concave)
     cut = [_clip_ears(surface, face) for face in concave.tolist()]
     owners = [np.full(len(part), face) for part, face in zip(cut, concave, strict=True)]
     return np.concatenate([points[kept], *cut]), np.concatenate([owner[kept], *owners])
-
-
-def _concave_faces(points: Array, owner: Indices, count: int) -> Indices:
-    """Faces whose fan has a triangle that looks against the face."""
-    crosses = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
-    sums = [np.bincount(owner, crosses[:, axis], count) for axis in range(3)]
-    against = (crosses * np.stack(sums, axis=1)[owner]).sum(axis=1) < 0.0
-    return np.unique(owner[against])
 
 
 def _clip_ears(surface: Surface, face: int) -> Array:

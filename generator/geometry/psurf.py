@@ -69,20 +69,13 @@ def _parse_once(source: Source, unit: Fraction) -> Parsed[Surface]:
 
 
 def _parse_lines(source: Source, diagnostics: Diagnostics, unit: Fraction) -> Surface | None:
-    if _report_if_too_long(source, diagnostics):
+    if (lines := source.text.count("\n") + 1) > MAX_LINES:
+        hint = f"at most {MAX_LINES:,} are read; save larger surfaces as .ply or .stl"
+        diagnostics.error(f"this psurf has {lines:,} lines", Span(source, 0, 1), hint)
         return None
     parser = _Parser(source, unit, diagnostics)
     parser.parse_lines()
     return None if diagnostics.has_errors else parser.build_surface()
-
-
-def _report_if_too_long(source: Source, diagnostics: Diagnostics) -> bool:
-    lines = source.text.count("\n") + 1
-    if lines <= MAX_LINES:
-        return False
-    hint = f"at most {MAX_LINES:,} are read; save larger surfaces as .ply or .stl"
-    diagnostics.error(f"this psurf has {lines:,} lines", Span(source, 0, 1), hint)
-    return True
 
 
 @dataclass

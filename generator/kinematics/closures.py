@@ -50,8 +50,16 @@ def lock_all_axes(pose_in_parent: Array) -> LockedAxes:
 
 def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
     """Return the locks that leave exactly the chain's degrees of freedom."""
-    rotation_frame, rotations = _locked_rotations(chain)
-    translation_frame, translations = _locked_translations(chain)
+    turns, slides = (
+        [unit_vector(one.axis) for one in chain.joint_axes if is_rotation(one.kind) is turns]
+        for turns in (True, False)
+    )
+    rotation_frame, rotations = _lock(turns)
+    translation_frame, translations = _lock(slides)
+    if len(turns) == 2:
+        # The third rotation lock keeps the first site's x perpendicular to the second's y.
+        inner, outer = turns
+        rotation_frame = np.stack([outer, inner, np.cross(outer, inner)], axis=1)
     inside = not chain.translations_are_outer
     if translations in (FREE, LOCKED):
         lock = LockedAxes(rotation_frame, translations, rotations)
@@ -64,21 +72,8 @@ def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
     )
 
 
-def _locked_rotations(chain: Chain) -> tuple[Array, AxisFlags]:
-    axes = [unit_vector(one.axis) for one in chain.joint_axes if is_rotation(one.kind)]
-    if len(axes) == 0:
-        return np.eye(3), LOCKED
-    if len(axes) == 1:
-        return rotation_with_z_axis(axes[0]), (1, 1, 0)
-    if len(axes) == 2:
-        # The third rotation lock keeps the first site's x perpendicular to the second's y.
-        inner, outer = axes
-        return np.stack([outer, inner, np.cross(outer, inner)], axis=1), (0, 0, 1)
-    return np.eye(3), FREE
-
-
-def _locked_translations(chain: Chain) -> tuple[Array, AxisFlags]:
-    axes = [unit_vector(one.axis) for one in chain.joint_axes if not is_rotation(one.kind)]
+def _lock(axes: list[Array]) -> tuple[Array, AxisFlags]:
+    """Return a frame and the locks that leave free axes at right angles."""
     if len(axes) == 0:
         return np.eye(3), LOCKED
     if len(axes) == 1:
@@ -159,7 +154,7 @@ def independent_constraints(placement: Placement) -> dict[str, tuple[LockedAxes,
         return locks
     best = max(
         (_independent_rows(pose) for pose in _nearby_closed_placements(placement)),
-        key=_count_kept_rows,
+        key=lambda keep: sum(map(sum, keep.values())),
     )
     for joint in tree.closures:
         kept_rows = best[joint.name]
@@ -172,10 +167,6 @@ def independent_constraints(placement: Placement) -> dict[str, tuple[LockedAxes,
             lock for lock in remaining if any(lock.translations + lock.rotations)
         )
     return locks
-
-
-def _count_kept_rows(keep: dict[str, list[bool]]) -> int:
-    return sum(sum(flags) for flags in keep.values())
 
 
 def _nearby_closed_placements(placement: Placement) -> list[Placement]:
@@ -202,10 +193,12 @@ def _independent_rows(placement: Placement) -> dict[str, list[bool]]:
     keep: dict[str, list[bool]] = {}
     for joint in tree.closures:
         motion = relative_jacobian(placement, maps, joint)
-        rows = (
-            _chain_constraint_jacobian(tree.chains[joint.name], placement.pose_in_parent(joint))
-            @ motion
+        pose, locks = (
+            placement.pose_in_parent(joint),
+            locked_axes_from_chain(tree.chains[joint.name]),
         )
+        rows = np.vstack([np.zeros((0, 6)), *(constraint_jacobian(lock, pose) for lock in locks)])
+        rows = rows @ motion
         rows = rows - rows @ basis.T @ basis
         keep[joint.name] = [False] * len(rows)
         # The largest row comes first: it stays independent in most other poses.
@@ -215,8 +208,3 @@ def _independent_rows(placement: Placement) -> dict[str, list[bool]]:
             basis = np.vstack([basis, rows[largest] / sizes[largest]])
             rows = rows - np.outer(rows @ basis[-1], basis[-1])
     return keep
-
-
-def _chain_constraint_jacobian(chain: Chain, pose_in_parent: Array) -> Array:
-    rows = [constraint_jacobian(lock, pose_in_parent) for lock in locked_axes_from_chain(chain)]
-    return np.vstack(rows) if rows else np.zeros((0, 6))

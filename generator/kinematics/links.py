@@ -73,7 +73,9 @@ def mirror_signs(figure: Figure, control: Joint, follower: Joint) -> tuple[int, 
             f"`{follower.name}` {len(follower.chain)}"
         )
     placement = _zero_placement(figure)
-    if not (_names_match(control, follower) or _positions_match(placement, control, follower)):
+    # The names are the same but for `left` and `right`, exchanged.
+    names_match = mirrored_name(control.name) == follower.name != control.name
+    if not (names_match or _positions_match(placement, control, follower)):
         raise ModelError(
             f"`{follower.name}` is not a mirror image of `{control.name}`: their names do not "
             "differ in left and right alone, and their positions are not mirror images in "
@@ -141,11 +143,6 @@ def _zero_placement(figure: Figure) -> Placement:
     """Return the figure with all displacements zero."""
     zeros = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
     return forward_kinematics(build_tree(figure), zeros)
-
-
-def _names_match(one: Joint, other: Joint) -> bool:
-    """Return whether the names are the same but for `left` and `right`, exchanged."""
-    return mirrored_name(one.name) == other.name != one.name
 
 
 def _positions_match(placement: Placement, one: Joint, other: Joint) -> bool:

@@ -42,16 +42,16 @@ def close_loops(
     placement = forward_kinematics(tree, displacements)
     if not tree.closures:
         return placement
-    followed = _closing_displacements(placement, displacements)
+    followed = closing_displacements(placement, displacements)
     moved = [followed[name] - displacements[name] for name in followed.keys() & fixed]
     if np.max(np.abs(np.concatenate([_loop_gaps(placement), *moved]))) > MAX_LOOP_GAP:
         placement = _solve_loops(tree, displacements, fixed)
-        followed = _closing_displacements(placement, displacements)
+        followed = closing_displacements(placement, displacements)
     _check_loops_closed(placement, displacements, followed, fixed)
     return Placement(tree, {**placement.displacements, **followed}, placement.poses)
 
 
-def _closing_displacements(placement: Placement, near: Displacements) -> dict[str, Array]:
+def closing_displacements(placement: Placement, near: Displacements) -> dict[str, Array]:
     """Displacements of the closing joints in a pose, the nearest to `near`."""
     return {
         joint.name: placement.tree.chains[joint.name].displacements(

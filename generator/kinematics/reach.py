@@ -19,7 +19,13 @@ from numpy.typing import NDArray
 from generator.diagnostics import ModelError
 from generator.figure import Joint
 from generator.kinematics.links import Coordinate, Links
-from generator.kinematics.loops import MAX_LOOP_GAP, OpenLoopError, close_loops, twists_at_child
+from generator.kinematics.loops import (
+    MAX_LOOP_GAP,
+    OpenLoopError,
+    close_loops,
+    closing_displacements,
+    twists_at_child,
+)
 from generator.kinematics.placement import (
     Displacements,
     Placement,
@@ -217,13 +223,7 @@ class _Space:
         rows = {name: values[columns] for name, columns in tree.kinematics.columns.items()}
         rigid = {name: np.zeros(0) for name, joint in tree.figure.joints.items() if not joint.chain}
         placement = forward_kinematics(tree, {**rigid, **rows})
-        closing = {
-            joint.name: tree.chains[joint.name].displacements(
-                placement.pose_in_parent(joint), near[joint.name]
-            )
-            for joint in tree.closures
-        }
-        ordered = {**rigid, **rows, **closing}
+        ordered = {**rigid, **rows, **closing_displacements(placement, near)}
         names = [name for name in tree.figure.joints if name in ordered]
         return Placement(tree, {name: ordered[name] for name in names}, placement.poses)
 

@@ -101,14 +101,6 @@ class DeGrootBrandRhythm:
     name: str = "de_groot_brand"
 
     @property
-    def _elevation(self) -> Regression:
-        return _load_regression("de_groot_brand_2001/clavicle_elevation")
-
-    @property
-    def _protraction(self) -> Regression:
-        return _load_regression("de_groot_brand_2001/clavicle_protraction")
-
-    @property
     def references(self) -> tuple[Reference, ...]:
         """Sources of the numbers."""
         return (published.rhythm("de_groot_brand_2001/clavicle_elevation").reference,)
@@ -122,7 +114,10 @@ class DeGrootBrandRhythm:
         """Return elevation and abduction of the clavicle [rad]."""
         up, forwards = (
             law.angle(elevation) + law.plane * plane - law.rest
-            for law in (self._elevation, self._protraction)
+            for law in (
+                _load_regression(f"de_groot_brand_2001/clavicle_{name}")
+                for name in ("elevation", "protraction")
+            )
         )
         return up, forwards
 
@@ -358,7 +353,8 @@ def _all_jumps(latitude: float, longitude: float, rhythm: ShoulderRhythm) -> Ite
         (MAX_LONGITUDE, "longitude 270 deg, where the longitude starts again at -90 deg"),
     )
     for meridian, place in meridians:
-        distance = _angular_distance((latitude, longitude), (latitude, meridian))
+        arm, seam = (arm_direction(latitude, each) for each in (longitude, meridian))
+        distance = float(angle_between(arm, seam))
         beside = np.array([meridian - _JUMP_OFFSET, meridian + _JUMP_OFFSET])
         yield from _jumps_between(shoulder_angles(latitude, beside, rhythm), place, distance)
     for elevation in rhythm.breakpoints:
@@ -379,7 +375,3 @@ def _jumps_between(sides: ShoulderAngles, place: str, distance: float) -> Iterat
         first, second = getattr(sides, angle)
         step = wrap_angle(np.asarray(second - first)) if angle == "twist" else second - first
         yield Jump(angle, place, abs(float(step)), distance)
-
-
-def _angular_distance(arm: tuple[float, float], place: tuple[float, float]) -> float:
-    return float(angle_between(arm_direction(*arm), arm_direction(*place)))

@@ -84,11 +84,8 @@ def parse_displacement(text: str, unit: str) -> float:
 
 def format_chain(chain: Sequence[JointAxis]) -> str:
     """Format a chain in the figure language; `fixed` without degrees of freedom."""
-    return "*".join(f"{f.kind.value}({_format_axis(f)})" for f in chain) or "fixed"
-
-
-def _format_axis(factor: JointAxis) -> str:
-    return ",".join(format_quantity(part, Dimension.NUMBER) for part in factor.axis)
+    axes = [",".join(format_quantity(x, Dimension.NUMBER) for x in one.axis) for one in chain]
+    return "*".join(f"{f.kind.value}({a})" for f, a in zip(chain, axes, strict=True)) or "fixed"
 
 
 VERSION = "1"
@@ -305,7 +302,7 @@ class _Parser:
         chains: dict[str, tuple[JointAxis, ...]] = {}
         for k in range(self._count("joints", 0)):
             line = self._next_line(f"joint {k + 1} of the table")
-            words = _words(line)
+            words = words_of_line(line)
             if len(words) != 2:
                 raise _error_at(line, "a joint has a name and a chain", "`knee R(0,-1,0)`")
             name = words[0].text
@@ -354,7 +351,7 @@ def _table(lines: list[Span], units: list[str], header: Header) -> Array:
 
 def _row(line: Span, units: list[str], diagnostics: Diagnostics) -> list[float] | None:
     """Parse normalised time, seconds [s] and displacements [rad or m]; None with an error."""
-    words = _words(line)
+    words = words_of_line(line)
     if len(words) != len(units):
         diagnostics.error(
             f"this row has {len(words)} columns, not {len(units)}",
@@ -376,13 +373,15 @@ def _check_times(table: Array, lines: list[Span], header: Header, diagnostics: D
     """Check that times increase and agree with the header and the normalised times."""
     times = table[:, 1]
     for k in np.flatnonzero(np.diff(times) <= 0.0):
-        diagnostics.error("the time does not increase", _words(lines[k + 1])[1])
+        diagnostics.error("the time does not increase", words_of_line(lines[k + 1])[1])
     if diagnostics.has_errors:
         return
     for k in np.flatnonzero(
         np.abs(table[:, 0] - normalise_times(times)) > MAX_NORMALISED_TIME_ERROR
     ):
-        diagnostics.error("the normalised time does not belong to the seconds", _words(lines[k])[0])
+        diagnostics.error(
+            "the normalised time does not belong to the seconds", words_of_line(lines[k])[0]
+        )
     if header.start != times[0]:
         diagnostics.error(f"the first frame is not at the start, {header.start} s", lines[0])
     if header.stop != times[-1]:
@@ -393,7 +392,8 @@ def _error_at(span: Span, message: str, hint: str = "") -> InputError:
     return InputError((error(message, span, hint),))
 
 
-def _words(line: Span) -> list[Span]:
+def words_of_line(line: Span) -> list[Span]:
+    """Words of a line, with their places."""
     return [
         Span(line.source, line.start + match.start(), line.start + match.end())
         for match in _WORD.finditer(line.text)

@@ -146,7 +146,10 @@ def _contact_columns(segments: Sequence[str]) -> Iterator[Column]:
     for k, axis in ((0, "x"), (2, "z")):
         point = column(f"ground_force_p{axis}", LENGTH_UNIT, partial(_pressure_point, k))
         yield replace(point, may_be_undefined=True)
-    yield replace(column("ground_torque_y", "N m", _free_moment), may_be_undefined=True)
+    moment = column(
+        "ground_torque_y", "N m", lambda contact: centre_of_pressure(contact.ground_reaction)[1]
+    )
+    yield replace(moment, may_be_undefined=True)
     for name in segments:
         size = column(f"{name}.contact_force", "N", partial(_force_size, name))
         yield replace(size, read_extreme=partial(_force_size_extreme, name))
@@ -177,10 +180,6 @@ def _force_size_extreme(name: str, motion: FigureMotion, sign: int) -> tuple[flo
 
 def _pressure_point(k: int, contact: ContactRecord) -> Array:
     return centre_of_pressure(contact.ground_reaction)[0][:, k]
-
-
-def _free_moment(contact: ContactRecord) -> Array:
-    return centre_of_pressure(contact.ground_reaction)[1]
 
 
 def _force_size(name: str, contact: ContactRecord) -> Array:

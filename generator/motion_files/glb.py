@@ -230,12 +230,10 @@ class _GlbBuilder:
             ),
             "NORMAL": self._buffer.add(normals @ turn, "VEC3", vertices=True),
         }
-        primitive = {"attributes": attributes, "material": self._material_index(appearance.colour)}
+        material = self._materials.setdefault(appearance.colour, len(self._materials))
+        primitive = {"attributes": attributes, "material": material}
         self._meshes.append({"name": segment.name, "primitives": [primitive]})
         self._nodes[index]["mesh"] = len(self._meshes) - 1
-
-    def _material_index(self, colour: Colour) -> int:
-        return self._materials.setdefault(colour, len(self._materials))
 
     def add_animation(self) -> None:
         """Add the channels of the bones. Raises MoverError as `format_glb`.

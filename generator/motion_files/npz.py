@@ -19,7 +19,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from generator.contact.record import ContactRecord, Overlap, SegmentContact
-from generator.diagnostics import Diagnostic, InputError, ModelError, error
+from generator.diagnostics import InputError, ModelError, error
 from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
 from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
@@ -260,7 +260,8 @@ def _load_arrays(path: Path) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
                     for member in members
                 }
     except OSError as failure:
-        raise InputError([_unreadable(path, failure)]) from None
+        message = f"`{path}` cannot be read: {os_error_reason(failure)}"
+        raise InputError([error(message)]) from None
     except _INVALID_ARCHIVE_ERRORS:
         raise _invalid_file(path, ["it is not an archive of numpy, or is truncated"]) from None
 
@@ -282,10 +283,6 @@ def _load_array(archive: ZipFile, member: ZipInfo) -> np.ndarray[Any, np.dtype[A
 def _size_text(size: int) -> str:
     largest = MAX_RUN_BYTES // 1_000_000
     return f"its arrays take {size / 1e6:,.0f} MB, and at most {largest} MB are read"
-
-
-def _unreadable(path: Path, failure: OSError) -> Diagnostic:
-    return error(f"`{path}` cannot be read: {os_error_reason(failure)}")
 
 
 def _read_metadata(arrays: Mapping[str, np.ndarray[Any, Any]], path: Path) -> dict[str, Any]:

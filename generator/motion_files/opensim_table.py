@@ -42,7 +42,7 @@ from generator.kinematics.free_root import (
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.losses import Loss, Losses
-from generator.motion_files.action import DIGEST, format_chain, parse_chain
+from generator.motion_files.action import DIGEST, format_chain, parse_chain, words_of_line
 from generator.motion_files.motion import (
     GROUND_REACTION,
     NO_FIGURE,
@@ -63,10 +63,7 @@ GROUND_REACTION_LABELS = tuple(
 
 
 def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) -> Losses:
-    """Write the displacements of a motion, whole or not at all.
-
-    Raises OSError when the file cannot be written.
-    """
+    """Write the displacements of a motion, whole or not at all. Raises OSError."""
     write_atomic(path, "".join(f"{line}\n" for line in _coordinate_lines(motion, in_degrees)))
     losses = [
         NO_FIGURE,
@@ -126,17 +123,12 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
     for line in motion.header.lines():
         name, _, value = line.partition(" ")
         yield f"{name}={value}"
-    yield from _chain_lines(motion)
+    plain = plain_names(motion.chains)
+    yield from (f"{CHAIN_KEY}{plain[name]}={format_chain(c)}" for name, c in motion.chains.items())
     yield END_OF_HEADER
     yield "\t".join(labels)
     for row in np.stack(columns, axis=1).tolist():
         yield "\t".join(map(repr, row))
-
-
-def _chain_lines(motion: FigureMotion) -> Iterator[str]:
-    """Yield the entries of the header that are the chains of the joints."""
-    plain = plain_names(motion.chains)
-    yield from (f"{CHAIN_KEY}{plain[name]}={format_chain(c)}" for name, c in motion.chains.items())
 
 
 END_OF_HEADER = "endheader"
@@ -154,7 +146,6 @@ _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|nan|inf|infinity)", re.IGNORECASE
 )
 _COUNT = re.compile(r"[0-9]{1,9}")
-_WORD = re.compile(r"\S+")
 _PATH_OF_VALUE = re.compile(r"(?:.*/)?([^/]+)/value")
 
 MAX_HEADER_LINES = 10_000
@@ -253,7 +244,9 @@ class CoordinateTable:
             if place in found:
                 diagnostics.error(f"a second column of `{_coordinate(title.text)}`", title)
             values = self.numbers[:, column]
-            self._check_finite(values, column + 1, diagnostics)
+            for row in np.flatnonzero(~np.isfinite(values)):
+                cell = words_of_line(_line_at(self.source, self.row_starts[row]))[column + 1]
+                diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
             joint, k = place
             is_angle = chains[joint][k].units.is_angle
             found[place] = np.radians(values) if self.in_degrees and is_angle else values
@@ -270,11 +263,6 @@ class CoordinateTable:
                 hint,
             )
         return found
-
-    def _check_finite(self, values: Array, column: int, diagnostics: Diagnostics) -> None:
-        for row in np.flatnonzero(~np.isfinite(values)):
-            cell = _words(_line_at(self.source, self.row_starts[row]))[column]
-            diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
 
 
 def _coordinate(title: str) -> str:
@@ -301,7 +289,7 @@ def _parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTa
         end = entries[END_OF_HEADER]
         diagnostics.error("the titles of the columns are missing", end, "the file is not whole")
         return None
-    titles = _words(title_line)
+    titles = words_of_line(title_line)
     if titles[0].text != TIME_LABEL:
         diagnostics.error(f"the first column is not `{TIME_LABEL}`", titles[0])
     first: dict[str, Span] = {}
@@ -417,7 +405,7 @@ def _parse_row(text: str) -> list[float] | None:
 
 
 def _report_row(line: Span, width: int, diagnostics: Diagnostics) -> None:
-    words = _words(line)
+    words = words_of_line(line)
     if len(words) != width:
         message = f"this row has {len(words)} columns, not {width}"
         diagnostics.error(message, line, "as many as there are titles")
@@ -434,7 +422,7 @@ def _check_times(
     with np.errstate(invalid="ignore"):
         is_wrong = ~(np.diff(times, prepend=-np.inf) > 0.0) | ~np.isfinite(times)
     for row in np.flatnonzero(is_wrong):
-        cell = _words(_line_at(source, starts[row]))[0]
+        cell = words_of_line(_line_at(source, starts[row]))[0]
         if isfinite(times[row]):
             diagnostics.error("the time does not increase", cell)
         else:
@@ -466,13 +454,6 @@ def _lines(source: Source, diagnostics: Diagnostics) -> Iterator[Span]:
             return
         if match[0].strip():
             yield Span(source, match.start(), match.end())
-
-
-def _words(line: Span) -> list[Span]:
-    return [
-        Span(line.source, line.start + match.start(), line.start + match.end())
-        for match in _WORD.finditer(line.text)
-    ]
 
 
 def _line_at(source: Source, start: int) -> Span:

@@ -59,11 +59,18 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     losses = Losses.collect(
         "page",
         [
-            _thinning_loss(motion, frames),
+            None
+            if frames.size == motion.times.size
+            else Loss(f"frames: {frames.size:,} of {motion.times.size:,} are kept"),
             *body_losses,
             _displacements_loss(motion, springs),
             NO_MASSES,
-            _springs_loss(motion.header, springs),
+            Loss(
+                "curves of passive moments: the springs of the motion are not known, "
+                f"`{motion.header.springs}` is not beside the figure"
+            )
+            if springs is None
+            else None,
             _NO_PROPS if has_props else None,
             unrepresented(motion, "energies", *([] if springs is None else ["passive torques"])),
             _ROUNDED,
@@ -94,13 +101,6 @@ def springs_choices(header: Header, figure: Figure) -> Iterator[str | None]:
                 yield choice
 
 
-def _springs_loss(header: Header, springs: SpringSet | None) -> Loss | None:
-    if springs is not None:
-        return None
-    where = f"`{header.springs}` is not beside the figure"
-    return Loss(f"curves of passive moments: the springs of the motion are not known, {where}")
-
-
 def _displacements_loss(motion: FigureMotion, springs: SpringSet | None) -> Loss | None:
     """Return the loss of joints of several turns whose curves are shown."""
     curves = {} if springs is None else passive_curves(motion.figure, springs)
@@ -113,12 +113,6 @@ def kept_frames(count: int) -> Frames:
     """Return the frames of a page: all, or at most `MAX_PAGE_FRAMES` with the last one."""
     stride = max(1, -(-(count - 1) // (MAX_PAGE_FRAMES - 1)))
     return np.unique([*range(0, count, stride), count - 1])
-
-
-def _thinning_loss(motion: FigureMotion, frames: Frames) -> Loss | None:
-    if frames.size == motion.times.size:
-        return None
-    return Loss(f"frames: {frames.size:,} of {motion.times.size:,} are kept")
 
 
 def _at_frames(motion: FigureMotion, frames: Frames) -> FigureMotion:
@@ -244,10 +238,7 @@ def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dic
 
 
 def _recorded_moments(recording: Recording, curve: PassiveCurve) -> Array:
-    """Moments of a run about the axis of a curve in the half-way frame, as the law has them, (n,).
-
-    A recording has them in the axes of the parent's site.
-    """
+    """Moments of a run about the axis of a curve in the half-way frame, shape (n,) [N m]."""
     half_turns = matrix_from_rotation_vector(0.5 * recording.rotation_vectors[curve.joint])
     axes = half_turns @ np.array(curve.spring.direction)
     return np.sum(recording.passive_torques[curve.joint] * axes, axis=1)

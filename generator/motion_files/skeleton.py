@@ -162,7 +162,9 @@ def bones_with_block_ends(bones: Sequence[Bone]) -> Iterator[tuple[Bone, int]]:
 def build_skeleton(motion: FigureMotion) -> Skeleton:
     """The bones of a motion. Raises ModelError when it is one of another figure."""
     tree, poses = motion.tree, motion.poses
-    rest = _rest_poses(motion.figure)
+    # Poses when all displacements of the figure, as it is held, are zero.
+    zero = {name: np.zeros(len(joint.chain)) for name, joint in motion.figure.joints.items()}
+    rest = forward_kinematics(build_tree(motion.figure), zero).poses
     world = np.broadcast_to(np.eye(4), (motion.times.size, 4, 4))
     frames = dict.fromkeys(tree.figure.ground, world)
     centres = dict.fromkeys(tree.figure.ground, np.zeros(3))
@@ -183,12 +185,6 @@ def build_skeleton(motion: FigureMotion) -> Skeleton:
         turns = back @ frames[tip][:, :3, :3]
         bones.append(Bone(joint.name, tip, base, depth, centre, offset, turns, seen - offset))
     return Skeleton(tuple(bones), rest, tuple(joint.name for joint in tree.closures))
-
-
-def _rest_poses(figure: Figure) -> Mapping[str, Array]:
-    """Poses of the segments when all displacements of the figure, as it is held, are zero."""
-    zero = {name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()}
-    return forward_kinematics(build_tree(figure), zero).poses
 
 
 def _depth_first(

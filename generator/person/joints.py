@@ -161,11 +161,18 @@ def person_figure(body: Body) -> Figure:
     joints = [_joint(_ROOT_JOINT, "", body)]
     for joint in PERSON_JOINTS:
         joints += [_joint(joint, side, body) for side in (SIDES if joint.has_sides else ("",))]
+    base = Site("base", Location.at(0.0, -body.hip_height, 0.0))
+    sites = by_name(Site("distal", Location((_UPRIGHT,))), base)
+    ground = Segment(GROUND_SEGMENT, mass=-1e-3, sites=sites)
     return Figure(
-        segments=by_name(*segments, _ground_segment(body)),
+        segments=by_name(*segments, ground),
         joints=by_name(*joints),
         root=SiteRef(GROUND_SEGMENT, "base"),
-        attributes=by_name(*_attributes(body)),
+        attributes=by_name(
+            Identity(body.measures.sex, body.measures.stature).attribute,
+            Attribute("clothing", {"rgb": (0.25, 0.35, 0.55)}),
+            Attribute("skin", {"rgb": (0.87, 0.68, 0.55)}),
+        ),
     )
 
 
@@ -210,20 +217,6 @@ def _limit_rule(end: RangeEnd, sex: Sex) -> str:
     if sex is Sex.FEMALE and end.source not in PUBLICATIONS_OF_WOMEN:
         rule += "; not measured in women, who move more in nearly every joint"
     return rule
-
-
-def _attributes(body: Body) -> tuple[Attribute, ...]:
-    return (
-        Identity(body.measures.sex, body.measures.stature).attribute,
-        Attribute("clothing", {"rgb": (0.25, 0.35, 0.55)}),
-        Attribute("skin", {"rgb": (0.87, 0.68, 0.55)}),
-    )
-
-
-def _ground_segment(body: Body) -> Segment:
-    base = Location.at(0.0, -body.hip_height, 0.0)
-    sites = by_name(Site("distal", Location((_UPRIGHT,))), Site("base", base))
-    return Segment(GROUND_SEGMENT, mass=-1e-3, sites=sites)
 
 
 def _trunk_segment(body: Body, part: BodySegment) -> Segment:

@@ -200,17 +200,16 @@ def _parse_sample(row: Mapping[str, Any]) -> SurveySample:
 
 
 def _parse_dimension(row: Mapping[str, Any]) -> SurveyDimension:
-    fits = {sex: _parse_fit(row[sex]) for sex in Sex}
+    fits = {
+        sex: DimensionFit(
+            mean=_MM * row[sex]["mean_mm"],
+            deviation=_MM * row[sex]["deviation_mm"],
+            constant=_MM * row[sex]["constant_mm"],
+            per_stature=row[sex]["per_stature"],
+            per_mass=_MM * row[sex]["per_mass_mm_kg"],
+            standard_error=_MM * row[sex]["error_mm"],
+        )
+        for sex in Sex
+    }
     scaling, level = Scaling(row["kind"]), row.get("level", "")
     return SurveyDimension(row["name"], row["meaning"], scaling, level, fits)
-
-
-def _parse_fit(row: Mapping[str, float]) -> DimensionFit:
-    return DimensionFit(
-        mean=_MM * row["mean_mm"],
-        deviation=_MM * row["deviation_mm"],
-        constant=_MM * row["constant_mm"],
-        per_stature=row["per_stature"],
-        per_mass=_MM * row["per_mass_mm_kg"],
-        standard_error=_MM * row["error_mm"],
-    )

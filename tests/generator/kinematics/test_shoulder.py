@@ -299,29 +299,21 @@ def test_between_the_planes_the_thesis_weighs_by_the_cosine():
     assert oblique == pytest.approx((side + ahead) / 2.0)
 
 
-def test_the_lines_give_way_where_the_thesis_says():
-    assert np.degrees(OTANI.breakpoints) == pytest.approx([130.0, 131.4])
-    assert DE_GROOT_BRAND.breakpoints == ()
-
-
 @pytest.mark.parametrize("name", sorted(RHYTHMS))
-def test_a_raised_arm_raises_the_clavicle(name):
-    elevation = np.radians(np.arange(0.0, 131.0))
+def test_the_clavicle_moves_up_and_forwards_with_the_arm(name):
+    elevation, forward = np.radians(np.arange(0.0, 131.0)), np.radians(np.arange(0.0, 121.0))
     for plane in (0.0, np.pi / 2):
         up, _ = RHYTHMS[name].clavicle(elevation, np.full_like(elevation, plane))
         assert np.all(np.diff(up) > 0.0)
-
-
-@pytest.mark.parametrize("name", sorted(RHYTHMS))
-def test_an_arm_brought_forwards_brings_the_clavicle_forwards(name):
-    plane = np.radians(np.arange(0.0, 121.0))
-    _, forwards = RHYTHMS[name].clavicle(np.full_like(plane, np.pi / 2), plane)
+    _, forwards = RHYTHMS[name].clavicle(np.full_like(forward, np.pi / 2), forward)
     assert np.all(np.diff(forwards) > 0.0)
 
 
-def test_each_rhythm_says_where_it_is_from():
+def test_each_rhythm_says_where_it_is_from_and_where_its_lines_give_way():
     assert "Otani" in str(OTANI.references[0])
     assert "de Groot" in str(DE_GROOT_BRAND.references[0])
+    assert np.degrees(OTANI.breakpoints) == pytest.approx([130.0, 131.4])
+    assert DE_GROOT_BRAND.breakpoints == ()
 
 
 def near(latitude, longitude, rhythm=OTANI):
@@ -337,10 +329,6 @@ def test_the_seam_behind_the_back():
     assert distance == pytest.approx(np.sin(np.radians(40.0)), rel=1e-3)
     (seam,) = jumps_near(np.radians(40.0), np.radians(224.0), OTANI)
     assert seam.place == "longitude 225 deg, the seam behind the back"
-
-
-def test_below_the_level_there_is_no_seam():
-    assert near(100.0, 225.0) == []
 
 
 def test_where_the_longitude_starts_again():
@@ -376,9 +364,8 @@ def test_the_nearest_comes_first():
     assert distances == sorted(distances)
 
 
-def test_a_common_posture_is_near_none():
-    assert near(80.0, 40.0) == []
-    assert near(80.0, 40.0, DE_GROOT_BRAND) == []
+def test_a_common_posture_is_near_none_and_below_the_level_there_is_no_seam():
+    assert near(80.0, 40.0) == near(80.0, 40.0, DE_GROOT_BRAND) == near(100.0, 225.0) == []
 
 
 @settings(max_examples=60)

@@ -181,13 +181,14 @@ def test_many_points_and_large_numbers():
     assert stability([0.0, 0.0, 0.0], ring).margin == pytest.approx(1e6, rel=1e-7)
 
 
-def test_a_ground_without_a_normal_is_refused():
-    with pytest.raises(ValueError, match="no direction"):
-        stability([0.0, 0.0, 0.0], SQUARE, (0.0, 0.0, 0.0))
-
-
-def test_numbers_that_are_not_finite_are_refused():
-    with pytest.raises(ValueError, match="finite"):
-        stability([0.0, np.nan, 0.0], SQUARE)
-    with pytest.raises(ValueError, match="finite"):
-        stability([0.0, 0.0, 0.0], SQUARE + np.inf)
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (([0.0, 0.0, 0.0], SQUARE, (0.0, 0.0, 0.0)), "no direction"),
+        (([0.0, np.nan, 0.0], SQUARE), "finite"),
+        (([0.0, 0.0, 0.0], SQUARE + np.inf), "finite"),
+    ],
+)
+def test_a_ground_without_a_normal_and_infinite_numbers_are_refused(arguments, said):
+    with pytest.raises(ValueError, match=said):
+        stability(*arguments)

@@ -47,12 +47,8 @@ ZATSIORSKY = {
 
 def list_faults(table: SegmentTable) -> list[str]:
     """List the numbers of a table that contradict others."""
-    return [
-        *_list_mass_faults(table),
-        *_list_end_point_faults(table),
-        *_list_trunk_faults(table),
-        *_list_radius_faults(table),
-    ]
+    kinds = (_list_mass_faults, _list_end_point_faults, _list_trunk_faults, _list_radius_faults)
+    return [fault for kind in kinds for fault in kind(table)]
 
 
 def _list_mass_faults(table: SegmentTable) -> Iterator[str]:

@@ -341,20 +341,6 @@ def test_first_frames_have_the_steps_until_the_last_of_them(start: float, count:
     assert trace(5, 9).first_frames(2, 0.1).sensitivity is None
 
 
-def test_a_trace_extended_from_a_longer_one() -> None:
-    short, long = trace(2, 3), trace(4, 7)
-    both = short.extend_from(long)
-    assert both.step_times == pytest.approx(long.step_times)
-    assert np.array_equal(both.losses[:2], short.losses)
-    assert np.array_equal(both.losses[2:], long.losses[2:])
-    assert np.array_equal(both.impulses, np.concatenate([short.impulses, long.impulses[2:]]))
-    assert np.array_equal(both.centres[:3], short.centres)
-    assert np.array_equal(both.centres[3:], long.centres[3:])
-    assert np.array_equal(both.accelerations[3:], long.accelerations[3:])
-    assert np.array_equal(both.steps.depths[:3], short.steps.depths)
-    assert np.array_equal(both.steps.depths[3:], long.steps.depths[3:])
-
-
 def test_owners_of_the_spheres() -> None:
     sphere = ContactSphere((0.0, 0.0, 0.0), RADIUS)
     contacts = ContactModel(FLOOR, {"a": (sphere,) * 2, "b": (sphere,), "c": (sphere,) * 3})
