@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Concatenate, Generic, ParamSpec, TypeVar
 
 import figures
-from generator.diagnostics import Diagnostic, Diagnostics, Parsed, Source, error, spelling_hint
+from generator.diagnostics import Diagnostics, Parsed, Source, error, spelling_hint
 from generator.text_io import is_file, make_source, parse_file, parse_source, path_exists
 
 T = TypeVar("T")
@@ -54,7 +54,9 @@ class FileKind(Generic[T, P]):
         """Parse a file, or a shipped one by its name; bad input becomes diagnostics."""
         name, path = str(path_or_name), self.find(path_or_name)
         if self.is_shipped and not path_exists(path):
-            return Parsed(None, (self._missing(name),))
+            hint = spelling_hint(name.removesuffix(self.suffix), self.shipped())
+            sentence = f"there is no file `{name}` and no shipped {self.noun} of that name"
+            return Parsed(None, (error(sentence, hint=hint),))
         return parse_file(path, self._parser_with(*args, **kwargs), name)
 
     def parse_text(self, text: str, *args: P.args, **kwargs: P.kwargs) -> Parsed[T]:
@@ -69,9 +71,3 @@ class FileKind(Generic[T, P]):
         self, *args: P.args, **kwargs: P.kwargs
     ) -> Callable[[Source, Diagnostics], T | None]:
         return lambda source, diagnostics: self.parser(source, diagnostics, *args, **kwargs)
-
-    def _missing(self, name: str) -> Diagnostic:
-        hint = spelling_hint(name.removesuffix(self.suffix), self.shipped())
-        return error(
-            f"there is no file `{name}` and no shipped {self.noun} of that name", hint=hint
-        )
