@@ -7,22 +7,18 @@ their own kinds. The unit of a number is part of its key.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, assert_never, cast
+from typing import Any, TypeVar, assert_never, cast
 
-from generator.diagnostics import (
-    Diagnostics,
-    ModelError,
-    Source,
-    select_errors,
-)
+from generator.diagnostics import Diagnostics, ModelError, Source, select_errors
 from generator.file_kind import FileKind
 from generator.run_options import LIVE_ROWS, MAX_LIVE_SIZE
 from generator.toml_file.reader import TableReader, parse_document
-from generator.toml_file.rows import Block, Integer, TableRows, Text, Vector3, require_keys
+from generator.toml_file.rows import Block, Integer, Row, TableRows, Text, Vector3, require_keys
 from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.toml_file.writer import numbers_to_toml, quote_toml
 from springs import Joining
 
+T = TypeVar("T")
 Vector = tuple[float, float, float]
 
 DEFAULT_FRAME = 1.0 / 60.0
@@ -228,9 +224,17 @@ def _change_tables(top: TableReader) -> list[TableReader]:
     ]
 
 
-def _parse_gravity(table: TableReader) -> SetGravity | None:
-    gravity = _GRAVITY.read(table)
-    return None if gravity is None else SetGravity(gravity)
+_Parser = Callable[[TableReader], LiveChange | None]
+
+
+def _one_value(row: Row[T], change: Callable[[T], LiveChange]) -> _Parser:
+    """Return the parser of a change that has one value."""
+
+    def parse(table: TableReader) -> LiveChange | None:
+        value = row.read(table)
+        return None if value is None else change(value)
+
+    return parse
 
 
 def _parse_scales(table: TableReader) -> SetScales | None:
@@ -249,11 +253,6 @@ def _parse_floor(table: TableReader) -> SetFloor | None:
     return None if height is None else SetFloor(height)
 
 
-def _parse_root(table: TableReader) -> SetRoot | None:
-    is_free = _ROOT.read(table)
-    return None if is_free is None else SetRoot(is_free)
-
-
 def _parse_force(table: TableReader) -> SetForce | None:
     require_keys(table, {_SEGMENT.key: _SEGMENT.example}, _CHANGE, _CHANGE_KEYS)
     segment, force = _SEGMENT.read(table), _FORCE.read(table)
@@ -263,11 +262,6 @@ def _parse_force(table: TableReader) -> SetForce | None:
     )  # fmt: skip
 
 
-def _parse_springs(table: TableReader) -> SetSprings | None:
-    text = _SPRINGS_TEXT.read(table)
-    return None if text is None else SetSprings(text)
-
-
 def _parse_stop(table: TableReader) -> StopMotion | None:
     if table.content["stop"] is True:
         return StopMotion()
@@ -275,42 +269,34 @@ def _parse_stop(table: TableReader) -> StopMotion | None:
     return None
 
 
-@dataclass(frozen=True)
-class _ChangeForm:
-    """Reader of a kind of change, and the keys that may stand beside the key that makes it."""
-
-    parse: Callable[[TableReader], LiveChange | None]
-    others: tuple[str, ...] = ()
-
-
-_CHANGE_FORMS: Mapping[str, _ChangeForm] = {
-    "gravity_m_s2": _ChangeForm(_parse_gravity),
-    "scales": _ChangeForm(_parse_scales),
-    "floor_height_m": _ChangeForm(_parse_floor),
-    "root": _ChangeForm(_parse_root),
-    "force_N": _ChangeForm(_parse_force, ("segment", "point_m")),
-    "springs": _ChangeForm(_parse_springs),
-    "stop": _ChangeForm(_parse_stop),
+_CHANGE_PARSERS: Mapping[str, _Parser] = {
+    "gravity_m_s2": _one_value(_GRAVITY, SetGravity),
+    "scales": _parse_scales,
+    "floor_height_m": _parse_floor,
+    "root": _one_value(_ROOT, SetRoot),
+    "force_N": _parse_force,
+    "springs": _one_value(_SPRINGS_TEXT, SetSprings),
+    "stop": _parse_stop,
 }
-_CHANGE_KEYS = (_FRAME.key, _SEGMENT.key, _POINT.key, *_CHANGE_FORMS)
+_CHANGE_KEYS = (_FRAME.key, _SEGMENT.key, _POINT.key, *_CHANGE_PARSERS)
 
 
 def _parse_change(table: TableReader) -> LoggedChange | None:
     """One `[[change]]`; None, with an error noted, if it is wrong."""
     require_keys(table, {_FRAME.key: _FRAME.example}, _CHANGE, _CHANGE_KEYS)
     frame = _FRAME.read(table)
-    present = [key for key in _CHANGE_FORMS if key in table.content]
-    form = _CHANGE_FORMS[present[0]] if present else None
+    kind = next((key for key in _CHANGE_PARSERS if key in table.content), None)
     table.reject_unknown_keys(_CHANGE_KEYS, _CHANGE)
-    if form is None:
-        hint = f"one of: {', '.join(_CHANGE_FORMS)}"
+    if kind is None:
+        hint = f"one of: {', '.join(_CHANGE_PARSERS)}"
         table.diagnostics.error("this change changes nothing", table.header_span, hint)
         return None
+    others = (_SEGMENT.key, _POINT.key) if kind == _FORCE.key else ()
     for key in table.content:
-        if key in _CHANGE_KEYS and key not in ("frame", present[0], *form.others):
-            message = f"`{key}` does not belong to a change of `{present[0]}`"
+        if key in _CHANGE_KEYS and key not in (_FRAME.key, kind, *others):
+            message = f"`{key}` does not belong to a change of `{kind}`"
             table.error(key, message, f"write another `[[{_CHANGE}]]`")
-    change = form.parse(table)
+    change = _CHANGE_PARSERS[kind](table)
     return None if frame is None or change is None else LoggedChange(frame, change)
 
 

@@ -18,14 +18,14 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import lru_cache
-from importlib import import_module
 from importlib.metadata import version
+from importlib.util import find_spec
 from ipaddress import ip_address
 from pickle import dumps, loads
 from platform import node
 from queue import Empty, SimpleQueue
 from threading import Lock
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import Any, cast
 
 from generator.child_processes import blocked_interrupt, cores
 from generator.diagnostics import MoverError, NotInstalledError, UsageError, shorten
@@ -39,9 +39,6 @@ from generator.study.worker_pool import (
     died_run,
     perform_task,
 )
-
-_P = ParamSpec("_P")
-_T = TypeVar("_T")
 
 LOCAL = "local"
 """Address of a cluster that is started on this machine for one study."""
@@ -62,19 +59,8 @@ _RESTART_LIMIT = 180.0
 _RUNS_PER_WORKER = 4
 """Number of runs that a worker has at a time, so that it need not wait for the next."""
 
-_LIMIT_INTERVAL = 1.0
-"""Time after which the number of runs under way is determined again [s]."""
-
 _LONGEST_WAIT = 0.1
 """Longest time of waiting for a result [s]: Windows handles Ctrl-C only in between."""
-
-_DISTRIBUTIONS = ("exudyn-mover", "exudyn", "numba", "numpy", "scipy")
-"""Distributions that determine the numbers of a run."""
-
-_QUIET_PROCESS = (
-    "import os, generator.child_processes as processes\nprocesses.redirect_output(os.devnull)\n"
-)
-"""Module that a worker on this machine loads first: none of its output is for the user."""
 
 _ONE_RUN = Lock()
 """Held by the run of this process, which makes one at a time, also with several threads."""
@@ -117,15 +103,14 @@ def run_on_executor(
         ended: SimpleQueue[Future[FinishedRun]] = SimpleQueue()
 
         def submit(task: Task) -> None:
-            future = executor.submit(_perform, job, task)
-            running[future] = task
+            running[future := executor.submit(_perform, job, task)] = task
             future.add_done_callback(ended.put)
 
         largest, next_count = 0, 0.0
         try:
             while waiting or running or suspects:
                 if time.monotonic() >= next_count:
-                    largest, next_count = limit(), time.monotonic() + _LIMIT_INTERVAL
+                    largest, next_count = limit(), time.monotonic() + 1.0
                 while waiting and len(running) < largest:
                     submit(waiting.popleft())
                 if suspects and not (waiting or running):
@@ -180,10 +165,9 @@ def _perform(job: bytes, task: Task) -> FinishedRun:
 def _read_job(job: bytes) -> tuple[RunFunction, Study]:
     """Return the function and the study of tasks. Raises ClusterError if rows may differ here."""
     run, study, expected = loads(zlib.decompress(job))
-    here = library_versions()
     differences = [
         f"{name} {found} in place of {expected[name]}"
-        for name, found in here.items()
+        for name, found in library_versions().items()
         if found != expected[name]
     ]
     if differences:
@@ -196,7 +180,8 @@ def _read_job(job: bytes) -> tuple[RunFunction, Study]:
 
 def library_versions() -> dict[str, str]:
     """Return the versions of the distributions that determine the numbers of a run."""
-    return {name: version(name) for name in _DISTRIBUTIONS}
+    names = ("exudyn-mover", "exudyn", "numba", "numpy", "scipy")
+    return {name: version(name) for name in names}
 
 
 def check_scheduler(address: str, *, insecure: bool = False) -> str:
@@ -226,16 +211,12 @@ def check_scheduler(address: str, *, insecure: bool = False) -> str:
                 "you trust"
             )
     for module in ("distributed", "cryptography")[: 2 if address == LOCAL else 1]:
-        try:
-            import_module(module)
-        except ModuleNotFoundError as failure:
-            if failure.name not in (module, "dask"):
-                raise
+        if find_spec(module) is None:
             library = module.replace("distributed", "dask.distributed")
             raise NotInstalledError(
                 f"a cluster needs {library}: in the project's folder, "
                 '`pip install -e ".[cluster]"`'
-            ) from None
+            )
     return address
 
 
@@ -251,9 +232,9 @@ def run_on_cluster(
     """Return an engine as `run_on_executor` does, for the workers of a scheduler of Dask.
 
     Args:
-        address: Address of the scheduler, or "local" for a cluster on this machine.
+        address: Address as of `check_scheduler`, which `insecure` belongs to.
         jobs: number of processes of a cluster on this machine.
-        insecure: accept a plain connection to another machine.
+        insecure: acceptance of a plain connection to another machine.
         run: function that carries out a run [default: `run_case`].
 
     Raises:
@@ -308,9 +289,9 @@ class _Executor(Executor):
     def __init__(self, client: Any) -> None:
         self._client = client
 
-    def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         started = self._client.submit(fn, *args, pure=False, **kwargs)
-        ended: Future[_T] = Future()
+        ended: Future[Any] = Future()
         ended.set_running_or_notify_cancel()  # the tasks end with the client
 
         async def follow() -> None:
@@ -335,7 +316,7 @@ def _connection(address: str) -> Generator[Any]:
     async def shake_hands() -> None:  # Dask's client waits without end for another server
         async with asyncio.timeout(_CONNECT_LIMIT):
             options = security.get_connection_args("client")
-            await (await cast(Any, core).connect(address, _CONNECT_LIMIT, **options)).close()
+            await (await cast(Any, core).connect(address, **options)).close()
 
     try:
         with ThreadPoolExecutor(1) as thread:  # in a notebook, this one runs an event loop already
@@ -386,7 +367,7 @@ def _local_cluster(jobs: int) -> Generator[Any]:
             security=security,
             silence_logs=logging.CRITICAL,
             scheduler_kwargs={"allowed_failures": 0, "dashboard": False},
-            preload=[_QUIET_PROCESS],
+            preload=["import os, generator.child_processes as p\np.redirect_output(os.devnull)\n"],
         )
         client: Any = Client(cluster, security=security, set_as_default=False)
     try:
@@ -405,16 +386,12 @@ def _local_cluster(jobs: int) -> Generator[Any]:
 def _quiet_logs() -> Generator[None]:
     """Silence Dask, which reports lost workers and ended connections on many lines."""
     names = [*logging.root.manager.loggerDict]
-    loggers = [
-        logger
-        for name in names
-        if name.split(".")[0] in ("asyncio", "distributed", "tornado")
-        and not (logger := logging.getLogger(name)).disabled
-    ]
-    for logger in loggers:
-        logger.disabled = True
+    noisy = [name for name in names if name.split(".")[0] in ("asyncio", "distributed", "tornado")]
+    before = {logger: logger.disabled for logger in map(logging.getLogger, noisy)}
     try:
+        for logger in before:
+            logger.disabled = True
         yield
     finally:
-        for logger in loggers:
-            logger.disabled = False
+        for logger, disabled in before.items():
+            logger.disabled = disabled

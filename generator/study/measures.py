@@ -63,20 +63,12 @@ class MeasureFault:
     hint: str
 
 
-def motion_columns(figure: Figure, plan: Plan) -> tuple[str, ...]:
-    """Return the titles of the columns that measures of a run may have, without simulating.
-
-    Raises MoverError for a run that cannot start.
-    """
-    return tuple(_columns_of_start(figure, plan))
-
-
 def check_measures(study: Study) -> Iterator[MeasureFault]:
     """Yield the faults of the measures of a study.
 
     Raises MoverError for a figure and a plan that cannot start.
     """
-    columns = _columns_of_start(study.model.figure, study.plan)
+    columns = motion_columns(study.model.figure, study.plan)
     for measure in study.measures.values():
         column = columns.get(measure.column)
         if column is None:
@@ -106,8 +98,11 @@ def parts_of_measures(figure: Figure, measures: Iterable[Measure]) -> frozenset[
     return frozenset(column.part for column in wanted if column.part is not None)
 
 
-def _columns_of_start(figure: Figure, plan: Plan) -> dict[str, Column]:
-    """Return the columns of a run by title, from its start."""
+def motion_columns(figure: Figure, plan: Plan) -> dict[str, Column]:
+    """Return the columns that measures of a run may have by title, without simulating.
+
+    Raises MoverError for a run that cannot start.
+    """
     from generator.simulation.exudyn_model.model import initial_state  # imports Exudyn
 
     start = initial_state(figure, plan)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from math import isfinite, nan
 
 from generator.contact.scene import Scene
@@ -244,14 +245,15 @@ def _scaled_laws(law: Elastic, elastic: float, friction: float) -> tuple[Elastic
         return (_transform(law, elastic, 0.0),)
     up, down = law.increasing, law.decreasing
     rest = 0.5 * (elastic - friction)
-    curves = replace(
-        law, increasing=_transform(up, friction, 0.0), decreasing=_transform(down, friction, 0.0)
-    )
+    curves = _transform(law, friction, 0.0)
     return curves, _transform(up, rest, 0.0), _transform(down, rest, 0.0)
 
 
-def _transform(law: Elastic, scale: float, offset: float) -> Transformed:
-    """Return a law scaled and shifted, as one transformation."""
+def _transform(law: Elastic, scale: float, offset: float) -> Elastic:
+    """Return a law scaled and shifted, each of its curves as one transformation."""
+    if isinstance(law, Hysteresis):
+        up, down = (_transform(one, scale, offset) for one in (law.increasing, law.decreasing))
+        return replace(law, increasing=up, decreasing=down)
     if isinstance(law, Transformed):
         return Transformed(law.law, scale * law.scale, law.offset + offset, scale * law.constant)
     return Transformed(law, scale, offset)
@@ -261,33 +263,18 @@ def _shift_springs(case: Case, path: ParameterPath, offset: float) -> Case:
     """Return the case with curves shifted towards larger angles [rad or m]."""
     for target in path.targets:
         if _spring_at(case, target) is not None:
-            case = _change_axis(case, target, _shift(target, offset))
-        assert target.direction is not None
+            case = _change_axis(case, target, partial(_shift_spring, target, offset))
         coupled = tuple(_shift_coupled(spring, target, offset) for spring in case.springs.coupled)
         case = case.with_springs(replace(case.springs, coupled=coupled))
     return case
 
 
-def _shift(target: Target, offset: float) -> Callable[[AxisSpring], AxisSpring]:
-    """Return the shift of a spring about the axis of a target."""
-
-    def change(spring: AxisSpring) -> AxisSpring:
-        assert target.direction is not None
-        by = target.sign * parallel_sign(spring.direction, target.direction) * offset
-        laws = (law if isinstance(law, Stop) else _shifted_law(law, by) for law in spring.elastic)
-        return replace(spring, elastic=tuple(laws))
-
-    return change
-
-
-def _shifted_law(law: Elastic, offset: float) -> Elastic:
-    if not isinstance(law, Hysteresis):
-        return _transform(law, 1.0, offset)
-    return replace(
-        law,
-        increasing=_transform(law.increasing, 1.0, offset),
-        decreasing=_transform(law.decreasing, 1.0, offset),
-    )
+def _shift_spring(target: Target, offset: float, spring: AxisSpring) -> AxisSpring:
+    """Return a spring about the axis of a target with shifted curves; stops stay."""
+    assert target.direction is not None
+    by = target.sign * parallel_sign(spring.direction, target.direction) * offset
+    laws = (law if isinstance(law, Stop) else _transform(law, 1.0, by) for law in spring.elastic)
+    return replace(spring, elastic=tuple(laws))
 
 
 def _shift_coupled(spring: CoupledSpring, target: Target, offset: float) -> CoupledSpring:

@@ -39,6 +39,9 @@ def check_table_path(path: Path) -> None:
 def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunResult]) -> None:
     """Write the table of runs, whole or not at all, a part after the other.
 
+    Its columns are `run`, parameters, measures, `outcome` and `message`. Numbers are exact; a
+    measure that a run does not have is blank.
+
     Args:
         path: path of the .csv or .parquet file.
         study: that the runs belong to.
@@ -52,23 +55,12 @@ def write_run_table(path: Path, study: Study, points: Array, rows: Sequence[RunR
         if path.suffix.lower() == ".parquet":
             _write_parquet(stream, study, points, rows)
             return
-        stream.writelines(line.encode() for line in _table_lines(study, points, rows))
-
-
-def format_run_table(study: Study, points: Array, rows: Sequence[RunResult]) -> str:
-    """Text of the table: `run`, parameters, measures, `outcome`, `message`.
-
-    Numbers are written exactly; a measure that a run does not have is blank.
-    """
-    return "".join(_table_lines(study, points, rows))
-
-
-def _table_lines(study: Study, points: Array, rows: Sequence[RunResult]) -> Iterator[str]:
-    lines = (
-        [repr(float(cell)) if isinstance(cell, float) else cell for cell in line]
-        for line in _table_rows(study, points, rows)
-    )
-    return csv_lines(chain([table_titles(study)], lines))
+        lines = (
+            [repr(float(cell)) if isinstance(cell, float) else cell for cell in line]
+            for line in _table_rows(study, points, rows)
+        )
+        text = csv_lines(chain([table_titles(study)], lines))
+        stream.writelines(line.encode() for line in text)
 
 
 def table_titles(study: Study) -> list[str]:

@@ -3,7 +3,6 @@
 Exudyn's sensors are C++ and cost almost nothing.
 """
 
-from functools import reduce
 from typing import assert_never
 
 import numpy as np
@@ -150,7 +149,7 @@ class SensorLog:
         if self._model.contacts is None:
             return None
         steps = self._contact_steps
-        states = reduce(ContactStates.extend, [states for _, states, *_ in steps])
+        states = ContactStates.join([states for _, states, *_ in steps])
         return ContactTrace(
             work[:, 3:5],
             work[:, 5:].reshape(len(work), -1, 3),
