@@ -6,7 +6,8 @@ Run by hand in the project's folder:
     python tests/flip.py mirror cm   # those whose description contains one of the words
 
 Each flip replaces a text that occurs once in a room of the packages, in a temporary copy, and runs
-the tests that should notice. A flip that survives, or whose text is not found, makes the exit code 1.
+the tests that should notice, the slow ones last. The first test that fails is printed; a flip that
+survives, a text that is not found and a pattern that no file of tests matches make the exit code 1.
 """
 
 import os
@@ -48,6 +49,7 @@ MOTIONS = "generator/motion_files properties/test_round_trips.py"
 MODELS = "generator/model_files"
 MODEL_TESTS = "generator/model_files properties/test_round_trips.py"
 SIMULATION = "generator/simulation"
+EXUDYN_MODEL = "generator/simulation/exudyn_model"
 COMPILED = "generator/simulation/compiled"
 COMPILED_TESTS = COMPILED + "/test_{}.py"
 STUDY = "generator/study"
@@ -64,14 +66,12 @@ FLIPS = (
          "return ops.where(a > low, below", LAWS.format("cubic")),
     Flip("mirror image of a cubic", "springs", "Cubic((-c0, c1, -c2, c3)", "Cubic((c0, c1, c2, c3)",
          LAWS.format("cubic")),
-    Flip("energy of a cubic", "springs", "return -self.sense * antiderivative",
-         "return self.sense * antiderivative", LAWS.format("cubic")),
+    Flip("energy of a cubic", "springs", "return -antiderivative(", "return antiderivative(", LAWS.format("cubic")),
     Flip("sign of viscous damping", "springs", "-self.viscous * rate", "self.viscous * rate",
          "springs/test_damping.py springs"),
     Flip("sign of Coulomb friction", "springs", "torque - self.coulomb * ops.tanh",
          "torque + self.coulomb * ops.tanh", "springs/test_damping.py springs"),
-    Flip("sign of the lower stop", "springs", "torque + self._restoring_torque(self.lower",
-         "torque - self._restoring_torque(self.lower", LAWS.format("stop")),
+    Flip("sign of the lower stop", "springs", "return below - above", "return -below - above", LAWS.format("stop")),
     Flip("onset of a stop in degrees", "springs", "DEFAULT_STOP_ONSET = radians(1.0)",
          "DEFAULT_STOP_ONSET = 1.0", "springs/test_stop.py springs generator/springs_file"),
     Flip("energy of an exponential", "springs", "-t.amplitude / t.rate", "t.amplitude / t.rate",
@@ -109,8 +109,8 @@ FLIPS = (
     Flip("sense of a rotation in the mirror", KINEMATICS, "concatenate([-_MIRROR_SIGNS, _MIRROR_SIGNS])",
          "concatenate([_MIRROR_SIGNS, _MIRROR_SIGNS])",
          KINEMATICS + "/test_links_mirror.py " + KINEMATICS),
-    Flip("side of the tree that moves", KINEMATICS, "(1.0 if branch.parent_is_inboard else -1.0)",
-         "(-1.0 if branch.parent_is_inboard else 1.0)", KINEMATICS + "/test_tree*.py " + KINEMATICS),
+    Flip("side of the tree that moves", KINEMATICS, "sense = 1.0 if branch.parent_is_inboard else -1.0",
+         "sense = -1.0 if branch.parent_is_inboard else 1.0", KINEMATICS + "/test_tree*.py " + KINEMATICS),
     Flip("weights of the centre of mass", KINEMATICS, "return self.masses / self.total",
          "return 0.0 * self.masses + 1.0 / len(self.masses)", KINEMATICS + "/test_centre_of_mass.py"),
     Flip("sign of the stability margin", KINEMATICS, "Balance.INSIDE if margin > 0.0",
@@ -136,8 +136,8 @@ FLIPS = (
     Flip("order of rotations in .bvh files", "generator/motion_files", "near[::-1]", "near", MOTIONS),
     Flip("length unit of .bvh files", "generator/motion_files", "CENTIMETRES_PER_METRE = 100.0",
          "CENTIMETRES_PER_METRE = 1000.0", MOTIONS),
-    Flip("metres in .glb files", "generator/motion_files", "moved = bone.offset + bone.translations",
-         "moved = 100.0 * (bone.offset + bone.translations)", MOTIONS),
+    Flip("metres in .glb files", "generator/motion_files", "places = (bone.offset + shifts)",
+         "places = 100.0 * (bone.offset + shifts)", MOTIONS),
     Flip("order of a quaternion in .glb files", "generator/motion_files",
          "Rotation.from_matrix(matrices).as_quat()",
          "Rotation.from_matrix(matrices).as_quat(scalar_first=True)", MOTIONS),
@@ -145,23 +145,23 @@ FLIPS = (
     Flip("damping of MJCF joints", MODELS,
          'element.set("damping", format_numbers(spring.damping.viscous))',
          'element.set("damping", format_numbers(2.0 * spring.damping.viscous))', MODEL_TESTS),
-    Flip("order of a quaternion in MJCF", MODELS, "w, x, y, z = quaternion", "x, y, z, w = quaternion",
-         MODEL_TESTS),
+    Flip("order of a quaternion in MJCF", "generator/rotations.py", "w, x, y, z = quaternion",
+         "x, y, z, w = quaternion", MODELS + "/mjcf " + MODEL_TESTS),
     Flip("axis of a reversed URDF joint", MODELS, "xyz=format_numbers(sign * unit_vector",
          "xyz=format_numbers(unit_vector", MODEL_TESTS),
-    Flip("degrees of OpenSim's limit forces", MODELS, "lower / _DEGREES_PER_RADIAN - offset",
-         "lower - offset", MODEL_TESTS),
-    Flip("range of OpenSim coordinates", MODELS, "limits = (lower[index], upper[index])",
-         "limits = (upper[index], lower[index])", MODEL_TESTS),
+    Flip("degrees of OpenSim's limit forces", MODELS, "lower / _DEGREES_PER_RADIAN - dof.offset",
+         "lower - dof.offset", MODEL_TESTS),
+    Flip("range of OpenSim coordinates", MODELS, "(min(low, start), max(high, start))",
+         "(max(low, start), min(high, start))", MODEL_TESTS),
     Flip("rows of DYSPAM's springs", MODELS, "{spring.joint} {stiffness} {damping} {rest}",
          "{spring.joint} {damping} {stiffness} {rest}", MODEL_TESTS),
     # Simulation
     Flip("direction of gravity", SIMULATION, "(0.0, -9.81, 0.0)", "(0.0, 9.81, 0.0)",
-         SIMULATION + "/test_plan.py " + SIMULATION + "/test_model.py " + SIMULATION),
+         SIMULATION + "/test_plan.py " + EXUDYN_MODEL),
     Flip("frame of local loads", SIMULATION, "bodyFixed=load.kind.is_local",
-         "bodyFixed=not load.kind.is_local", SIMULATION + "/test_bodies.py " + SIMULATION),
+         "bodyFixed=not load.kind.is_local", EXUDYN_MODEL + "/test_bodies.py " + SIMULATION),
     Flip("initial velocity of a body", SIMULATION, "motion[3:] + np.cross(motion[:3]",
-         "motion[3:] - np.cross(motion[:3]", SIMULATION + "/test_bodies.py " + SIMULATION),
+         "motion[3:] - np.cross(motion[:3]", EXUDYN_MODEL + "/test_bodies.py " + SIMULATION),
     Flip("sign of the potential energy", SIMULATION, "gravity = -np.sum(masses", "gravity = np.sum(masses",
          SIMULATION + "/test_joint_motion*.py physics/test_energy_balance.py physics"),
     Flip("sign of a constraint's reaction", SIMULATION, "force = -(first @ multipliers",
@@ -182,10 +182,10 @@ FLIPS = (
          "balls, step, before, after, k\n", COMPILED_TESTS.format("marching")),
     Flip("error estimate of compiled runs", COMPILED, "errors[: len(known)] = known",
          "errors[: len(known)] = 0.1 * known", COMPILED_TESTS.format("refinement")),
-    Flip("agreement of compiled runs", COMPILED, "agree = errors[-1] <= tolerance",
-         "agree = errors[-1] <= 100.0 * tolerance", COMPILED_TESTS.format("refinement")),
+    Flip("agreement of compiled runs", COMPILED, "bool(errors[-1] <= tolerance)",
+         "bool(errors[-1] <= 100.0 * tolerance)", COMPILED_TESTS.format("refinement")),
     Flip("gravity in accelerations of compiled runs", SIMULATION,
-         "vectors(POINT_ACCELERATION) + gravity", "vectors(POINT_ACCELERATION) - gravity",
+         "accelerations + np.asarray(gravity", "accelerations - np.asarray(gravity",
          SIMULATION + "/test_compiled_run.py"),
     # Commands and claims
     Flip("exit code of a failed run", "generator/cli", "RUN_FAILED = 3", "RUN_FAILED = 4", "generator/cli"),
@@ -210,16 +210,16 @@ FLIPS = (
          'name="", model=model, sensitivity=None, measures={})', STUDY_TESTS.format("content_key")),
     Flip("study: surfaces in the key", STUDY, "_surfaces(model.figure), versions))",
          "versions))", STUDY_TESTS.format("content_key")),
-    Flip("study: runs that a folder has", STUDY, "if index not in results\n", "if index >= 0\n",
+    Flip("study: runs that a folder has", STUDY, "np.flatnonzero(~results.finished), folder",
+         "np.arange(len(points)), folder",
          STUDY_TESTS.format("sweep")),
-    Flip("study: failed runs that are repeated", STUDY, "return not again_failed",
-         "return again_failed", STUDY_TESTS.format("sweep")),
-    Flip("study: torn line of a journal", STUDY, 'data.split(b"\\n")[:-1]', 'data.split(b"\\n")',
+    Flip("study: failed runs that are repeated", STUDY, "if again_failed:", "if not again_failed:", STUDY_TESTS.format("sweep")),
+    Flip("study: torn line of a journal", STUDY, 'if line.endswith(b"\\n"))', 'if line)',
          STUDY_TESTS.format("journal")),
     Flip("study: exact numbers of a table", STUDY, "repr(float(cell))", 'f"{cell:.9g}"',
          STUDY_TESTS.format("run_table")),
-    Flip("study: second start of a run", STUDY, "        if worker.retry is None:\n            self._s",
-         "        if worker.retry is not None:\n            self._s",
+    Flip("study: second start of a run", STUDY, "if worker.retry is None:\n            self._tasks",
+         "if worker.retry is not None:\n            self._tasks",
          STUDY_TESTS.format("worker_pool")),
     Flip("study: column of the radial design", STUDY, "points[:, 2 + k, k] = b[:, k]",
          "points[:, 2 + k, k] = b[:, 0]", STUDY_TESTS.format("designs")),
@@ -246,51 +246,61 @@ def sources(folder: Path, room: str) -> list[Path]:
 
 def place_of(folder: Path, flip: Flip) -> Path | None:
     """The one module in which the text stands, once; None where it does not."""
-    counts = {path: path.read_text(encoding="utf-8").count(flip.old)
-              for path in sources(folder, flip.room)}  # fmt: skip
-    found = [path for path, count in counts.items() if count]
-    return found[0] if len(found) == 1 and counts[found[0]] == 1 else None
+    texts = [(path, path.read_text(encoding="utf-8")) for path in sources(folder, flip.room)]
+    found = [path for path, text in texts for _ in range(text.count(flip.old))]
+    return found[0] if len(found) == 1 else None
 
 
 def stages(folder: Path, flip: Flip) -> list[list[str]]:
-    """The existing tests of a flip, one run for each word of `tests`."""
-    return [
-        paths
-        for pattern in flip.tests.split()
-        if (paths := sorted(map(str, (folder / "tests").glob(pattern))))
-    ]
+    """The tests of a flip, one run for each word of `tests`."""
+    tests = folder / "tests"
+    return [sorted(map(str, tests.glob(pattern))) for pattern in flip.tests.split()]
 
 
-def tests_fail(folder: Path, paths: list[str]) -> bool:
-    """Run tests until the first failure, also one of collection."""
-    options = ["-q", "-x", "-m", "not slow and not verify"]
+def stale(folder: Path, flip: Flip) -> list[str]:
+    """What a row names that is no longer there: a text of the packages, files of tests."""
+    missing = [] if place_of(folder, flip) else [f"not once in {flip.room}: {flip.old!r}"]
+    patterns = zip(flip.tests.split(), stages(folder, flip), strict=True)
+    return missing + [f"no file: tests/{pattern}" for pattern, paths in patterns if not paths]
+
+
+def failing_test(folder: Path, paths: list[str], marks: str) -> str:
+    """Run tests until the first failure, also one of collection; its name, "" where all pass."""
+    options = ["-q", "-x", "-rfE", "--no-header", "-m", marks]
     options += ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:cov"]
     environment = {**os.environ, "PYTHONPATH": str(folder), "CI": "true", "PYTEST_ADDOPTS": ""}
     command = [sys.executable, "-m", "pytest", *options, *paths]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=False)
-    return done.returncode in (1, 2)
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    if done.returncode not in (1, 2):
+        return ""
+    lines = [line.split() for line in done.stdout.splitlines()]
+    return next((line[1] for line in lines if line[:1] in (["FAILED"], ["ERROR"])), "collection")
 
 
-def verdict(folder: Path, flip: Flip) -> str:
-    """Apply a flip to the copy, run its tests, and restore the copy."""
+def first_notice(folder: Path, flip: Flip) -> str:
+    """Apply a flip to the copy, run its tests, restore the copy; the first test that fails."""
     path = place_of(folder, flip)
-    if path is None:
-        return "TEXT NOT FOUND"
-    runs = stages(folder, flip)
-    if not runs:
-        return "NO TESTS"
+    assert path is not None
     before = path.read_text(encoding="utf-8")
     path.write_text(before.replace(flip.old, flip.new), encoding="utf-8")
     try:
-        return "noticed" if any(tests_fail(folder, paths) for paths in runs) else "SURVIVED"
+        runs = (failing_test(folder, paths, marks)
+                for marks in ("not slow and not verify", "slow and not verify")
+                for paths in stages(folder, flip))  # fmt: skip
+        return next(filter(None, runs), "")
     finally:
         path.write_text(before, encoding="utf-8")
 
 
 def main(words: list[str]) -> int:
     """Print a row for each chosen flip; 1 unless all are noticed."""
+    outdated = [f"{flip.what}: {fault}" for flip in FLIPS for fault in stale(ROOT, flip)]
+    if outdated:
+        sys.exit("\n".join(outdated))
     chosen = [flip for flip in FLIPS if not words or any(word in flip.what for word in words)]
-    verdicts: list[str] = []
+    noticed = 0
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         ignored = shutil.ignore_patterns("__pycache__", ".hypothesis")
@@ -299,17 +309,16 @@ def main(words: list[str]) -> int:
         for name in COPIED_FILES:
             shutil.copy(ROOT / name, folder / name)
         everything = {path for flip in chosen for paths in stages(folder, flip) for path in paths}
-        if tests_fail(folder, ["--collect-only", *sorted(everything)]):
+        if failing_test(folder, ["--collect-only", *sorted(everything)], ""):
             sys.exit("the tests cannot be collected")
         for flip in chosen:
             began = time.monotonic()
-            verdicts.append(verdict(folder, flip))
-            print(
-                f"{flip.what:<42} {verdicts[-1]:<14} {time.monotonic() - began:4.0f} s", flush=True
-            )
-    noticed = verdicts.count("noticed")
-    print(f"{noticed} of {len(verdicts)} flips noticed")
-    return 0 if noticed == len(verdicts) else 1
+            test = first_notice(folder, flip)
+            noticed += bool(test)
+            took = time.monotonic() - began
+            print(f"{flip.what:<42} {took:4.0f} s  {test or 'SURVIVED'}", flush=True)
+    print(f"{noticed} of {len(chosen)} flips noticed")
+    return 0 if noticed == len(chosen) else 1
 
 
 if __name__ == "__main__":

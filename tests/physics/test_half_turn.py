@@ -1,7 +1,5 @@
 """A joint driven through 180 deg, where its rotation vector flips: an outcome, never a hang."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -28,12 +26,10 @@ def test_a_ball_driven_through_half_a_turn(given, joining, axes) -> None:
         stop=2.0,
         springs=springs,
         velocities={"pin": (speed, 0.1 * speed, 0.0)},
-        wall_limit=20.0,
+        wall_limit=300.0,  # a hang ends as TOO_LONG
         **given,
     )
-    begun = time.monotonic()
     run = simulate(one_body(BALL, (0.1, 0.0, 0.0), link), plan)
-    assert time.monotonic() - begun < 20.0
     assert run.outcome.ending is Ending.TURNED_OVER
     assert run.outcome.joint == "pin"
     assert "pin" in run.outcome.message

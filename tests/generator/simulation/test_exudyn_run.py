@@ -123,9 +123,7 @@ def test_an_interrupt_in_the_second_pass_leaves_a_motion() -> None:
 
 @pytest.mark.parametrize("given", GIVENS)
 def test_the_wall_limit_ends_a_run(given) -> None:
-    begun = time.monotonic()
     run = simulate(row(5), Plan(stop=1000.0, wall_limit=0.3, **given))
-    assert time.monotonic() - begun < 10.0
     assert run.outcome.ending is Ending.TOO_LONG
     assert "wall-time limit" in run.outcome.message
     assert run.times.size > 1
@@ -149,23 +147,20 @@ def test_a_solver_failure_is_an_outcome(given) -> None:
 
 
 def test_the_wall_limit_ends_a_run_of_one_long_frame() -> None:
-    begun = time.monotonic()
     plan = Plan(stop=400.0, frame=400.0, step=1e-3, wall_limit=0.5, springs=NONE)
     run = simulate(row(3), plan)
-    assert time.monotonic() - begun < 5.0
     assert run.outcome.ending is Ending.TOO_LONG
+    assert run.times.tolist() == [0.0]
 
 
 def test_a_joint_driven_against_a_hard_stop_ends_well() -> None:
-    """A stop struck at speed costs steps, not a hang."""
+    """A stop struck at speed costs steps, not a hang, which the limit of time would end."""
     law = AxisSpring(Z, (Stop(-0.2, 0.2),))
     springs = springs_of("pin", law)
-    begun = time.monotonic()
     run = simulate(
         one_body(chain("Rz"), (0.0,)),
-        Plan(stop=0.5, springs=springs, velocities={"pin": (15.0,)}),
+        Plan(stop=0.5, springs=springs, velocities={"pin": (15.0,)}, wall_limit=300.0),
     )
-    assert time.monotonic() - begun < 20.0
     assert run.outcome.succeeded
     assert energy_error(run) < 1e-3 * run.energy["kinetic"][0]
 
@@ -185,7 +180,7 @@ def test_a_pass_begins_at_the_start_itself() -> None:
         Model(figure, SpringSet({"pin": JointSprings("pin", (AxisSpring(X), AxisSpring(Y)))})), plan
     )
     times = np.array([0.0, 0.1])
-    done = integrate(assembly, times, 1e-2, time.monotonic() + 9.0, nobody)
+    done = integrate(assembly, times, 1e-2, time.monotonic() + 60.0, nobody)
     pose = assembly.placement.poses["link"]
     assert np.max(np.abs(done.trace.rotations[0, 0] - pose[:3, :3])) < 1e-15
 
@@ -203,8 +198,6 @@ def test_a_joint_that_turns_over_in_the_first_frame_leaves_that_frame() -> None:
 
 
 def test_a_step_too_short_for_any_clock_ends_by_the_clock() -> None:
-    begun = time.monotonic()
     run = simulate(row(1), Plan(stop=1.0, step=1e-13, wall_limit=0.3, springs=NONE))
-    assert time.monotonic() - begun < 5.0
     assert run.outcome.ending is Ending.TOO_LONG
     assert run.times.tolist() == [0.0]

@@ -1,5 +1,3 @@
-import time
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,6 +6,7 @@ from generator.diagnostics import Diagnostics, Source
 from generator.springs_file.optional import OPTIONAL_FILE, OptionalRecord, write_optional
 from springs.published.tables import publication
 from tests.paths import FIGURES
+from tests.work import counted_calls
 
 FIGURE_4_1 = """\
 1 1
@@ -127,10 +126,9 @@ def test_a_record_beside_a_broken_one_is_read():
     "text",
     ["{" * 10**6, "{ { {\n" * 10**5, "9" * 10**6, "1" + "0" * 10**6 + " 1\n", "\0\n" * 10**5],
 )
-def test_enormous_nonsense_is_refused_quickly(text):
-    start = time.process_time()
-    reading = OPTIONAL_FILE.parse_text(text)
-    assert time.process_time() - start < 2.0
+def test_enormous_nonsense_is_refused_with_little_work(text):
+    reading, calls = counted_calls(lambda: OPTIONAL_FILE.parse_text(text))
+    assert calls < 10_000
     assert reading.value is None
     assert 1 <= len(reading.diagnostics) <= 101
 
