@@ -11,6 +11,7 @@ survives, a text that is not found and a pattern that no file of tests matches m
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -269,14 +270,15 @@ def failing_test(folder: Path, paths: list[str], marks: str) -> str:
     options = ["-q", "-x", "-rfE", "--no-header", "-m", marks]
     options += ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:cov"]
     environment = {**os.environ, "PYTHONPATH": str(folder), "CI": "true", "PYTEST_ADDOPTS": ""}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # else each run compiles all modules again
     command = [sys.executable, "-m", "pytest", *options, *paths]
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     if done.returncode not in (1, 2):
         return ""
-    lines = [line.split() for line in done.stdout.splitlines()]
-    return next((line[1] for line in lines if line[:1] in (["FAILED"], ["ERROR"])), "collection")
+    told = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", done.stdout, re.MULTILINE)
+    return told[1] if told else "collection"
 
 
 def first_notice(folder: Path, flip: Flip) -> str:

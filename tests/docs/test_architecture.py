@@ -13,15 +13,19 @@ ROWS = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", PAGE, re.MULTILINE)
 SCRIPT = runpy.run_path(str(DOCS / "pictures/architecture.py"))
 
 
-def test_the_picture_shows_all_rooms_and_the_arrows_of_the_source():
-    graph = SCRIPT["arrows"]()
+@pytest.fixture(scope="module")
+def graph() -> dict[str, set[str]]:
+    return SCRIPT["arrows"]()
+
+
+def test_the_picture_shows_all_rooms_and_the_arrows_of_the_source(graph):
     assert SCRIPT["drawn_description"]() == SCRIPT["description"](graph)
     rooms = graph.keys() | {target for targets in graph.values() for target in targets}
     assert rooms == SCRIPT["WHAT"].keys() == SCRIPT["COLUMN"].keys()
 
 
-def test_the_boxes_of_the_picture_lie_beside_each_other():
-    graph, column = SCRIPT["arrows"](), SCRIPT["COLUMN"]
+def test_the_boxes_of_the_picture_lie_beside_each_other(graph):
+    column = SCRIPT["COLUMN"]
     rows: dict[int, list[float]] = {}
     for room in graph:
         rows.setdefault(SCRIPT["height"](graph, room), []).append(column[room])

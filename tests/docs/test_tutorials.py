@@ -80,6 +80,7 @@ def test_my_first_figure(reader: Reader) -> None:
     assert made_in_python in reader.answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", ["tutorials/measured-limb"], indirect=True)
 def test_from_measured_moments_to_an_animation(reader: Reader) -> None:
     springs = Path("limb.springs.toml").read_text()
@@ -108,6 +109,7 @@ def test_your_own_exudyn_system(reader: Reader) -> None:
     assert names["left"].bodies != names["right"].bodies
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", ["tutorials/stiff-elbow"], indirect=True)
 def test_why_my_elbow_does_not_bend(reader: Reader) -> None:
     names, (command,) = reader.names, reader.shown
@@ -130,6 +132,7 @@ def test_why_my_elbow_does_not_bend(reader: Reader) -> None:
     assert b"<html" in Path("mended.html").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", ["tutorials/pendulum-test"], indirect=True)
 def test_the_springs_of_a_knee_from_its_swing(reader: Reader) -> None:
     answers = [line.split() for line in "".join(reader.answers).splitlines()]

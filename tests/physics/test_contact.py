@@ -373,6 +373,7 @@ def test_the_momentum_of_two_jointed_bodies() -> None:
     assert energy_error(run) < 1e-8
 
 
+@pytest.mark.slow
 def test_both_integrators_give_the_collapse_of_the_prototype() -> None:
     plan = Plan(
         stop=0.3,
@@ -478,6 +479,7 @@ def test_sliding_along_a_wall_and_a_floor_at_once(friction: float) -> None:
     assert energy_error(run) < 1e-9
 
 
+@pytest.mark.slow
 def test_exudyn_s_integrator_refines_its_steps_until_an_impact_succeeds() -> None:
     """A forearm hits the floor at 0.5 s; its friction needs steps of 0.2 ms."""
     bent = {name: (radians(20.0),) for name in ("left_knee", "right_knee")}

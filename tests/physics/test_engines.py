@@ -85,6 +85,7 @@ def test_the_compiled_run_agrees_with_the_other_engines(name: str) -> None:
     assert energy < 1e-7
 
 
+@pytest.mark.slow
 def test_the_compiled_run_agrees_with_exudyn_s_integrator() -> None:
     joints, centre, energy = apart(ours(), exudyn_s())
     assert joints < 1e-7

@@ -29,7 +29,10 @@ def shuffled(figure, seed):
 
 @pytest.mark.parametrize(
     ("figure", "start"),
-    [(read_figure("prototype"), BENT), (row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {})],
+    [
+        pytest.param(read_figure("prototype"), BENT, marks=pytest.mark.slow),
+        (row(4, (BALL, chain("Ry")), stiff=5.0, damp=0.05), {}),
+    ],
     ids=["prototype", "row"],
 )
 def test_the_order_of_segments_and_joints_does_not_matter(figure, start) -> None:

@@ -69,7 +69,7 @@ def change(momentum: Array) -> float:
     )
 
 
-@pytest.mark.parametrize("step", [2e-3, None])
+@pytest.mark.parametrize("step", [2e-3, pytest.param(None, marks=pytest.mark.slow)])
 def test_linear_momentum_is_kept_to_rounding(step) -> None:
     """In Exudyn every force of a joint acts on two bodies at one place, however coarse the step.
 

@@ -98,6 +98,7 @@ def test_files_and_words(tmp_path: Path):
     ]
 
 
+@pytest.mark.slow
 def test_other_processes_give_the_same_files_and_print_nothing(
     here: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -225,6 +226,7 @@ def test_the_gallery(tmp_path: Path):
     assert "`mover plots --gallery page.md`" in page.replace("\n", " ")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
 def test_ctrl_c_ends_the_processes(tmp_path: Path):
     folder, number = tmp_path / "plates", tmp_path / "number"

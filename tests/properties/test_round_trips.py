@@ -838,5 +838,20 @@ def test_every_format_has_a_row():
 def test_what_is_written_is_read_back(form: Format):
     for content in form.cases():
         form.check(content)
-    if form.contents is not None:
-        settings(max_examples=form.examples)(given(form.contents)(form.check))()
+    if form.contents is not None and form.name not in SLOW:
+        _check_examples(form)
+
+
+SLOW = ("mjcf", "osim", "urdf")
+"""Formats of models whose drawn contents take seconds."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SLOW)
+def test_drawn_models_are_read_back(name: str):
+    _check_examples(next(form for form in MODELS if form.name == name))
+
+
+def _check_examples(form: Format) -> None:
+    assert form.contents is not None
+    settings(max_examples=form.examples)(given(form.contents)(form.check))()

@@ -339,7 +339,9 @@ def test_a_figure_100_m_up_touches_nothing():
     assert row(result.stdout, "touch") == "nothing"
 
 
-@pytest.mark.parametrize("figure", ["fourbar", "clavicles", "pendulum"])
+@pytest.mark.parametrize(
+    "figure", ["fourbar", pytest.param("clavicles", marks=pytest.mark.slow), "pendulum"]
+)
 def test_other_figures_fall_as_well(figure: str):
     result = run("simulate", figure, "--floor", "--stop", 0.06)
     assert "spheres" in row(result.stdout, "contact")
@@ -348,6 +350,7 @@ def test_other_figures_fall_as_well(figure: str):
     assert result.stderr == (f"{said}{capsules}\n" if capsules else "")
 
 
+@pytest.mark.slow
 def test_segments_touch_each_other_on_demand(fall: FloorRun):
     """The run is that of the plan, and the summary does not suggest the option."""
     words = ("prototype", "--floor", "--stop", STOP, "--self-contact")
@@ -509,6 +512,7 @@ def test_a_large_spread_gives_failed_starts_their_sentence():
     assert all("180 deg" in sentence for sentence in data["failures"].values())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
 def test_ctrl_c_during_the_starts_keeps_the_files_of_the_run(tmp_path: Path):
     line = [sys.executable, "-m", "generator.cli.app", "simulate", "prototype", "--floor"]

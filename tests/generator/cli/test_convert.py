@@ -58,7 +58,9 @@ def test_losses_are_listed_as_text(swing: Path):
     assert "close loops; the motion of their segments is unchanged: rocker_pin" in said
 
 
-@pytest.mark.parametrize("suffix", [".glb", ".bvh", ".urdf", ".xml", ".bioMod"])
+@pytest.mark.parametrize(
+    "suffix", [".glb", ".bvh", ".urdf", ".xml", pytest.param(".bioMod", marks=pytest.mark.slow)]
+)
 def test_losses_are_few_lines_unless_all_are_asked_for(swing: Path, suffix: str, tmp_path: Path):
     source = swing if suffix in MOTION_FORMATS else "prototype"
     output = tmp_path / f"out{suffix}"

@@ -19,7 +19,9 @@ REFUSED = Path(__file__).parent / "refusals" / "files"
 PIN, PLAIN_PIN = REFUSED / "pin.xml", REFUSED / "hinge.xml"
 
 
-@pytest.mark.parametrize("name", ["humanoid.xml", "arm.urdf", "leg.osim"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("humanoid.xml", marks=pytest.mark.slow), "arm.urdf", "leg.osim"]
+)
 def test_a_model_becomes_a_figure_that_moves(name: str, tmp_path: Path):
     figure = tmp_path / "model.fig"
     said = run("convert", MODELS / name, figure, "--verbose").stdout
@@ -117,6 +119,7 @@ STEEP = mjcf(chained(['stiffness="1 1e49 0" springref="1e30"']))
 FAR = mjcf(chained(['stiffness="1e50" springref="1e50" frictionloss="1"']))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(models())
 @example(CROWD)

@@ -292,6 +292,7 @@ def test_ctrl_c_while_exudyn_is_imported_is_an_interruption(tmp_path: Path):
     assert done.stderr == b"error: interrupted before anything was written\n"
 
 
+@pytest.mark.slow
 @needs_posix
 def test_real_interrupts_leave_all_files_or_none(tmp_path: Path):
     tries = list(interrupt_commands(tmp_path, count=5))

@@ -145,6 +145,7 @@ def test_a_scaled_run_is_that_of_the_option(
         assert f"scale    {each.replace('=', ' = ')}\n" in told
 
 
+@pytest.mark.slow
 def test_a_scaled_run_is_that_of_a_study(tmp_path: Path):
     """Of springs and masses, with the same measures bit by bit; the springs of a person too."""
     values = {"springs.knee.scale": 4.0, "segments.mass_scale": 1.1, "springs.hip.damping_scale": 2}

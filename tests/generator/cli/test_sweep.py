@@ -213,6 +213,7 @@ finally:
 """
 
 
+@pytest.mark.slow
 def test_the_leading_process_does_not_load_the_compiled_integrator(tmp_path: Path) -> None:
     """It takes 200 MB, and the processes of the runs load it."""
     import_module("generator.simulation.compiled_run")  # which compiles it

@@ -333,6 +333,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of a group of processes")
 def test_ctrl_c_ends_all_processes_at_once(tmp_path: Path) -> None:
     process = subprocess.Popen(

@@ -400,6 +400,7 @@ run_sweep(study, Path(sys.argv[1]), partial(run_locally, jobs=2), watch=watch)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kills")
 def test_a_killed_sweep_of_the_pendulum_continues_with_the_same_bytes(tmp_path: Path) -> None:
     count = 20
@@ -462,6 +463,7 @@ def computed(study: Study, tasks: Sequence[Task]) -> Generator[FinishedRun]:
         yield FinishedRun(task.index, result, 0.01)
 
 
+@pytest.mark.slow
 def test_many_runs_take_little_memory(tmp_path: Path) -> None:
     """A sweep, its continuation and the table have no object for each run at a time."""
     count, base = 10_000, list_study()

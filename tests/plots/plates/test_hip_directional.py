@@ -49,7 +49,7 @@ def test_the_cycle_is_closed(made) -> None:
     assert np.sum(made.angle_change) == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("width", [0.0, 10.0])
+@pytest.mark.parametrize("width", [pytest.param(0.0, marks=pytest.mark.slow), 10.0])
 def test_another_width_is_measured_as_such(width) -> None:
     """The torque is that of the motion: with other curves it is another."""
     cubic = Cubic((33.180672, -144.6, 188.2, -82.76), sense=1)

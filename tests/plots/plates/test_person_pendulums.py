@@ -57,6 +57,7 @@ def test_the_limp_leg_is_a_rigid_pendulum() -> None:
     assert swing.relaxation_index == pytest.approx(2.0, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "case", "setup", "segments"),
     [
@@ -72,6 +73,7 @@ def test_no_limb_is_faster_than_its_energy(name, case, setup, segments) -> None:
     assert 0.7 * free < swing.peak_rates[0] < 1.5 * free
 
 
+@pytest.mark.slow
 def test_joints_fall_into_flexion_and_come_to_rest() -> None:
     for name in ("knee", "elbow"):
         for case in SETUPS[name][1]:
@@ -81,12 +83,14 @@ def test_joints_fall_into_flexion_and_come_to_rest() -> None:
             assert np.all(distances[2:] < distances[:-2])
 
 
+@pytest.mark.slow
 def test_people_and_persons_swing_alike() -> None:
     for case in (MAN, WOMAN, COUPLED):
         for text in ("relaxation index", "period", "number of swings"):
             assert claim_of(f"Knee of the {case.words}: {text}").outcome is Outcome.AGREES
 
 
+@pytest.mark.slow
 def test_the_coupled_leg_is_stiffer_sitting_than_lying() -> None:
     lying, sitting = (
         data("person_pendulums").swing("knee", COUPLED),
@@ -96,6 +100,7 @@ def test_the_coupled_leg_is_stiffer_sitting_than_lying() -> None:
     assert lying.rest < sitting.rest
 
 
+@pytest.mark.slow
 def test_what_differs_says_why_and_the_index_of_the_elbow_is_not_compared() -> None:
     for claim in plate("person_pendulums").claims:
         assert bool(claim.explanation) == (claim.outcome is not Outcome.AGREES), claim.sentence
@@ -104,6 +109,7 @@ def test_what_differs_says_why_and_the_index_of_the_elbow_is_not_compared() -> N
     assert f"{data('person_pendulums').swing('elbow', MAN).relaxation_index:.2f}" in elbow.sentence
 
 
+@pytest.mark.slow
 def test_the_bands_drawn_are_those_of_the_facts() -> None:
     figure = plate("person_pendulums").figure
     (axes,) = [each for each in figure.axes if each.get_ylabel().startswith("knee: rate")]
@@ -114,6 +120,7 @@ def test_the_bands_drawn_are_those_of_the_facts() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_stiffer_knee_fails_its_claims() -> None:
     """A swing with a third of the times has three times the rates."""
     made = data("person_pendulums")

@@ -116,6 +116,7 @@ def test_loops_are_open() -> None:
     )
 
 
+@pytest.mark.slow
 def test_files_beside_the_model_have_no_blank_in_their_path(tmp_path: Path) -> None:
     path = tmp_path / "my arm.bioMod"
     files = format_files(PROTOTYPE, read_springs(None, PROTOTYPE), path)

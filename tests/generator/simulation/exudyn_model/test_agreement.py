@@ -439,6 +439,7 @@ def test_dependent_constraints_are_refused() -> None:
         _solve_constrained(masses, forces, jacobian, np.array([0.0, 1.0]))
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow() -> None:
     """Exudyn frees the system although a solver was set up on it."""
     state = random_pose(build("driven")).state

@@ -93,6 +93,7 @@ def test_the_jacobian_is_the_derivative_of_the_forces():
             assert rows @ direction == pytest.approx(expected, abs=1e-3 * scale)
 
 
+@pytest.mark.slow
 def test_both_integrators_bring_the_legs_together():
     """Compiled, and Exudyn's own with the object's Jacobian."""
     plan = replace(

@@ -270,6 +270,7 @@ def test_an_attached_figure_holds_what_its_joints_can(factors, turned, moved):
     assert (float(np.max(difference[:3, 3])) < 1e-9) is not moved
 
 
+@pytest.mark.slow
 def test_a_light_bar_that_rolls_takes_many_steps():
     """Its friction is too stiff for the steps that a stepper allows in one advance."""
     pendulum = read_figure("pendulum")
