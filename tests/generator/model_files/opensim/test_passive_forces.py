@@ -92,6 +92,13 @@ def test_torques_are_those_of_opensim(name: str, tmp_path: Path):
     assert axis.damping.viscous == pytest.approx(damping, abs=1e-9)
 
 
+def test_limits_and_their_transitions_are_in_degrees(tmp_path: Path):
+    """Beyond the transition of 10 deg the torque grows as the angle beyond the limit."""
+    _, axis = read(LIMIT, tmp_path)
+    torques = total_torque(axis.elastic, np.radians([-80.0, -45.0, -25.0, 0.0, 35.0, 55.0, 80.0]))
+    assert torques == pytest.approx([50.0, 15.0, 0.0, 0.0, 0.0, -30.0, -80.0], abs=1e-9)
+
+
 def test_exponential_limits_are_exact(tmp_path: Path):
     """De Groote's curves, in OpenSim since 4.6.1: an exponential at either limit."""
     limits = force("ExponentialCoordinateLimitForce", lower_shape_parameters="2 3",
