@@ -6,9 +6,9 @@ Run by hand in the project's folder:
     python tests/flip.py mirror cm   # those whose description contains one of the words
 
 Each flip replaces a text that occurs once in a room of the packages, in a temporary copy, and runs
-the tests that should notice, the slow ones and those
-that need other programs last. The first test that fails is printed; a flip that
-survives, a text that is not found and a pattern that no file of tests matches make the exit code 1.
+the tests that should notice, the slow ones and those that need other programs last. The first test
+that fails is printed. A flip that survives, a text that is not found and a pattern that no file of
+tests matches make the exit code 1.
 """
 
 import os
