@@ -275,7 +275,7 @@ def passive_torque(
     """
     own = springs.joints.get(joint, JointSprings(joint))
     chain = build_chain(figure.joints[joint].chain)
-    given: list[tuple[Direction, float]] = []
+    coupled_torques: list[tuple[Direction, float]] = []
     for coupled in springs.coupled:
         if not any(axis.joint == joint for axis in coupled.axes):
             continue
@@ -285,17 +285,22 @@ def passive_torque(
         ]
         for torque, axis in zip(coupled.law.torques(angles), coupled.axes, strict=True):
             if axis.joint == joint:
-                given.append((axis.direction, float(torque)))
+                coupled_torques.append((axis.direction, float(torque)))
     if len(chain.rotations) == 1:
         for axis in own.axes:
             angle = angle_about(chain, springs.joining, axis.direction, displacements[joint])
-            given.append((axis.direction, float(total_torque(axis.elastic, float(angle)))))
-        return sum((torque * np.array(axis) for axis, torque in given), np.zeros(3))
+            coupled_torques.append(
+                (axis.direction, float(total_torque(axis.elastic, float(angle))))
+            )
+        return sum((torque * np.array(axis) for axis, torque in coupled_torques), np.zeros(3))
     law = rotation_law(own, springs.joining, chain.rotation_axes)
     vector = rotation_vector(chain, displacements[joint])
-    directions, torques = [axis for axis, _ in given], [torque for _, torque in given]
-    coupled_torque = law.torque_about(directions, torques, vector) if given else np.zeros(3)
-    return coupled_torque + law.torque(vector)
+    directions, torques = (
+        [axis for axis, _ in coupled_torques],
+        [torque for _, torque in coupled_torques],
+    )
+    total = law.torque_about(directions, torques, vector) if coupled_torques else np.zeros(3)
+    return total + law.torque(vector)
 
 
 def rotation_vector(chain: Chain, displacements: Array) -> Array:

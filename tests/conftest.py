@@ -8,7 +8,6 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
 from itertools import count
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -21,19 +20,6 @@ from tests.paths import TESTS
 settings.register_profile("here", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "here")
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Keep bytecode of all processes of the tests beside them, where the user wants none.
-
-    Without it each worker and each process that a test starts compiles all modules again.
-    """
-    if sys.dont_write_bytecode:
-        folder = TemporaryDirectory(prefix="bytecode-")
-        config.add_cleanup(folder.cleanup)
-        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-        os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = folder.name
-        sys.dont_write_bytecode = False
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
