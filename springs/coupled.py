@@ -8,7 +8,7 @@ closed loop of angles may then yield work. `loop_work` measures it, and `nearest
 returns the nearest law of the same form that has an energy.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import product
@@ -221,6 +221,23 @@ class CoupledExponential:
                 known and (known[0] + by, known[1] + by)
                 for known, by in zip(self.valid_ranges, moved, strict=True)
             ),
+        )
+
+    def scaled_at(self, coordinates: Collection[str], scale: float) -> "CoupledExponential":
+        """Every exponential that depends on one of the coordinates, and their constants, scaled.
+
+        All torques of such an exponential are scaled, so that a gradient stays one.
+        """
+        changed = {self._coordinate_index(name) for name in coordinates}
+        return replace(
+            self,
+            terms=tuple(
+                replace(t, amplitudes=tuple(scale * a for a in t.amplitudes))
+                if any(t.rates[i] for i in changed)
+                else t
+                for t in self.terms
+            ),
+            constants=tuple(scale * c if i in changed else c for i, c in enumerate(self.constants)),
         )
 
     def hold_coordinate(self, coordinate: str, angle: float) -> "CoupledExponential":

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import degrees
 from pathlib import Path
 from shlex import quote
 from typing import Annotated, NamedTuple
@@ -11,7 +12,7 @@ from typing import Annotated, NamedTuple
 import typer
 
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
-from generator.cli.options import CM, length_from_option, mass_from_option
+from generator.cli.options import CM, angle_from_option, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.diagnostics import InputError, error, warning
 from generator.figure_file.read import FIGURE_FILE
@@ -25,8 +26,8 @@ from generator.person.densities import (
 from generator.person.measures import MEASURES_FILE, Sex, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
-    COUPLED_SPRINGS,
     MADE_BY,
+    RIENER_SPRINGS,
     describe_measures,
     person_files,
     springs_title,
@@ -38,6 +39,8 @@ class PersonSprings(StrEnum):
     """Springs of a person."""
 
     PUBLISHED = "published"
+    RIENER = "riener"
+    COUPLED = "coupled"
     NONE = "none"
 
 
@@ -83,6 +86,7 @@ class PersonResult(CommandResult):
     springs: Mapping[str, int] | None
     warnings: Sequence[str]
     files: Sequence[Path]
+    leg: str = field(metadata=HIDDEN)
     made: Person = field(metadata=HIDDEN)
     densities: Sequence[SegmentDensity] = field(metadata=HIDDEN)
     output: Path | None = field(metadata=HIDDEN)
@@ -111,7 +115,9 @@ class PersonResult(CommandResult):
             counts = zip(self.springs.values(), _ORIGINS.values(), strict=True)
             parts = ", ".join(f"{count} {words}" for count, words in counts)
             curves = format_count(sum(self.springs.values()), "curve")
-            yield f"springs: {curves}, scaled with mass times stature squared: {parts}"
+            yield (
+                f"springs: {curves}, scaled with mass times stature squared: {parts}\n{self.leg}"
+            )
         if self.output is None:
             yield "nothing is written without -o, such as -o me.fig"
         else:
@@ -132,8 +138,20 @@ def person(
         ),
     ] = None,
     springs: Annotated[
-        PersonSprings, typer.Option(help="Springs of the joints.")
+        PersonSprings,
+        typer.Option(
+            help="Springs of the joints: one law of hip, knee and ankle (published; formerly "
+            "coupled), or of hip and knee (riener)."
+        ),
     ] = PersonSprings.PUBLISHED,
+    hip_datum: Annotated[
+        str,
+        typer.Option(
+            metavar="10deg",
+            help="Hip flexion of an upright person in the coordinate of the law of hip, knee and "
+            "ankle, from 0 to 15 deg: an estimate.",
+        ),
+    ] = "10deg",
     output: Annotated[
         Path | None,
         typer.Option(
@@ -154,10 +172,12 @@ def person(
         check_writable([output], [measures])
     metres = length_from_option("--stature", stature, "1.75m")
     kilograms = mass_from_option("--mass", mass)
+    datum = angle_from_option("--hip-datum", hip_datum)
     parsed = None if measures is None else MEASURES_FILE.parse_file(measures)
     made = build_person(
         estimate_measures(sex, metres, kilograms, parsed and parsed.require_value()),
-        springs=springs is PersonSprings.PUBLISHED,
+        springs=springs,
+        hip_datum=datum,
     )
     files = None if output is None else person_files(made, output)
     models = [] if files is None else [files]
@@ -191,11 +211,28 @@ def person(
         springs=made.springs_file and {origin.value: curves[origin] for origin in _ORIGINS},
         warnings=notices,
         files=[file for model in models for file in model.contents],
+        leg=_leg_sentence(springs, datum),
         made=made,
         densities=densities,
         output=output,
         diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, notices)),
     )
+
+
+def _leg_sentence(springs: PersonSprings, hip_datum: float) -> str:
+    """Return a sentence on the law of the legs; "" without springs."""
+    match springs:
+        case PersonSprings.NONE:
+            return ""
+        case PersonSprings.RIENER:
+            return "hip and knee have one law, of Riener & Edrich 1999"
+        case _:
+            is_former = springs is PersonSprings.COUPLED
+            start = "coupled is the default: " if is_former else ""
+            return (
+                f"{start}hip, knee and ankle have one law, of Silder et al. 2007, in which an "
+                f"upright hip is at {degrees(hip_datum):g} deg"
+            )
 
 
 def _check_files(model: ModelFiles, measures: Path | None) -> None:
@@ -207,7 +244,7 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
             f"`{path}` exists with other springs and would be replaced",
             hint="move it, or write another figure",
         )
-        for path in (springs_path(model.path), springs_path(model.path, COUPLED_SPRINGS))
+        for path in (springs_path(model.path), springs_path(model.path, RIENER_SPRINGS))
         if path in model.contents and path.exists() and not _may_be_replaced(path, model.path)
     ]
     if errors:
@@ -217,7 +254,7 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
 def _may_be_replaced(springs: Path, figure: Path) -> bool:
     """Return whether this command made the springs, and for the same figure.
 
-    The springs of `me.coupled.fig` are where the coupled ones of `me.fig` are.
+    The springs of `me.riener.fig` are where the other ones of `me.fig` are.
     """
     with springs.open(encoding="utf-8", errors="replace") as file:
         first = file.readline(1000).rstrip("\n")

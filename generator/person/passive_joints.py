@@ -5,11 +5,12 @@ are those of the curve's own sample times m H^2 over that of the sample's mean b
 from a damping ratio of the limb that swings about the joint (`generator.person.limb_pendulum`).
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from math import degrees
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import degrees, radians
 from textwrap import fill
 
+from generator.diagnostics import UsageError
 from generator.person.body import SIDES, Body
 from generator.person.joints import PERSON_JOINTS, JointRotation, PersonJoint, motion_range
 from generator.person.limb_pendulum import LimbPendulum, limb_pendulum
@@ -35,6 +36,12 @@ from springs.published.reference import Reference
 from springs.published.tables import coupled_law
 from springs.short_repr import short_repr
 from springs.smooth_limit import SmoothLimit
+
+PERSON_SPRINGS = ("published", "riener", "coupled", "none")
+"""Springs of a person: "coupled" is the former name of what is now "published"."""
+
+HIP_DATUM, MAX_HIP_DATUM = radians(10.0), radians(15.0)
+"""Hip flexion of an upright person in the coordinate of Silder et al., and the largest [rad]."""
 
 _DATA_FILE = "passive_joints"
 _COMMENT_WIDTH = 96
@@ -140,38 +147,78 @@ def springs_comment() -> str:
     return "\n\n".join(fill(note, _COMMENT_WIDTH) for note in notes)
 
 
-def person_springs(axes: Iterable[PassiveAxis]) -> SpringsFile:
-    """Return the passive springs of a person, one curve an axis."""
-    return SpringsFile(tuple(map(_entry, axes)), joining=Joining.CONSERVATIVE)
+def person_springs(axes: Iterable[PassiveAxis], leg: SpringsFile) -> SpringsFile:
+    """Return the passive springs of a person: those of `leg_springs`, and one curve an axis."""
+    own = {(entry.joints, entry.axis): entry for entry in leg.entries}
+    entries = [own.get((axis.names, axis.axis)) or _entry(axis) for axis in axes]
+    return SpringsFile(tuple(entries), joining=Joining.CONSERVATIVE, coupled=leg.coupled)
 
 
-def coupled_leg_springs(body: Body, axes: Iterable[PassiveAxis]) -> SpringsFile:
-    """Return the springs with one law over hip and knee; all others stay as they are.
+def leg_springs(
+    body: Body, axes: Sequence[PassiveAxis], kind: str = "published", hip_datum: float = HIP_DATUM
+) -> SpringsFile:
+    """Return the springs of hip, knee and ankle in the sagittal plane, with one law over them.
 
-    The damping of both angles is that of `axes`, the `passive_axes` of the person.
+    Args:
+        body: the person.
+        axes: the `passive_axes` of the person, of which the damping is taken.
+        kind: "published" for the law of all three, "riener" for that of hip and knee.
+        hip_datum: hip flexion of the upright person in the coordinate of the source of
+            "published", from 0 to `MAX_HIP_DATUM` [rad].
+
+    Raises:
+        UsageError: for another hip datum.
     """
-    leg = load_data_file(_DATA_FILE).content["coupled_leg"]
-    own = {(each.joint, each.motion): each for each in axes}
-    damped = [own[joint, leg["motion"]] for joint in leg["joints"]]
-    entries = tuple(map(_damping_entry, damped))
-    scale, rule = _scale(body, leg, load_data_file(_DATA_FILE))
+    check_hip_datum(hip_datum)
+    data = load_data_file(_DATA_FILE)
+    leg = data.content["leg"][kind]
+    own = {f"{each.joint} {each.motion}": each for each in axes}
+    damped = [own[f"{joint} {name.split()[1]}"] for name, joint in leg["angles"].items()]
+    ankle = own["ankle dorsiflexion"]
+    is_whole = ankle in damped
+    last = _entry(dorsiflexors(body, ankle) if is_whole else ankle)
+    entries = (*map(_damping_entry, damped[:2]), last)
+    scale, rule = _scale(body, leg, data)
     row = coupled_law(leg["published"])
     coupled = CoupledEntry(
-        joints=tuple(tuple(f"{side}_{name}" for name in leg["joints"]) for side in SIDES),
-        coordinates=tuple(leg["coordinates"]),
+        joints=tuple(tuple(f"{side}_{name}" for name in leg["angles"].values()) for side in SIDES),
+        coordinates=tuple(leg["angles"]),
         axes=tuple(each.axis for each in damped),
         senses=(1,) * len(damped),
         published=leg["published"],
         held_angles=tuple(
             (name, angle_from_degrees(angle)) for name, angle in leg["held_deg"].items()
         ),
-        is_nearest_conservative=True,
+        is_nearest_conservative=not is_whole,
         scale=scale,
-        offsets=(0.0,) * len(damped),
+        offsets=(-hip_datum if is_whole else 0.0,) + (0.0,) * (len(damped) - 1),
         reference=str(row.reference),
         why=f"{leg['why'].strip()} {rule}",
     )
     return SpringsFile(entries, coupled=(coupled,))
+
+
+def check_hip_datum(value: float) -> None:
+    """Raise UsageError for a hip datum [rad] that no person has."""
+    if not 0.0 <= value <= MAX_HIP_DATUM:
+        limits = f"from 0 to {degrees(MAX_HIP_DATUM):g} deg"
+        raise UsageError(f"the hip datum is {limits}, not {degrees(value):g} deg")
+
+
+def dorsiflexors(body: Body, ankle: PassiveAxis) -> PassiveAxis:
+    """Return the ankle with what resists plantarflexion beside the law of the leg."""
+    row = load_data_file(_DATA_FILE).content["dorsiflexors"]
+    whole = build_law(row, LawContext(_normal_range(body, ankle.joint, ankle.motion)))
+    assert isinstance(whole.law, Exponential)
+    terms = tuple(term for term in whole.law.terms if term.amplitude > 0.0)
+    law = replace(whole, law=replace(whole.law, terms=terms, constant=0.0))
+    return replace(ankle, law=law, origin=Origin(row["kind"]), choice=row["why"].strip())
+
+
+def _normal_range(body: Body, joint: str, motion: str) -> Range:
+    """Ends of the normal range of a rotation, also where the stops are narrower [rad]."""
+    low, high = motion_range(*_ROTATIONS[joint, motion], body.measures.sex)
+    return low.angle, high.angle
 
 
 def passive_axes(body: Body) -> tuple[PassiveAxis, ...]:
@@ -181,12 +228,11 @@ def passive_axes(body: Body) -> tuple[PassiveAxis, ...]:
     axes: list[PassiveAxis] = []
     for row in data.content["axis"]:
         joint, rotation = _ROTATIONS[row["joint"], row["motion"]]
-        # Also where the stops are narrower.
-        low, high = (end.angle for end in motion_range(joint, rotation, body.measures.sex))
+        limits = _normal_range(body, joint.name, rotation.motion)
         series = laws.get((row.get("in_series_with", ""), rotation.axis_name))
-        law = build_law(row, LawContext((low, high), series))
-        laws[joint.name, rotation.axis_name] = law.elastic, (low, high)
-        axes.append(_passive_axis(body, data, row, joint, rotation, law, (low, high)))
+        law = build_law(row, LawContext(limits, series))
+        laws[joint.name, rotation.axis_name] = law.elastic, limits
+        axes.append(_passive_axis(body, data, row, joint, rotation, law, limits))
     return tuple(axes)
 
 
@@ -262,26 +308,36 @@ def _damping_entry(axis: PassiveAxis) -> SpringEntry:
     )
 
 
-def spring_sources(axes: Iterable[PassiveAxis], coupled: SpringsFile) -> tuple[SourcedNumber, ...]:
-    """Return every number of a person's springs with its source, the two-joint law's last.
+def spring_sources(
+    body: Body, axes: Iterable[PassiveAxis], legs: Iterable[SpringsFile]
+) -> tuple[SourcedNumber, ...]:
+    """Return every number of a person's springs with its source, the laws of the leg last.
 
     Args:
+        body: the person.
         axes: axes of `passive_axes`.
-        coupled: coupled of `coupled_leg_springs`.
+        legs: springs of `leg_springs`.
     """
+    axes = tuple(axes)
     rows = [row for axis in axes for row in _axis_sources(axis)]
-    for entry in coupled.coupled:
-        rows += _coupled_sources(entry)
+    ankle = next(axis for axis in axes if (axis.joint, axis.motion) == ("ankle", "dorsiflexion"))
+    rows += _law_sources(dorsiflexors(body, ankle), "dorsiflexors")
+    rows += [row for leg in legs for entry in leg.coupled for row in _coupled_sources(entry)]
     return tuple(rows)
+
+
+def _law_sources(axis: PassiveAxis, name: str) -> Iterator[SourcedNumber]:
+    """The numbers of the elastic law of an axis."""
+    reference = axis.law.references[0] if axis.law.references else None
+    rule = " ".join(filter(None, (axis.choice, axis.law.rule)))
+    for quantity, value, unit in _law_numbers(axis.law.law):
+        label = f"{name}: {quantity}"
+        yield SourcedNumber(axis.joint, label, value, unit, axis.origin, reference, rule)
 
 
 def _axis_sources(axis: PassiveAxis) -> Iterator[SourcedNumber]:
     part, motion = axis.joint, axis.motion
-    reference = axis.law.references[0] if axis.law.references else None
-    rule = " ".join(filter(None, (axis.choice, axis.law.rule)))
-    for quantity, value, unit in _law_numbers(axis.law.law):
-        name = f"{motion}: {quantity}"
-        yield SourcedNumber(part, name, value, unit, axis.origin, reference, rule)
+    yield from _law_sources(axis, motion)
     yield SourcedNumber(
         *(part, f"{motion}: factor of the torque", axis.scale, "", Origin.SCALED),
         _scaling_reference(),
@@ -339,7 +395,7 @@ def _printed_numbers(law: PublishedLaw) -> Iterator[tuple[str, float, str]]:
 
 
 def _coupled_sources(entry: CoupledEntry) -> Iterator[SourcedNumber]:
-    """The numbers of a two-joint law as published, with its factor."""
+    """The numbers of a law of the leg as published, with its factor and the hip's datum."""
     assert entry.published is not None
     reference: Reference = coupled_law(entry.published).reference
     law, part = entry.unmodified_law, " and ".join(entry.joints[0]).replace("left_", "")
@@ -348,16 +404,19 @@ def _coupled_sources(entry: CoupledEntry) -> Iterator[SourcedNumber]:
         for name, amplitude, rate in zip(law.coordinates, term.amplitudes, term.rates, strict=True):
             numbers += [(f"torque about {name}", amplitude, "N m"), (name, rate, "1/rad")]
         for quantity, value, unit in numbers:
-            label = f"two-joint law, exponential {k}: {quantity}"
+            label = f"law of the leg, exponential {k}: {quantity}"
             yield SourcedNumber(part, label, value, unit, Origin.PUBLISHED, reference, entry.why)
     for name, constant in zip(law.coordinates, law.constants, strict=True):
-        label = f"two-joint law, constant about {name}"
+        label = f"law of the leg, constant about {name}"
         yield SourcedNumber(part, label, constant, "N m", Origin.PUBLISHED, reference, entry.why)
     yield SourcedNumber(
-        *(part, "two-joint law: factor of the torques", entry.scale, "", Origin.SCALED),
+        *(part, "law of the leg: factor of the torques", entry.scale, "", Origin.SCALED),
         _scaling_reference(),
         entry.why,
     )
+    if not entry.held_angles:
+        label, datum = "law of the leg: hip flexion of the upright person", -entry.offsets[0]
+        yield SourcedNumber(part, label, datum, "rad", Origin.ESTIMATE, None, entry.why)
 
 
 def _scaling_reference() -> Reference:

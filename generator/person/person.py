@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from generator.diagnostics import UsageError, shorten
 from generator.figure import Figure
 from generator.geometry.surface import Surface
 from generator.model import Model
@@ -12,8 +13,10 @@ from generator.person.body import Body, build_body
 from generator.person.joints import limit_sources, person_figure
 from generator.person.measures import Measures, measure_sources
 from generator.person.passive_joints import (
+    HIP_DATUM,
+    PERSON_SPRINGS,
     PassiveAxis,
-    coupled_leg_springs,
+    leg_springs,
     passive_axes,
     person_springs,
     spring_sources,
@@ -35,8 +38,8 @@ class Person:
         surfaces: closed, outward, in the segments' frames [m], by their names without side.
         passive_axes: laws and damping of the joints, one an axis; empty where none were asked for.
         springs_file: the same as a springs file; None where none were asked for.
-        coupled_springs_file: Springs of the legs with a law over hip and knee; None
-            likewise.
+        riener_springs_file: springs of the legs with the law of hip and knee alone, which extend
+            the others; None without springs, and where the others have this law.
         sources: sources of the numbers, in the order of the parts above.
     """
 
@@ -45,7 +48,7 @@ class Person:
     surfaces: Mapping[str, Surface]
     passive_axes: tuple[PassiveAxis, ...]
     springs_file: SpringsFile | None
-    coupled_springs_file: SpringsFile | None
+    riener_springs_file: SpringsFile | None
     sources: tuple[SourcedNumber, ...]
 
     def __repr__(self) -> str:
@@ -72,33 +75,47 @@ class Person:
         return Model.of(self.figure)
 
     @cached_property
-    def coupled_model(self) -> Model:
-        """The figure with the law over hip and knee; without laws as `model`."""
-        if self.coupled_springs_file is None:
+    def riener_model(self) -> Model:
+        """The figure with `riener_springs_file`; without it as `model`."""
+        if self.riener_springs_file is None:
             return self.model
-        file = Path(f"<coupled>{SPRINGS_FILE.suffix}")
-        text = write_springs(self.coupled_springs_file)
+        file = Path(f"<riener>{SPRINGS_FILE.suffix}")
+        text = write_springs(self.riener_springs_file)
         loaded = load_springs(self.figure, choice=file, text=text).require_value()
         return Model(self.figure, loaded.springs)
 
 
-def build_person(measures: Measures, springs: bool = True) -> Person:
+def build_person(
+    measures: Measures, springs: str = "published", hip_datum: float = HIP_DATUM
+) -> Person:
     """Return the person of these measures.
 
     Args:
         measures: such as of `estimate_measures`.
-        springs: whether the joints have springs.
+        springs: "published", "riener" with the law of hip and knee alone, or "none"; "coupled" is
+            "published".
+        hip_datum: hip flexion of the upright person in the coordinate of Silder et al. [rad].
+
+    Raises:
+        UsageError: for unknown springs, and for a hip datum beyond 0 to 15 deg.
     """
+    if springs not in PERSON_SPRINGS:
+        known = ", ".join(PERSON_SPRINGS)
+        raise UsageError(f"a person has no springs `{shorten(springs)}`; there are {known}")
     body = build_body(measures)
     figure = person_figure(body)
     surfaces = body_surfaces(body)
     sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
     sources += shape_sources(body)
-    if not springs:
+    if springs == "none":
         return Person(body, figure, surfaces, (), None, None, sources)
     axes = passive_axes(body)
-    coupled = coupled_leg_springs(body, axes)
-    sources += spring_sources(axes, coupled)
-    springs_file = person_springs(axes)
+    riener = leg_springs(body, axes, "riener")
+    legs = (
+        [riener] if springs == "riener" else [leg_springs(body, axes, hip_datum=hip_datum), riener]
+    )
+    sources += spring_sources(body, axes, legs)
+    springs_file = person_springs(axes, legs[0])
     figure = replace(figure, springs_text=write_springs(springs_file))
-    return Person(body, figure, surfaces, axes, springs_file, coupled, sources)
+    beside = None if springs == "riener" else riener
+    return Person(body, figure, surfaces, axes, springs_file, beside, sources)

@@ -23,8 +23,8 @@ from generator.text_io import (
     read_csv_rows,
 )
 
-COUPLED_SPRINGS = "coupled"
-"""Name that chooses the springs with the law over hip and knee: `--springs coupled`."""
+RIENER_SPRINGS = "riener"
+"""Name that chooses the springs with the law of hip and knee alone: `--springs riener`."""
 
 SOURCES_SUFFIX = ".sources.csv"
 
@@ -51,7 +51,7 @@ def person_files(person: Person, path: Path) -> ModelFiles:
     beside = {sources_path(path): format_sources(person.sources, path.name)}
     for name, springs in (
         (None, person.springs_file),
-        (COUPLED_SPRINGS, person.coupled_springs_file),
+        (RIENER_SPRINGS, person.riener_springs_file),
     ):
         if springs is not None:
             first = f"{springs_title(path)}, {who}, {MADE_BY}"

@@ -90,7 +90,11 @@ def find_springs_file(
     for full in (f"{stem}.{name}{SPRINGS_FILE.suffix}", f"{name}{SPRINGS_FILE.suffix}"):
         if _is_file(directory / full):
             return directory / full, None
-    known = (*springs_names(directory, stem), NO_SPRINGS, PRINTED_SPRINGS)
+    beside = springs_names(directory, stem)
+    known = (*beside, NO_SPRINGS, PRINTED_SPRINGS)
+    if name == "coupled" and "riener" in beside:
+        hint = "a person's law of hip, knee and ankle is the default: leave the choice out"
+        return None, error(f"the springs `{name}` of a person have no file", hint=hint)
     return None, error(
         f"there are no springs `{shorten(name)}` beside the figure `{shorten(stem)}`",
         hint=f"there are {', '.join(known)}; else name a file",

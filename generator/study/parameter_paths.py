@@ -2,7 +2,8 @@
 
     springs.scale                        elastic torques of all joints, stops excepted
     springs.damping_scale                damping and friction of all joints
-    springs.JOINT[.AXIS].scale           those of a joint
+    springs.JOINT[.AXIS].scale           those of a joint, and of the terms of a law over several
+                                         joints that depend on it
     springs.JOINT[.AXIS].damping_scale
     springs.JOINT[.AXIS].offset_deg      shift of the elastic curve
     springs.JOINT[.AXIS].viscous_Nms_rad
@@ -18,6 +19,7 @@
     person.stature, person.mass          [m, kg]
     person.mass_index                    [kg/m2]
     person.DIMENSION                     [m]
+    person.hip_datum                     [deg]
 
 `knee` is `left_knee` and `right_knee`, both with the same anatomical change, counted as on the
 left; `hip` is also `left_hip_joint` and `right_hip_joint`. An axis is the name of its motion, such
@@ -29,7 +31,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import nan
+from math import degrees, nan
 from typing import NoReturn
 
 from generator.diagnostics import ModelError, shorten, spelling_hint
@@ -43,7 +45,7 @@ from generator.run_options import RUN_OPTIONS, VARYING_OPTIONS
 from generator.simulation.plan import Plan, option_faults
 from generator.springs_file.axes import parallel_sign
 from generator.study.study import PersonArguments
-from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet, Stop
+from springs import AxisSpring, JointSprings, SpringSet, Stop
 from springs.short_repr import short_repr
 
 
@@ -325,8 +327,6 @@ class _PathParser:
         targets = list(first)
         for name in names[1:]:
             targets += self._mirrored_targets(name, first)
-        if quantity is Quantity.SCALE:
-            self._refuse_coupled(targets)
         return ParameterPath(self._text, unit, quantity, tuple(targets))
 
     def _axis_targets(
@@ -356,7 +356,11 @@ class _PathParser:
 
     def _has_law(self, joint: Joint, axis: _Axis, needs_law: bool) -> bool:
         """Return whether an axis has a spring, with an elastic law if one is needed."""
-        if needs_law and self._coupled_at(joint.name, axis.direction):
+        coupled = [each for spring in self._case.springs.coupled for each in spring.axes]
+        if needs_law and any(
+            each.joint == joint.name and parallel_sign(each.direction, axis.direction)
+            for each in coupled
+        ):
             return True
         if axis.spring is None:
             return False
@@ -391,29 +395,6 @@ class _PathParser:
 
     def _fail_asymmetric(self, one: str, other: str) -> NoReturn:
         self._fail(f"`{one}` and `{other}` are not mirror images, so that the path names one side")
-
-    def _coupled_at(self, joint: str, direction: Vector) -> CoupledSpring | None:
-        return next(
-            (
-                spring
-                for spring in self._case.springs.coupled
-                for axis in spring.axes
-                if axis.joint == joint and parallel_sign(axis.direction, direction)
-            ),
-            None,
-        )
-
-    def _refuse_coupled(self, targets: Iterable[Target]) -> None:
-        """Refuse the scale of one joint of a law over several."""
-        for target in targets:
-            assert target.direction is not None
-            coupled = self._coupled_at(target.name, target.direction)
-            if coupled is not None:
-                joints = " and ".join(dict.fromkeys(axis.joint for axis in coupled.axes))
-                self._fail(
-                    f"one law joins {joints}, which have one scale; "
-                    "vary `springs.coupled.scale`, or `springs.scale` for all joints"
-                )
 
     def _parse_segments(self) -> ParameterPath:
         self._check_length(2, 3, form="segments.NAME.mass")
@@ -491,9 +472,11 @@ class _PathParser:
         index = person.mass / person.stature**2
         values = {"stature": person.stature, "mass": person.mass, MASS_INDEX: index}
         values |= {name: one.value for name, one in measures.dimensions.items()}
+        values["hip_datum"] = degrees(person.hip_datum)
         if word not in values:
             self._fail(f"a person has no dimension `{shorten(word)}`", 1, values)
-        unit = {"mass": "kg", MASS_INDEX: MASS_INDEX_UNIT}.get(word, "m")
+        units = {"mass": "kg", MASS_INDEX: MASS_INDEX_UNIT, "hip_datum": "deg"}
+        unit = units.get(word, "m")
         target = Target("mass" if word == MASS_INDEX else word)
         return ParameterPath(
             self._text, unit, Quantity.PERSON, (target,), person_value=values[word]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from math import isfinite, nan
+from math import degrees, isfinite, nan, radians
 
 from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
@@ -197,11 +197,15 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
     def scale(spring: AxisSpring) -> AxisSpring:
         return _scale_spring(spring, *factors)
 
+    springs = case.springs
     if path.targets:
         for target in path.targets:
-            case = _change_axis(case, target, scale)
-        return case
-    springs = case.springs
+            if _spring_at(case, target) is not None:
+                case = _change_axis(case, target, scale)
+        if not is_elastic:
+            return case
+        coupled = tuple(_scale_coupled(each, path.targets, value) for each in springs.coupled)
+        return case.with_springs(replace(case.springs, coupled=coupled))
     if is_elastic:
         coupled = tuple(replace(spring, law=spring.law.scaled(value)) for spring in springs.coupled)
         springs = replace(springs, coupled=coupled)
@@ -275,6 +279,22 @@ def _shift_spring(target: Target, offset: float, spring: AxisSpring) -> AxisSpri
     by = target.sign * parallel_sign(spring.direction, target.direction) * offset
     laws = (law if isinstance(law, Stop) else _transform(law, 1.0, by) for law in spring.elastic)
     return replace(spring, elastic=tuple(laws))
+
+
+def _scale_coupled(spring: CoupledSpring, targets: Sequence[Target], value: float) -> CoupledSpring:
+    """Return a law over several joints with a factor of each term that depends on a target."""
+    coordinates = [
+        coordinate
+        for coordinate, axis in zip(spring.law.coordinates, spring.axes, strict=True)
+        if any(
+            axis.joint == target.name
+            and target.direction is not None
+            and parallel_sign(axis.direction, target.direction)
+            for target in targets
+        )
+    ]
+    law = spring.law.scaled_at(coordinates, value)
+    return replace(spring, law=law) if coordinates else spring
 
 
 def _shift_coupled(spring: CoupledSpring, target: Target, offset: float) -> CoupledSpring:
@@ -378,7 +398,8 @@ def build_case(study: Study, values: Sequence[float]) -> Case:
         mass = own.pop("mass", study.person.mass)
         if any(path.unit == MASS_INDEX_UNIT for path, _ in assigned):
             mass *= stature**2
-        person = replace(study.person, stature=stature, mass=mass)
+        datum = radians(own.pop("hip_datum", degrees(study.person.hip_datum)))
+        person = replace(study.person, stature=stature, mass=mass, hip_datum=datum)
         model = make_person(
             person, own, case.springs.joining, with_spheres=bool(study.plan.scene.props)
         )

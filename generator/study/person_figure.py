@@ -9,15 +9,17 @@ from generator.model import Model
 from generator.person.body import build_body, side_names
 from generator.person.joints import person_figure
 from generator.person.measures import estimate_measures
-from generator.person.passive_joints import coupled_leg_springs, passive_axes, person_springs
-from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
+from generator.person.passive_joints import (
+    PERSON_SPRINGS,
+    leg_springs,
+    passive_axes,
+    person_springs,
+)
+from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from generator.study.study import PersonArguments
 from springs import Joining
-
-PERSON_SPRINGS = ("published", "coupled", "none")
-"""Springs that a person of a study may have."""
 
 
 def make_person(
@@ -33,13 +35,13 @@ def make_person(
     figure has contact spheres in place of psurfs.
 
     Args:
-        person: sex, stature, mass and springs.
+        person: sex, stature, mass, springs and hip datum.
         measured: dimensions by name [m].
         joining: law that joins the axes of a spherical joint; None for that of a springs file.
         with_spheres: whether the segments get contact spheres, which takes about half the time.
 
     Raises:
-        UsageError: for impossible measures, and unknown springs.
+        UsageError: for impossible measures, unknown springs, and an impossible hip datum.
     """
     if person.springs not in PERSON_SPRINGS:
         known = ", ".join(PERSON_SPRINGS)
@@ -49,9 +51,8 @@ def make_person(
     file, text = None, None
     if person.springs != "none":
         axes = passive_axes(body)
-        content = person_springs(axes)
-        if person.springs == "coupled":
-            content = _replace_entries(content, coupled_leg_springs(body, axes))
+        kind = "riener" if person.springs == "riener" else "published"
+        content = person_springs(axes, leg_springs(body, axes, kind, person.hip_datum))
         file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
     loaded = load_springs(figure, choice=file, joining=joining, text=text).require_value()
     if not with_spheres:
@@ -66,10 +67,3 @@ def make_person(
         if not figure.segments[segment].contact_spheres
     ]
     return Model(figure.with_parts(*segments), loaded.springs)
-
-
-def _replace_entries(springs: SpringsFile, others: SpringsFile) -> SpringsFile:
-    """Return springs with the entries and the laws over several joints of others."""
-    new = {(entry.joints, entry.axis): entry for entry in others.entries}
-    entries = tuple(new.get((entry.joints, entry.axis), entry) for entry in springs.entries)
-    return replace(springs, entries=entries, coupled=others.coupled)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from generator.model import Model
+from generator.person.passive_joints import HIP_DATUM
 from generator.person.survey import Sex
 from generator.recording import Ending
 from generator.simulation.plan import Plan
@@ -21,13 +22,15 @@ class PersonArguments:
         sex: sex of the samples from which the numbers come.
         stature: [m].
         mass: [kg].
-        springs: "published", "coupled" or "none".
+        springs: "published", "riener", "none", or "coupled", which is "published".
+        hip_datum: hip flexion of the upright person in the coordinate of its source [rad].
     """
 
     sex: Sex
     stature: float
     mass: float
     springs: str = "published"
+    hip_datum: float = HIP_DATUM
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ the runs, and what is measured in each. Paths in it are relative to its folder.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from math import radians
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +28,7 @@ from generator.figure_file.read import FIGURE_FILE
 from generator.file_kind import FileKind
 from generator.model import Model
 from generator.person.measures import estimate_measures
+from generator.person.passive_joints import check_hip_datum
 from generator.run_options import RUN_OPTIONS
 from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.read import OPTIONAL_FILE, load_springs
@@ -212,8 +214,9 @@ def _parse_person(top: TableReader, joining: Joining | None) -> _Subject | None:
     try:
         model = make_person(person, joining=joining, with_spheres=_has_props(top))
     except UsageError as failure:
-        key = "stature_m" if str(failure).startswith("a stature") else "mass_kg"
-        table.error(key, str(failure))
+        words = {"a stature": "stature_m", "the hip datum": "hip_datum_deg"}
+        keys = (key for start, key in words.items() if str(failure).startswith(start))
+        table.error(next(keys, "mass_kg"), str(failure))
         return None
     return _Subject(f"{person.sex}, {person.stature:g} m, {person.mass:g} kg", model, person)
 
@@ -317,6 +320,8 @@ def _check_person(person: PersonArguments, path: ParameterPath, value: float) ->
             estimate_measures(person.sex, stature, value * stature**2)
         case "mass":
             estimate_measures(person.sex, stature, value)
+        case "hip_datum":
+            check_hip_datum(radians(value))
         case _:
             estimate_measures(person.sex, stature, mass, {name: value})
 

@@ -66,6 +66,7 @@ PERSON_ROWS = TableRows(
         Number("stature_m", example="1.63", attribute="stature"),
         Number("mass_kg", example="62", attribute="mass"),
         Choice("springs", PERSON_SPRINGS),
+        Number("hip_datum_deg", attribute="hip_datum"),
     ),
 )
 MEASURE_ROWS = TableRows(

@@ -115,7 +115,7 @@ def _expected(name: str, person: WholePerson) -> tuple[float, float]:
 
 def build_whole_person(sex: Sex, stature: float, mass: float) -> WholePerson:
     """Build a person, without springs."""
-    return WholePerson(build_person(estimate_measures(sex, stature, mass), springs=False))
+    return WholePerson(build_person(estimate_measures(sex, stature, mass), springs="none"))
 
 
 @dataclass(frozen=True, eq=False)

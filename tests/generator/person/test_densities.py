@@ -59,7 +59,7 @@ def test_a_void_is_not_counted() -> None:
     ("sex", "stature", "mass"), [(Sex.MALE, 1.756, 85.5), (Sex.FEMALE, 1.628, 67.8)]
 )
 def test_densities_of_the_mean_bodies(sex: Sex, stature: float, mass: float) -> None:
-    person = build_person(estimate_measures(sex, stature, mass), springs=False)
+    person = build_person(estimate_measures(sex, stature, mass), springs="none")
     *rows, whole = segment_densities(person)
     assert {row.name for row in rows} == PUBLISHED_DENSITIES.keys()
     assert all(row.published.keys() == DENSITY_REFERENCES.keys() for row in rows)

@@ -1,12 +1,13 @@
 """Every number of a person's springs has a row: its value, where it is from, and how it follows."""
 
 from functools import cache
+from math import pi, radians
 
 import pytest
 
 from generator.person.body import build_body
 from generator.person.measures import Sex, estimate_measures
-from generator.person.passive_joints import coupled_leg_springs, passive_axes, spring_sources
+from generator.person.passive_joints import leg_springs, passive_axes, spring_sources
 from generator.person.sources import Origin
 
 
@@ -22,7 +23,8 @@ def axes():
 
 @cache
 def sources():
-    return spring_sources(axes(), coupled_leg_springs(body(), axes()))
+    legs = [leg_springs(body(), axes(), kind) for kind in ("published", "riener")]
+    return spring_sources(body(), axes(), legs)
 
 
 def test_factor_ratio_and_damping_of_every_axis_have_a_row():
@@ -53,7 +55,14 @@ def test_published_numbers_have_a_publication_and_estimates_say_so():
         ("waist", "lumbar lateral bend to the right: torque at 28 deg", -53.5),
         ("wrist", "radial deviation: stiffness", 1.74),
         ("knee", "flexion: damping ratio of the limb", 0.068),
-        ("hip_joint and knee", "two-joint law, constant about hip flexion", 8.072),
+        ("hip_joint and knee", "law of the leg, constant about hip flexion", 8.072),
+        ("hip_joint and knee and ankle", "law of the leg, exponential 2: hip flexion", 2.314),
+        ("ankle", "dorsiflexors: rate of exponential 1", -0.1949 * 180.0 / pi),
+        (
+            "hip_joint and knee and ankle",
+            "law of the leg: hip flexion of the upright person",
+            radians(10.0),
+        ),
     ],
 )
 def test_numbers_are_those_of_the_publications(part, quantity, value):

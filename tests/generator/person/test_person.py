@@ -38,7 +38,7 @@ def test_the_parts_of_a_person():
     assert set(MAN.surfaces) == {*TRUNK_SEGMENTS, *LIMB_SEGMENTS}
     assert MAN.figure.total_mass == pytest.approx(85.5, abs=1e-9)
     assert MAN.springs_file is not None
-    assert MAN.coupled_springs_file is not None
+    assert MAN.riener_springs_file is not None
 
 
 def test_every_rotation_has_a_spring_and_stops():
@@ -63,34 +63,41 @@ def test_a_person_keeps_its_springs():
 
 
 def test_springs_of_a_file_extend_those_of_a_person(tmp_path: Path):
-    file = tmp_path / "knee.springs.toml"
+    file = tmp_path / "elbow.springs.toml"
     file.write_text(
-        '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 5.0\nrest_deg = 0.0\n',
+        '[[spring]]\njoints = ["left_elbow"]\nstiffness_Nm_rad = 5.0\nrest_deg = 0.0\n',
         encoding="utf-8",
     )
     changed, before = read_springs(file, MAN.figure), MAN.model.springs
-    others = {name: joint for name, joint in before.joints.items() if name != "left_knee"}
+    others = {name: joint for name, joint in before.joints.items() if name != "left_elbow"}
     assert {name: changed.joints[name] for name in others} == others
-    assert Linear(5.0, 0.0) in changed.joints["left_knee"].axes[0].elastic
+    assert Linear(5.0, 0.0) in changed.joints["left_elbow"].axes[0].elastic
 
 
-def test_the_springs_of_both_joints_of_a_leg():
-    coupled = MAN.coupled_model.springs
-    assert len(coupled.coupled) == 2
-    assert coupled.joints.keys() == MAN.model.springs.joints.keys()
-    assert coupled.joints["left_ankle"] == MAN.model.springs.joints["left_ankle"]
-    bare = build_person(MAN.measures, springs=False)
-    assert bare.coupled_model == bare.model
+def test_the_springs_of_a_leg():
+    whole, pair = MAN.model.springs, MAN.riener_model.springs
+    assert [len(one.law.coordinates) for one in (*whole.coupled, *pair.coupled)] == [3, 3, 2, 2]
+    assert pair.joints.keys() == whole.joints.keys()
+    assert pair.joints["left_knee"] == whole.joints["left_knee"]
+    chosen = build_person(MAN.measures, springs="riener")
+    springs = chosen.model.springs
+    assert (springs.coupled, springs.joints) == (pair.coupled, pair.joints)
+    assert chosen.riener_springs_file is None
+    bare = build_person(MAN.measures, springs="none")
+    assert bare.riener_model == bare.model
+    assert build_person(MAN.measures, springs="coupled").springs_file == MAN.springs_file
+    with pytest.raises(UsageError, match="published, riener, coupled, none"):
+        build_person(MAN.measures, springs="soft")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".fig", ".osim", ".xml"])
-@pytest.mark.parametrize("are_coupled", [False, True], ids=["own", "coupled"])
-def test_springs_come_back_from_files(suffix: str, are_coupled: bool, tmp_path: Path):
-    springs = (MAN.coupled_model if are_coupled else MAN.model).springs
-    if are_coupled and suffix == ".fig":
+@pytest.mark.parametrize("is_pair", [False, True], ids=["own", "riener"])
+def test_springs_come_back_from_files(suffix: str, is_pair: bool, tmp_path: Path):
+    springs = (MAN.riener_model if is_pair else MAN.model).springs
+    if is_pair and suffix == ".fig":
         losses = convert(MAN.figure, tmp_path / "man.fig", springs=springs)
-        assert "the springs of <coupled>" in str(losses[tmp_path / "man.fig"])
+        assert "the springs of <riener>" in str(losses[tmp_path / "man.fig"])
         return
     convert(MAN.figure, tmp_path / f"man{suffix}", springs=springs)
     if suffix != ".fig":
@@ -106,8 +113,8 @@ def test_damping_added_to_a_person_in_vain_is_refused():
 
 
 def test_a_person_without_springs_has_stops():
-    bare = build_person(MAN.measures, springs=False)
-    assert (bare.springs_file, bare.coupled_springs_file) == (None, None)
+    bare = build_person(MAN.measures, springs="none")
+    assert (bare.springs_file, bare.riener_springs_file) == (None, None)
     assert bare.figure == replace(MAN.figure, springs_text=None)
     laws = [
         law for one in bare.model.springs.joints.values() for a in one.axes for law in a.elastic
@@ -121,7 +128,7 @@ def test_the_sources_of_all_parts():
     assert len(quantities) == len(MAN.sources) > 100
     assert ("lower_arm", "mass") in quantities
     assert ("knee", "limit of knee flexion") in quantities
-    bare = build_person(MAN.measures, springs=False)
+    bare = build_person(MAN.measures, springs="none")
     assert MAN.sources[: len(bare.sources)] == bare.sources
     assert {joint.name for joint in PERSON_JOINTS} <= {
         one.part for one in MAN.sources[len(bare.sources) :]

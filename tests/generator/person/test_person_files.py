@@ -88,7 +88,7 @@ def test_springs_files_name_their_figure(tmp_path: Path):
 
 
 def test_a_person_without_springs_has_no_springs_files(tmp_path: Path):
-    person = build_person(estimate_measures(*SHIPPED["female50"]), springs=False)
+    person = build_person(estimate_measures(*SHIPPED["female50"]), springs="none")
     files = person_files(person, tmp_path / "me.fig")
     beside = [path.name for path in files.contents if path.parent == tmp_path]
     assert beside == ["me.sources.csv", "me.fig"]

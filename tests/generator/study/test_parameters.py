@@ -93,7 +93,8 @@ def test_scale_of_one_and_offset_of_zero_leave_the_torques(one: Case) -> None:
             np.testing.assert_array_equal(elastic(axis), elastic(other))
             assert axis.resistance(0.3, 0.7) == other.resistance(0.3, 0.7)
     for spring, other in zip(one.springs.coupled, same.springs.coupled, strict=True):
-        assert spring.law.torques([0.3, 0.7]) == other.law.torques([0.3, 0.7])
+        angles = [0.3, 0.7, 0.1][: len(spring.axes)]
+        assert spring.law.torques(angles) == other.law.torques(angles)
 
 
 @settings(max_examples=25)
@@ -213,6 +214,22 @@ def test_coupled_law_is_scaled_and_shifted() -> None:
     back = [angles[0], angles[1] - radians(8.0)]
     for spring in moved.springs.coupled:
         assert spring.law.torques(angles) == pytest.approx(list(law.torques(back)))
+
+
+@pytest.mark.parametrize(
+    ("joint", "place"), [("hip_joint.flexion", 0), ("knee", 1), ("ankle", 2), ("left_knee", 1)]
+)
+def test_scale_of_a_joint_is_that_of_all_terms_that_depend_on_it(joint: str, place: int) -> None:
+    changed = vary(MALE, **{f"springs.{joint}.scale": 3.0})
+    for spring, other in zip(MALE.springs.coupled, changed.springs.coupled, strict=True):
+        is_meant = "left" not in joint or spring.axes[0].joint.startswith("left")
+        for term, scaled in zip(spring.law.terms, other.law.terms, strict=True):
+            factor = 3.0 if is_meant and term.rates[place] else 1.0
+            assert scaled.amplitudes == tuple(factor * a for a in term.amplitudes)
+            assert replace(scaled, amplitudes=term.amplitudes) == term
+        assert other.law.is_conservative
+    is_same = axis_of(MALE, "left_ankle") == axis_of(changed, "left_ankle")
+    assert is_same is (joint != "ankle")
 
 
 def test_damping_replaces_or_adds() -> None:
@@ -358,6 +375,23 @@ def test_case_of_a_person() -> None:
     assert built.springs == vary(Case(model, Plan()), springs__scale=2.0).springs
     with pytest.raises(MoverError, match="stature"):
         build_case(one, (5.0, 0.85, 1.0))
+
+
+def test_hip_datum_of_a_person() -> None:
+    person = PersonArguments(Sex.MALE, 1.756, 85.5, hip_datum=radians(5.0))
+    one = study(person, datum="person.hip_datum")
+    path = parse_path("person.hip_datum", Case(one.model, one.plan), person)
+    assert (path.unit, nominal_value(path, Case(one.model, one.plan))) == (
+        "deg",
+        pytest.approx(5.0),
+    )
+    hips = [
+        build_case(one, (datum,)).springs.coupled[0].law.torques((0.0, 0.0, 0.0))[0]
+        for datum in (5.0, 10.0)
+    ]
+    assert hips == pytest.approx([4.87, 2.82], abs=0.01)
+    with pytest.raises(MoverError, match="hip datum is from 0 to 15 deg"):
+        build_case(one, (16.0,))
 
 
 def test_person_with_a_floor_has_contact_spheres() -> None:

@@ -11,7 +11,9 @@ from generator.study.person_figure import make_person
 from generator.study.study import PersonArguments
 
 
-@pytest.mark.parametrize(("springs", "choice"), [("published", None), ("coupled", "coupled")])
+@pytest.mark.parametrize(
+    ("springs", "choice"), [("published", None), ("coupled", None), ("riener", "riener")]
+)
 def test_springs_are_those_of_the_shipped_person(springs: str, choice: str | None) -> None:
     shipped = read_springs(choice, read_figure("male50"))
     person = PersonArguments(Sex.MALE, 1.756, 85.5, springs)
@@ -43,5 +45,7 @@ def test_measured_dimension_changes_the_figure() -> None:
 def test_impossible_person() -> None:
     with pytest.raises(UsageError, match="a mass of"):
         make_person(PersonArguments(Sex.MALE, 1.75, 5.0), with_spheres=False)
-    with pytest.raises(UsageError, match="published, coupled, none"):
+    with pytest.raises(UsageError, match="published, riener, coupled, none"):
         make_person(PersonArguments(Sex.MALE, 1.75, 75.0, "soft"), with_spheres=False)
+    with pytest.raises(UsageError, match="the hip datum is from 0 to 15 deg"):
+        make_person(PersonArguments(Sex.MALE, 1.75, 75.0, hip_datum=0.3), with_spheres=False)
