@@ -318,8 +318,13 @@ def spring_sources(
         axes: axes of `passive_axes`.
         legs: springs of `leg_springs`.
     """
-    axes = tuple(axes)
-    rows = [row for axis in axes for row in _axis_sources(axis)]
+    axes, legs = tuple(axes), tuple(legs)
+    damped = {
+        (entry.joints, entry.axis) for leg in legs for entry in leg.entries if entry.law is None
+    }
+    rows = [
+        row for axis in axes for row in _axis_sources(axis, (axis.names, axis.axis) not in damped)
+    ]
     ankle = next(axis for axis in axes if (axis.joint, axis.motion) == ("ankle", "dorsiflexion"))
     rows += _law_sources(dorsiflexors(body, ankle), "dorsiflexors")
     rows += [row for leg in legs for entry in leg.coupled for row in _coupled_sources(entry)]
@@ -335,9 +340,10 @@ def _law_sources(axis: PassiveAxis, name: str) -> Iterator[SourcedNumber]:
         yield SourcedNumber(axis.joint, label, value, unit, axis.origin, reference, rule)
 
 
-def _axis_sources(axis: PassiveAxis) -> Iterator[SourcedNumber]:
+def _axis_sources(axis: PassiveAxis, is_elastic: bool) -> Iterator[SourcedNumber]:
     part, motion = axis.joint, axis.motion
-    yield from _law_sources(axis, motion)
+    if is_elastic:
+        yield from _law_sources(axis, motion)
     yield SourcedNumber(
         *(part, f"{motion}: factor of the torque", axis.scale, "", Origin.SCALED),
         _scaling_reference(),

@@ -13,10 +13,12 @@ from generator.diagnostics import (
     Diagnostics,
     ModelError,
     Parsed,
+    Severity,
     Source,
     TooManyErrors,
     error,
     shorten,
+    warning,
 )
 from generator.figure import AxisKind, Figure, Joint, Vector, is_rotation
 from generator.figure_file.read import FIGURE_FILE
@@ -71,7 +73,9 @@ _FILE_SUFFIXES = (".toml", OPTIONAL_FILE.suffix)
 def find_springs_file(
     directory: Path | None, stem: str | None, choice: str | Path | None
 ) -> tuple[Path | None, Diagnostic | None]:
-    """The file to read, None where the figure speaks for itself; or the fault that there is none.
+    """The file to read, None where the figure speaks for itself; and the fault that there is none.
+
+    The former name "coupled" of a person's own springs finds these, with a warning.
 
     Args:
         directory: where the figure's file lies; None when it is from no file.
@@ -93,8 +97,8 @@ def find_springs_file(
     beside = springs_names(directory, stem)
     known = (*beside, NO_SPRINGS, PRINTED_SPRINGS)
     if name == "coupled" and "riener" in beside:
-        hint = "a person's law of hip, knee and ankle is the default: leave the choice out"
-        return None, error(f"the springs `{name}` of a person have no file", hint=hint)
+        own = _find_sibling(directory, stem, (SPRINGS_FILE.suffix,))
+        return own, warning(f"springs `{name}` are the default: one law of hip, knee and ankle")
     return None, error(
         f"there are no springs `{shorten(name)}` beside the figure `{shorten(stem)}`",
         hint=f"there are {', '.join(known)}; else name a file",
@@ -203,9 +207,9 @@ def load_springs(
     if choice is not None and str(choice) == NO_SPRINGS:
         none = SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS)
         return Parsed(LoadedSprings(none), ())
-    path, missing = find_springs_file(directory, stem, choice)
-    if missing is not None:
-        return Parsed(None, (missing,))
+    path, fault = find_springs_file(directory, stem, choice)
+    if fault is not None and fault.severity is Severity.ERROR:
+        return Parsed(None, (fault,))
     own = _find_sibling(directory, stem, (SPRINGS_FILE.suffix, OPTIONAL_FILE.suffix))
     texts = {} if path is None or text is None else {path: make_source(text, str(path))}
     if figure.springs_text is not None:
@@ -213,6 +217,8 @@ def load_springs(
         texts[own] = make_source(figure.springs_text, str(own))
         path = own if choice is None else path
     diagnostics, springs, bound = Diagnostics(), None, _FIGURE_ALONE
+    if fault is not None:
+        diagnostics.entries.append(fault)
     with suppress(TooManyErrors):
         if path is not None:
             is_printed = str(choice) == PRINTED_SPRINGS

@@ -13,7 +13,7 @@ from tests.command import answer, mover, run
 
 ME = ("person", "--sex", "female", "--stature", "1.65m", "--mass", "62kg")
 
-NAMES = ["me.coupled.springs.toml", "me.fig", "me.sources.csv", "me.springs.toml", "me_geometry"]
+NAMES = ["me.fig", "me.riener.springs.toml", "me.sources.csv", "me.springs.toml", "me_geometry"]
 
 
 def names(folder: Path) -> list[str]:
@@ -63,10 +63,30 @@ def test_the_references_of_the_body_are_cited(me: Path):
     assert not any(each["reference"].startswith("de Leva") for each in found)
 
 
-def test_the_coupled_springs_are_chosen_by_their_name(me: Path):
-    springs = answer("describe", me, "--springs", "coupled")["springs"]
-    assert springs["coupled"]
-    assert springs["joints"]
+def test_the_springs_of_the_leg_are_chosen_by_their_name(me: Path):
+    own, pair, former = (
+        answer("describe", me, *choice)["springs"]
+        for choice in ((), ("--springs", "riener"), ("--springs", "coupled"))
+    )
+    assert [len(one["axes"]) for one in (*own["coupled"], *pair["coupled"])] == [3, 3, 2, 2]
+    assert own["joints"].keys() == pair["joints"].keys()
+    assert (former["coupled"], former["joints"]) == (own["coupled"], own["joints"])
+    result = run("describe", me, "--springs", "coupled")
+    assert "warning: springs `coupled` are the default: one law of hip, knee and a" in result.stderr
+
+
+def test_springs_and_hip_datum_of_a_person(tmp_path: Path):
+    path = tmp_path / "me.fig"
+    said = run(*ME, "--springs", "coupled", "--hip-datum", "5deg", "-o", path).stdout
+    assert "coupled is the default: hip, knee and ankle have one law" in said
+    assert "an upright hip is at 5 deg" in said
+    assert "\noffsets_deg = [-5, 0, 0]\n" in springs_path(path).read_text(encoding="utf-8")
+    said = run(*ME, "--springs", "riener", "-o", tmp_path / "other.fig").stdout
+    assert "hip and knee have one law, of Riener & Edrich 1999" in said
+    assert not springs_path(tmp_path / "other.fig", "riener").exists()
+    assert "riener_edrich" in springs_path(tmp_path / "other.fig").read_text(encoding="utf-8")
+    refused = mover(*ME, "--hip-datum", "20deg")
+    assert "the hip datum is from 0 to 15 deg, not 20 deg" in refused.stderr
 
 
 def test_the_table_of_sources_has_a_row_a_number(me: Path):
@@ -157,9 +177,9 @@ def test_a_person_may_be_written_again_but_not_over_other_springs(tmp_path: Path
 
 def test_the_springs_of_a_person_are_not_replaced_by_those_of_another(tmp_path: Path):
     run(*ME, "-o", tmp_path / "me.fig")
-    result = mover(*ME, "-o", tmp_path / "me.coupled.fig")
+    result = mover(*ME, "-o", tmp_path / "me.riener.fig")
     assert result.exit_code == 1
-    assert "me.coupled.springs.toml` exists with other springs" in result.stderr
+    assert "me.riener.springs.toml` exists with other springs" in result.stderr
     assert names(tmp_path) == NAMES
 
 

@@ -51,7 +51,6 @@ def test_published_numbers_have_a_publication_and_estimates_say_so():
 @pytest.mark.parametrize(
     ("part", "quantity", "value"),
     [
-        ("knee", "flexion: torque at 120 deg", -5.835),
         ("waist", "lumbar lateral bend to the right: torque at 28 deg", -53.5),
         ("wrist", "radial deviation: stiffness", 1.74),
         ("knee", "flexion: damping ratio of the limb", 0.068),
