@@ -170,7 +170,7 @@ COUPLED = CoupledExponential(
     ("first", "second", "third"),
     (
         CoupledTerm((1.0, -2.0, 0.5), (0.8, 0.5, 0.0), 0.1),
-        CoupledTerm((0.6, 0.9, 0.3), (-0.6, -0.9, -0.3)),
+        CoupledTerm((0.6, 0.9, 0.3), (-0.6, -0.9, -0.3), 0.2, 0.4),
     ),
     (0.3, 0.0, -0.2),
     (None, None, None),

@@ -177,7 +177,7 @@ COUPLED = CoupledExponential(
     ("one", "two", "three"),
     (
         CoupledTerm((1.5, -0.5, 2.0), (0.6, -0.4, 0.3), 0.1),
-        CoupledTerm((0.0, -2.0, 0.4), (-0.8, 0.5, 0.0), -0.2),
+        CoupledTerm((0.0, -2.0, 0.4), (-0.8, 0.5, 0.0), -0.2, 0.1),
     ),
     (0.4, -0.3, 0.8),
     (None, None, None),
@@ -185,7 +185,7 @@ COUPLED = CoupledExponential(
 CHAINS = {"ball": build_chain(BALL), "hinge": build_chain(chain("Rs"))}
 GRADIENT = CoupledExponential(
     ("one", "two", "three"),
-    (CoupledTerm((-1.2, 0.8, -0.6), (0.6, -0.4, 0.3), 0.1),),
+    (CoupledTerm((-1.2, 0.8, -0.6), (0.6, -0.4, 0.3), 0.1, 0.3),),
     (0.4, -0.3, 0.8),
     (None, None, None),
 )

@@ -78,7 +78,7 @@ LAW = CoupledExponential(
     ("one", "two", "three", "four"),
     (
         CoupledTerm((1.5, -0.5, 2.0, 0.3), (0.6, -0.4, 0.3, 0.2), 0.1),
-        CoupledTerm((0.0, -2.0, 0.4, -1.0), (-0.8, 0.5, 0.0, 0.1), -0.2),
+        CoupledTerm((0.0, -2.0, 0.4, -1.0), (-0.8, 0.5, 0.0, 0.1), -0.2, 0.1),
     ),
     (0.4, -0.3, 0.8, 0.1),
     (None,) * 4,
@@ -129,6 +129,7 @@ STIFF = JointSprings("pin", (AxisSpring(SKEW, (Linear(500.0, 0.1),), Damping(0.3
 CASES = {
     "prototype": Case(PROTOTYPE, states=50),
     "prototype, coupled": Case(PROTOTYPE, {"spring_choice": "coupled"}, states=50),
+    "male50": Case(read_figure("male50"), states=50),
     "prototype, printed": Case(PROTOTYPE, {"spring_choice": "printed"}, states=50),
     "prototype, weighted": Case(PROTOTYPE, {"joining": Joining.WEIGHTED}, states=50),
     "prototype, free": Case(PROTOTYPE, {"free_root": True}),

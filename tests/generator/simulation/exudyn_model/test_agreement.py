@@ -200,6 +200,7 @@ KNEES = Links((link(("right_knee", 0), ("left_knee", 0), 0.7),))
 CASES = {
     "prototype": (read_figure("prototype"), {}),
     "prototype, coupled": (read_figure("prototype"), {"spring_choice": "coupled"}),
+    "male50": (read_figure("male50"), {}),
     "prototype, weighted": (read_figure("prototype"), {"joining": Joining.WEIGHTED}),
     "prototype, free": (read_figure("prototype"), {"free_root": True}),
     "prototype, Python": (read_figure("prototype"), {"python_torques": True}),

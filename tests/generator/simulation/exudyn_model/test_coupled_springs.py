@@ -53,7 +53,7 @@ LAW = CoupledExponential(
     NAMES,
     (
         CoupledTerm((1.5, -0.5, 2.0), (0.6, -0.4, 0.3), 0.1),
-        CoupledTerm((0.0, -2.0, 0.4), (-0.8, 0.5, 0.0), -0.2),
+        CoupledTerm((0.0, -2.0, 0.4), (-0.8, 0.5, 0.0), -0.2, 0.1),
         CoupledTerm((-1.0, 0.3, 0.0), (0.2, 0.1, -0.9)),
     ),
     (0.4, -0.3, 0.8),
@@ -170,7 +170,7 @@ def test_the_order_of_coordinates_and_laws_is_irrelevant() -> None:
 
     law = CoupledExponential(
         moved(NAMES),
-        tuple(CoupledTerm(moved(t.amplitudes), moved(t.rates), t.exponent) for t in LAW.terms),
+        tuple(replace(t, amplitudes=moved(t.amplitudes), rates=moved(t.rates)) for t in LAW.terms),
         moved(LAW.constants),
         moved(LAW.valid_ranges),
     )
