@@ -92,7 +92,7 @@ def test_every_public_name_is_imported_and_a_wrong_one_has_a_hint():
 def public_values(folder: Path) -> Iterator[object]:
     """Values that a script gets from the public names."""
     person = generator.build_person(generator.estimate_measures(generator.Sex.MALE, 1.75, 75.0))
-    yield from (person, person.measures, person.body, person.model, person.coupled_model)
+    yield from (person, person.measures, person.body, person.model, person.riener_model)
     yield from (person.springs_file, person.figure, *person.passive_axes, *person.sources[:3])
     yield from (*person.surfaces.values(), *person.model.springs.joints.values())
     figure = person.figure
