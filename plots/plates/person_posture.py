@@ -41,7 +41,7 @@ _LANDMARK = LineStyle(BLACK, "", "o")
 
 RELAXED_CASES: Mapping[str, tuple[str, str | None]] = {
     "man": ("male50", None),
-    "man with coupled leg": ("male50", "coupled"),
+    "man with Riener's leg": ("male50", "riener"),
 }
 """Figure and choice of springs of the relaxed persons, by words."""
 
@@ -240,7 +240,7 @@ def _caption(made: Postures) -> str:
         "survey's mean height. Right: `mover settle --gravity 0,0,0` with the pelvis fixed, from "
         f"standing. The man's angles [deg]: {angles}. Of these only the angle between trunk and "
         "thigh has a published value that was read; crews of a later flight did not share one "
-        "posture [3]. The coupled leg has the springs of `--springs coupled`."
+        "posture [3]. Riener's leg has the springs of `--springs riener`."
     )
 
 

@@ -10,12 +10,12 @@ from generator import read_figure
 from plots.person_facts import person_facts
 from plots.plate import Claim, Outcome
 from plots.plates.person_pendulums import (
-    COUPLED,
     ELBOW,
     GRAVITY,
     KNEE,
     LIMP,
     MAN,
+    RIENER,
     SETUPS,
     SITTING,
     WOMAN,
@@ -85,19 +85,23 @@ def test_joints_fall_into_flexion_and_come_to_rest() -> None:
 
 @pytest.mark.slow
 def test_people_and_persons_swing_alike() -> None:
-    for case in (MAN, WOMAN, COUPLED):
+    for case in (MAN, WOMAN, RIENER, SITTING):
         for text in ("relaxation index", "period", "number of swings"):
-            assert claim_of(f"Knee of the {case.words}: {text}").outcome is Outcome.AGREES
+            is_fast = case is WOMAN and text == "period"  # 0.992 s for 1.0 s at least
+            outcome = claim_of(f"Knee of the {case.words}: {text}").outcome
+            assert outcome is (Outcome.DIFFERS if is_fast else Outcome.AGREES)
 
 
 @pytest.mark.slow
-def test_the_coupled_leg_is_stiffer_sitting_than_lying() -> None:
-    lying, sitting = (
-        data("person_pendulums").swing("knee", COUPLED),
-        data("person_pendulums").swing("seated knee", SITTING),
-    )
-    assert lying.period() > sitting.period()
-    assert lying.rest < sitting.rest
+def test_a_hip_beyond_the_measured_range_is_too_stiff_for_the_knee() -> None:
+    outcomes = [claim_of(f"hip at {hip} deg: period").outcome for hip in (60, 90)]
+    assert outcomes == [Outcome.DIFFERS, Outcome.DIFFERS]
+
+
+@pytest.mark.slow
+def test_the_frequency_of_a_leg_with_springs_is_not_compared() -> None:
+    assert claim_of("Leg of the man without springs").outcome is Outcome.AGREES
+    assert claim_of("Leg of the man: ").outcome is Outcome.INCOMPARABLE
 
 
 @pytest.mark.slow
@@ -133,7 +137,7 @@ def test_a_stiffer_knee_fails_its_claims() -> None:
 
 
 def test_a_release_of_the_prototype_is_a_swing() -> None:
-    setup = replace(KNEE, stop=3.0)
+    setup = replace(KNEE, stop=3.0, posture={})
     swing = release(read_figure("prototype"), setup, None)
     assert swing.start == 0.0
     assert 1.0 < swing.relaxation_index < 2.0

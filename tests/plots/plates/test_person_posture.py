@@ -58,7 +58,7 @@ def test_a_lower_ear_bends_the_head_further() -> None:
     assert other.centre_in_front("hip") > one.centre_in_front("hip") + 0.01
 
 
-@pytest.mark.parametrize("name", ["man", "man with coupled leg"])
+@pytest.mark.parametrize("name", ["man", "man with Riener's leg"])
 def test_the_angle_is_that_of_hip_and_spine(name: str) -> None:
     relaxed = data("person_posture").relaxed[name]
     bent = relaxed.angle("left_hip_joint", 2)
