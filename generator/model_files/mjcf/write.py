@@ -8,7 +8,9 @@ ball joint, whose quaternion rotates the body's own frame.
 A hinge or a slide joint has the spring force -(a x + b x^2 + c x^3), where x is measured from
 `springref`. A fixed tendon has the same force with x measured from the ends of its `springlength`,
 zero between them; so a curve beyond a breakpoint is a tendon `JOINT_corner_n` of
-one joint, slack on one side. A curve without a zero has its constant part in the actuator
+one joint, slack on one side. An exponential of a law over several joints is such tendons
+`JOINTS_spring_n` over the hinges, whose length is the sum of angles over the size of the rates, if
+their angles are those of hinges. A curve without a zero has its constant part in the actuator
 `JOINT_constant`.
 
 The springs of several rotations are functions of the rotation vector r, which is the length of an
@@ -22,9 +24,10 @@ that differs between axes is `J_damping_n_parent` and `..._child` with half of e
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import assert_never
+from typing import NamedTuple, assert_never
 
 import numpy as np
 
@@ -84,9 +87,19 @@ from generator.rotations import (
     quaternion_from_matrix,
     unit_vector,
 )
+from generator.springs_file.axes import parallel_sign
 from generator.units import AxisUnits
-from springs import AxisSpring, JointSprings, SpringSet, total_torque
+from springs import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Joining,
+    JointSprings,
+    SpringSet,
+    total_torque,
+)
 from springs.elastic import Range
+from springs.exponential import Exponential, ExponentialTerm
 
 WORLD = "world"
 """Name of the site whose axes are those of the world; the others have a dot in theirs."""
@@ -237,7 +250,9 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    add_common_losses(model, springs, losses)
+    left = tuple(spring for spring in springs.coupled if not builder.add_coupled_spring(spring))
+    builder.report_fits()
+    add_common_losses(model, replace(springs, coupled=left), losses)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -247,6 +262,14 @@ _COMMENTS = (
     "Units are metres, kilograms, seconds and radians; y is up.",
     "The key `start` is the pose in which the figure is drawn; without it all displacements are 0.",
 )
+
+
+class _Hinge(NamedTuple):
+    """A hinge of an angle of a law: its name, its sense in the angle, and the angle's range."""
+
+    name: str
+    sense: int
+    ends: Range
 
 
 class _BodyWriter:
@@ -265,6 +288,7 @@ class _BodyWriter:
         world = sections["worldbody"]
         self._springs = dict(tree_joint_springs(model, springs))
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
+        self._names: dict[str, dict[int | None, str]] = {}
         self._initial_positions_by_body: dict[str, list[float]] = {}
         self._joints = {
             model.joints[name]
@@ -292,6 +316,9 @@ class _BodyWriter:
         for branch in model.tree.joints:
             self._add_body(branch)
             add_sites(model, self.bodies[branch.outboard], branch.outboard, np.eye(4))
+
+    def report_fits(self) -> None:
+        """Report the springs that are approximated."""
         self._fits.report(self._losses)
 
     def _add_body(self, branch: TreeJoint) -> None:
@@ -344,6 +371,7 @@ class _BodyWriter:
         laws = split_joint_laws(chain, springs, self._joining)
         position = format_numbers(tip_site[:3, 3])
         names = self._joint_element_names(joint)
+        self._names[joint.name] = names
         displacements = self._model.placement.displacements[joint.name]
         start: list[float] = []
         self._initial_positions_by_body[body.attrib["name"]] = start
@@ -522,30 +550,113 @@ class _BodyWriter:
         if any(curve.coefficients):
             element.set("springref", format_numbers(curve.root))
             element.set("stiffness", _format_stiffness(curve.coefficients))
+        self._add_corners(name, curve, {name: 1.0})
+        if curve.constant:
+            self._add_constant(name, curve.constant, joint=name)
+
+    def _add_corners(self, name: str, curve: PiecewiseCubic, coefs: Mapping[str, float]) -> None:
+        """The terms of a curve beyond its breakpoints, of a sum of displacements."""
         for number, step in enumerate(curve.breakpoint_terms, 1):
             ends = (
                 (-_UNREACHABLE_LENGTH, step.start)
                 if step.above
                 else (step.start, _UNREACHABLE_LENGTH)
             )
-            tendon = add_element(
-                self._tendons,
-                "fixed",
-                name=f"{name}_corner_{number}",
-                springlength=format_numbers(ends),
-                stiffness=_format_stiffness(step.coefficients),
+            self._add_tendon(f"{name}_corner_{number}", ends, step.coefficients, coefs)
+
+    def _add_tendon(
+        self,
+        name: str,
+        ends: tuple[float, ...],
+        coefficients: tuple[float, float, float],
+        coefs: Mapping[str, float],
+    ) -> None:
+        tendon = add_element(
+            self._tendons,
+            "fixed",
+            name=name,
+            springlength=format_numbers(ends),
+            stiffness=_format_stiffness(coefficients),
+        )
+        for joint, coef in coefs.items():
+            add_element(tendon, "joint", joint=joint, coef=format_numbers(coef))
+
+    def _add_constant(self, name: str, force: float, **target: str) -> None:
+        """A constant force on a joint or a tendon."""
+        add_element(
+            self._actuators,
+            "general",
+            name=f"{name}_constant",
+            **target,
+            gainprm="0",
+            biastype="affine",
+            biasprm=format_numbers((force, 0.0, 0.0)),
+        )
+
+    def add_coupled_spring(self, spring: CoupledSpring) -> bool:
+        """Add a law over several joints, and return whether it can be written.
+
+        It can if its exponentials are gradients of hinges: each is springs of tendons, whose length
+        is its sum of angles over the size of its rates.
+        """
+        hinges = [self._hinge(axis) for axis in spring.axes]
+        found = [hinge for hinge in hinges if hinge is not None]
+        if len(found) < len(hinges) or not all(term.is_gradient for term in spring.law.terms):
+            return False
+        label = "_".join(self._model.joints[axis.joint] for axis in spring.axes)
+        for number, term in enumerate(spring.law.terms, 1):
+            size = float(np.linalg.norm(term.rates))
+            end = None if term.end is None else term.end - term.exponent
+            amplitude = -size * term.energy_amplitude * float(np.exp(term.exponent))
+            law = Exponential((ExponentialTerm(amplitude, size, end=end),))
+            weights = [rate / size for rate in term.rates]
+            sides = [
+                sorted(weight * angle for angle in hinge.ends)
+                for weight, hinge in zip(weights, found, strict=True)
+            ]
+            ends = sum(side[0] for side in sides), sum(side[1] for side in sides)
+            curve = fit_piecewise_cubic(
+                (law,), (ends[0] - ROTATION_MARGIN, ends[1] + ROTATION_MARGIN)
             )
-            add_element(tendon, "joint", joint=name, coef="1")
-        if curve.constant:
-            add_element(
-                self._actuators,
-                "general",
-                name=f"{name}_constant",
-                joint=name,
-                gainprm="0",
-                biastype="affine",
-                biasprm=format_numbers((curve.constant, 0.0, 0.0)),
+            if curve is None:
+                return False
+            coefs = {
+                hinge.name: hinge.sense * weight
+                for weight, hinge in zip(weights, found, strict=True)
+                if weight
+            }
+            name = f"{label}_spring_{number}"
+            self._add_tendon(name, (curve.root,), curve.coefficients, coefs)
+            self._add_corners(name, curve, coefs)
+            if curve.constant:
+                self._add_constant(name, curve.constant, tendon=name)
+            lengths = np.linspace(*ends, _FIT_SAMPLES)
+            differences = curve.torque(lengths) - np.asarray(law.torque(lengths))
+            error = FitError.from_differences(differences, "N m")
+            self._fits.add(
+                _FITTED, " and ".join(dict.fromkeys(a.joint for a in spring.axes)), error
             )
+        for constant, hinge in zip(spring.law.constants, found, strict=True):
+            if constant:
+                self._add_constant(
+                    f"{label}_{hinge.name}", hinge.sense * constant, joint=hinge.name
+                )
+        return True
+
+    def _hinge(self, axis: CoupledAxis) -> "_Hinge | None":
+        """The hinge whose angle is that about an axis of a joint; None without one."""
+        joint = self._model.figure.joints[axis.joint]
+        chain = self._model.tree.chains[axis.joint]
+        springs = self._springs.get(axis.joint, JointSprings(axis.joint))
+        is_alone = len(chain.rotations) == 1 or self._joining is Joining.COORDINATES
+        if self._is_ball(axis.joint) or not is_alone or axis.joint not in self._names:
+            return None
+        for k in chain.rotations:
+            sense = parallel_sign(axis.direction, chain.joint_axes[k].axis)
+            if sense:
+                low, high = joint_ranges(joint, springs)[k]
+                return _Hinge(self._names[axis.joint][k], sense, (sense * low, sense * high))
+        return None
 
     def _add_friction_losses(self, joint: Joint, laws: JointLaws) -> None:
         """Friction that MuJoCo has in another way or not at all."""

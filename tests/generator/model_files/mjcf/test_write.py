@@ -22,6 +22,7 @@ from generator.model_files.mjcf.spring_fit import (
 )
 from generator.model_files.mjcf.write import format_mjcf
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
+from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
     Cubic,
@@ -329,3 +330,24 @@ def test_segments_without_a_psurf_are_capsules_that_touch_nothing() -> None:
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
     assert (model.geom_size[:, 0] > 0.0).all()
+
+
+def test_a_law_over_several_joints_is_tendons_of_their_hinges() -> None:
+    """Exponentials are followed within the error of other curves; a ball has no hinges."""
+    of = read_figure("male50")
+    springs = read_springs(None, of, Joining.COORDINATES)
+    with_law, without = MuJoCo(of, springs), MuJoCo(of, replace(springs, coupled=()))
+    names = ("left_hip_joint_3", "left_knee", "left_ankle_2")
+    law = springs.coupled[0].law
+    for angles in ((0.0, 0.1, 0.1), (0.9, 2.1, -0.6), (-0.25, 0.3, 0.3)):
+        forces = []
+        for loaded in (with_law, without):
+            for name, angle in zip(names, angles, strict=True):
+                loaded.data.qpos[loaded.model.joint(name).qposadr] = angle
+            loaded.api.mj_forward(loaded.model, loaded.data)
+            places = [int(loaded.model.joint(name).dofadr[0]) for name in names]
+            forces.append((loaded.data.qfrc_passive + loaded.data.qfrc_actuator)[places])
+        assert forces[0] - forces[1] == pytest.approx(law.torques(angles), abs=0.02)
+    lost = "laws over several joints"
+    assert lost not in str(with_law.losses)
+    assert lost in str(MuJoCo(of, read_springs(None, of)).losses)
