@@ -33,7 +33,7 @@ from springs import (
     SpringSet,
     Stop,
 )
-from springs.coupled import CoupledExponential
+from springs.coupled import CoupledExponential, CoupledTerm
 from tests.chains import SKEW, at, chain, one_body, row, two_bodies
 from tests.generator.model_files.model_cases import (
     BENT,
@@ -222,7 +222,8 @@ def test_contact_spheres_are_lost(write: Text) -> None:
 def test_laws_over_several_joints_are_lost(write: Text) -> None:
     of = on_a_rail()
     axes = (CoupledAxis("hinge", (1.0, 0.0, 0.0)), CoupledAxis("hinge", (1.0, 0.0, 0.0)))
-    law = CoupledExponential(("a", "b"), (), (0.0, 0.0), (None, None))
+    no_energy = CoupledTerm((1.0, 0.0), (1.0, 2.0))
+    law = CoupledExponential(("a", "b"), (no_energy,), (0.0, 0.0), (None, None))
     springs = SpringSet(coupled=(CoupledSpring(law, axes),))
     assert lost(write, of, springs)["laws over several joints"] == {"hinge"}
 
