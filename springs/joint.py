@@ -35,6 +35,16 @@ class Joining(Enum):
     """Laws of the displacements of the joint's own chain."""
 
 
+class Singularity(Enum):
+    """Orientations at which a law has no torque."""
+
+    HALF_TURN = "half turn"
+    """A rotation by 180 deg, where the rotation vector changes its sign."""
+    POLE = "pole"
+    """The innermost and the outermost of three axes are parallel."""
+    NONE = "none"
+
+
 @short_repr
 @dataclass(frozen=True)
 class AxisSpring:

@@ -20,8 +20,8 @@ from generator.kinematics.tree import Tree, build_tree
 from generator.losses import Losses
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
 from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
+from springs.coordinates import CoordinateLaw
 from springs.elastic import Frictional
-from springs.rotation_law import CoordinateLaw
 
 
 @dataclass(frozen=True)

@@ -131,8 +131,8 @@ class SegmentMotion:
             for name, motion in joints.items()
         }
         chains = self._model.placement.tree.chains
-        moved = coupled_motion(self._model, joints)
         for coupled in self._model.coupled:
+            moved = coupled_motion(self._model, joints)
             for name, torque in moved.torques(coupled.spring).items():
                 if torque.ndim == 1:
                     torques[name] += np.outer(torque, unit_vector(chains[name].rotation_axes[0]))

@@ -561,8 +561,8 @@ def _figure_spring(
         return []
     if not laws and not viscous:
         return []
-    middle = _middle_of_range(joint, k)
-    return [AxisSpring(axis, tuple(laws), Damping(viscous), middle=middle)]
+    spring = AxisSpring(axis, tuple(laws), middle=_middle_of_range(joint, k))
+    return [replace(spring, damping=Damping(viscous)) if viscous else spring]
 
 
 def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:

@@ -42,7 +42,7 @@ from springs import (
     rotation_law,
     total_torque,
 )
-from springs.rotation_law import VectorLaw
+from springs.spherical import VectorLaw
 
 
 class JointKind(Enum):

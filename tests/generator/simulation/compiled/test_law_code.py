@@ -37,8 +37,8 @@ from springs.elastic import Elastic
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
-from springs.rotation_law import VectorLaw
 from springs.smooth_limit import SmoothLimit
+from springs.spherical import VectorLaw
 from springs.transformed import Transformed
 from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, chain, negative
 from tests.compiled_models import SEQUENTIAL, Evaluation, evaluate, plain_tables, source_of
