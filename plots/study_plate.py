@@ -3,7 +3,7 @@
 import csv
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from itertools import product
 from math import floor, log10, nan
@@ -58,7 +58,7 @@ _ROW_HEIGHT = 0.3
 _PANEL_HEIGHT = 0.95
 """Height of title, axis and margins of a ranking [inch]."""
 
-_SOBOL_REFERENCES = (
+SOBOL_REFERENCES = (
     "I. M. Sobol, Global sensitivity indices for nonlinear mathematical models and their Monte "
     "Carlo estimates. Mathematics and Computers in Simulation 55 (2001) 271-280; "
     "doi:10.1016/S0378-4754(00)00270-6",
@@ -100,7 +100,7 @@ _RANKINGS = {
         IndexKind.FIRST,
         "total index: alone and with the others",
         "first-order index: alone",
-        _SOBOL_REFERENCES,
+        SOBOL_REFERENCES,
     ),
     DesignKind.MORRIS: _Ranking(
         IndexKind.MU_STAR,
@@ -141,8 +141,22 @@ def sensitivity_plates(indices: StudyIndices, stem: str) -> Iterator[Plate]:
         indices: indices of the study.
         stem: stem of the names of the plates.
     """
+    references = _RANKINGS[indices.kind].references
     for names, name in _pages(indices.measures, f"{stem}_sensitivity"):
-        yield _ranking_plate(indices, {each: indices.measures[each] for each in names}, name)
+        shown = replace(indices, measures={each: indices.measures[each] for each in names})
+        with plot_style():
+            figure = draw_rankings(shown)
+            add_footer(figure, varied_quantities(shown), references)
+        yield Plate(
+            name=name,
+            title=f"{indices.name}: sensitivity to parameters, with {_percent(indices)} intervals",
+            caption=rankings_caption(shown),
+            sign=varied_quantities(shown),
+            figure=figure,
+            claims=(),
+            tables=ranking_tables(shown),
+            references=references,
+        )
 
 
 def _pages(measures: Iterable[str], stem: str) -> Iterator[tuple[list[str], str]]:
@@ -153,49 +167,41 @@ def _pages(measures: Iterable[str], stem: str) -> Iterator[tuple[list[str], str]
         yield names[start : start + MAX_MEASURES], f"{stem}{number}"
 
 
-def _ranking_plate(
-    indices: StudyIndices, measures: Mapping[str, MeasureIndices], name: str
-) -> Plate:
+def draw_rankings(indices: StudyIndices) -> Figure:
+    """Draw the ranking of each measure; call it within `plot_style`."""
     rule = _RANKINGS[indices.kind]
-    percent = f"{100 * indices.confidence:g} %"
-    ranked = {each: _ranked(measure, rule) for each, measure in measures.items()}
+    ranked = {name: _ranked(measure, rule) for name, measure in indices.measures.items()}
     lengths = [min(len(order), MAX_RANKED) or 1 for order in ranked.values()]
-    with plot_style():
-        figure = create_canvas(
-            0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
-        )
-        grid = figure.subplots(len(measures), 1, squeeze=False, height_ratios=lengths)
-        panels = [row[0] for row in grid]
-        for axes, (title, measure) in zip(panels, measures.items(), strict=True):
-            _draw_ranking(axes, title, measure, ranked[title], rule)
-        if indices.kind is DesignKind.SOBOL:
-            _share_limits(panels)
-        _add_legend(figure, rule)
-        sign = _sign(indices)
-        add_footer(figure, sign, rule.references)
-    unit = "base samples" if indices.kind is DesignKind.SOBOL else "trajectories"
-    left_out = [
-        f"{title}: {measure.message}" for title, measure in measures.items() if measure.message
-    ]
+    height = 0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
+    figure = create_canvas(height)
+    grid = figure.subplots(len(lengths), 1, squeeze=False, height_ratios=lengths)
+    panels = [row[0] for row in grid]
+    for axes, (title, measure) in zip(panels, indices.measures.items(), strict=True):
+        _draw_ranking(axes, title, measure, ranked[title], rule)
+    if indices.kind is DesignKind.SOBOL:
+        _share_limits(panels)
+    main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
+    beside = Line2D(
+        [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
+    )
+    _add_legend_above(figure, [main, beside])
+    return figure
+
+
+def rankings_caption(indices: StudyIndices) -> str:
+    """Return the text below the rankings of all measures."""
+    is_sobol = indices.kind is DesignKind.SOBOL
+    left_out = [f"{name}: {one.message}" for name, one in indices.measures.items() if one.message]
     caption = (
-        f"Parameters ranked by the {_name(rule.main)} of each measure, from {indices.samples} "
-        f"{unit}. Bars are intervals of {percent} from {indices.resamples} "
-        f"bootstrap samples. {' '.join(left_out)}"
+        f"Parameters ranked by the {'total index' if is_sobol else 'mean size of the effects'} of "
+        f"each measure, from {indices.samples} {'base samples' if is_sobol else 'trajectories'}. "
+        f"Bars are intervals of {_percent(indices)} from {indices.resamples} bootstrap samples."
     )
-    return Plate(
-        name=name,
-        title=f"{indices.name}: sensitivity to parameters, with {percent} intervals",
-        caption=caption.strip(),
-        sign=sign,
-        figure=figure,
-        claims=(),
-        tables=_ranking_tables(indices, measures, ranked),
-        references=rule.references,
-    )
+    return " ".join([caption, *left_out])
 
 
-def _name(kind: IndexKind) -> str:
-    return {IndexKind.TOTAL: "total index", IndexKind.MU_STAR: "mean size of the effects"}[kind]
+def _percent(indices: StudyIndices) -> str:
+    return f"{100 * indices.confidence:g} %"
 
 
 def _ranked(measure: MeasureIndices, rule: _Ranking) -> list[str]:
@@ -286,37 +292,25 @@ def _share_limits(panels: Sequence[Axes]) -> None:
             axes.set_xlim(low, high)
 
 
-def _add_legend(figure: Figure, rule: _Ranking) -> None:
-    main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
-    beside = Line2D(
-        [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
-    )
-    _add_legend_above(figure, [main, beside])
-
-
 def _add_legend_above(figure: Figure, handles: Sequence[Artist]) -> None:
     columns = (2 if len(handles) == 2 else 4) // (2 if current_medium().is_narrow else 1)
     look: Look = {"fontsize": 8.0, "borderaxespad": 0.2}
     figure.legend(handles=handles, loc="outside upper left", ncols=columns, **look)
 
 
-def _sign(indices: StudyIndices) -> str:
-    """Return the quantities that the parameters change."""
+def varied_quantities(indices: StudyIndices) -> str:
+    """Return a sentence of the quantities that the parameters change."""
     parts = [f"{name} = {' and '.join(paths)}" for name, paths in indices.paths.items() if paths]
     return f"Parameters: {'; '.join(parts) or 'those of the study'}."
 
 
-def _ranking_tables(
-    indices: StudyIndices,
-    measures: Mapping[str, MeasureIndices],
-    ranked: Mapping[str, Sequence[str]],
-) -> Mapping[str, Mapping[str, Array]]:
+def ranking_tables(indices: StudyIndices) -> Mapping[str, Mapping[str, Array]]:
     """Return the ranked estimates of each measure, one table each."""
     numbers = {name: number for number, name in enumerate(indices.paths, start=1)}
     title = f"parameter: {', '.join(f'{number} = {name}' for name, number in numbers.items())}"
     tables: dict[str, dict[str, Array]] = {}
-    for k, (measure, found) in enumerate(measures.items(), start=1):
-        order = ranked[measure]
+    for k, (measure, found) in enumerate(indices.measures.items(), start=1):
+        order = _ranked(found, _RANKINGS[indices.kind])
         columns = {title: np.array([numbers[name] for name in order], dtype=float)}
         for kind, end in product(IndexKind, ("value", "low", "high")):
             rows = [found.parameters[name] for name in order]
