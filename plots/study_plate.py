@@ -77,15 +77,7 @@ _MORRIS_REFERENCES = (
 
 @dataclass(frozen=True)
 class _Ranking:
-    """Rule by which parameters are ranked and drawn.
-
-    Attributes:
-        main: index that ranks.
-        beside: index that is drawn beside it.
-        main_label: main label of the legend.
-        beside_label: beside label beside label of the legend.
-        references: references of the method.
-    """
+    """Rule by which parameters are ranked and drawn."""
 
     main: IndexKind
     beside: IndexKind
@@ -112,9 +104,6 @@ _RANKINGS = {
 }
 
 
-_DONE = Ending.DONE.value
-
-
 def measure_unit(column: str, take: str) -> str:
     """Return the unit of a measure: that of its column, or s for a time."""
     if take in (Statistic.TIME_OF_LARGEST, Statistic.TIME_OF_SMALLEST):
@@ -135,12 +124,7 @@ def _measure_title(name: str, column: str, take: str) -> str:
 
 
 def sensitivity_plates(indices: StudyIndices, stem: str) -> Iterator[Plate]:
-    """Yield plates on which each measure ranks the parameters, some measures on each.
-
-    Args:
-        indices: indices of the study.
-        stem: stem of the names of the plates.
-    """
+    """Yield plates on which each measure ranks the parameters, some measures on each."""
     references = _RANKINGS[indices.kind].references
     for names, name in _pages(indices.measures, f"{stem}_sensitivity"):
         shown = replace(indices, measures={each: indices.measures[each] for each in names})
@@ -240,7 +224,8 @@ def _draw_ranking(
         if current_medium().is_narrow:
             continue
         look: Look = {"va": "center", "fontsize": 7.5, "color": BLUE}
-        place, text = axes.get_yaxis_transform(), _estimate_text(main, decimals)
+        value, low, high = (f"{x:.{decimals}f}" for x in (main.value, main.low, main.high))
+        place, text = axes.get_yaxis_transform(), f"{value}  ({low} to {high})"
         axes.annotate(text, (1.01, row), xycoords=place, **look)
     axes.axvline(0.0, color=BLACK, lw=0.8)
     notes = [measure.message] if measure.message else []
@@ -267,14 +252,6 @@ def _draw_estimate(
     axes.plot(ends, [height, height], color=colour, solid_capstyle="butt", **look)
     fill = colour if is_main else "white"
     axes.plot(estimate.value, height, marker, color=colour, ms=5.0, mfc=fill)
-
-
-def _estimate_text(estimate: Estimate, decimals: int) -> str:
-    """Return value and interval."""
-    value, low, high = (
-        f"{number:.{decimals}f}" for number in (estimate.value, estimate.low, estimate.high)
-    )
-    return f"{value}  ({low} to {high})"
 
 
 def _decimals(largest: float) -> int:
@@ -377,7 +354,7 @@ def read_runs(folder: Path) -> StudyRuns:
                 name: _measure_title(name, str(each["column"]), str(each["take"]))
                 for name, each in study["measures"].items()
             },
-            is_done=np.array([row["outcome"] == _DONE for row in rows], dtype=bool),
+            is_done=np.array([row["outcome"] == Ending.DONE.value for row in rows], dtype=bool),
         )
     except (KeyError, TypeError, ValueError, AttributeError, csv.Error):
         hint = "run the sweep again"
@@ -396,12 +373,7 @@ def _column(rows: Sequence[Mapping[str, str]], name: str) -> Array:
 
 
 def measure_plates(runs: StudyRuns, stem: str) -> Iterator[Plate]:
-    """Yield plates of the measures over the parameters, some measures on each.
-
-    Args:
-        runs: runs of the study.
-        stem: stem of the names of the plates.
-    """
+    """Yield plates of the measures over the parameters, some measures on each."""
     for names, name in _pages(runs.measures, f"{stem}_runs"):
         yield _measure_plate(runs, names, name)
 
@@ -423,7 +395,15 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
                 _draw_runs(axes, runs, parameter, measure)
         for axes, parameter in zip(panels[-1], shown, strict=True):
             axes.set_xlabel(fill(parameter, characters), fontsize=8.0, parse_math=False)
-        _add_runs_legend(figure, is_any_failed=failed > 0)
+        handles = [
+            Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
+            Line2D([], [], color=BLUE, lw=1.6, marker="o", ms=3.0, label="median"),
+            Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
+        ]
+        if failed:
+            label = "a failed run"
+            handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label=label))
+        _add_legend_above(figure, handles)
         sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
         add_footer(figure, sign, ())
     left_out = len(runs.parameters) - len(shown)
@@ -506,17 +486,6 @@ def _running_quantiles(x: Array, y: Array) -> tuple[Array, Array]:
     else:
         return np.zeros(0), np.zeros((3, 0))
     return centres, np.array([np.quantile(each, _QUANTILES) for each in groups]).T
-
-
-def _add_runs_legend(figure: Figure, *, is_any_failed: bool) -> None:
-    handles = [
-        Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
-        Line2D([], [], color=BLUE, lw=1.6, marker="o", ms=3.0, label="median"),
-        Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
-    ]
-    if is_any_failed:
-        handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label="a failed run"))
-    _add_legend_above(figure, handles)
 
 
 def study_plates(folder: Path) -> list[Plate]:

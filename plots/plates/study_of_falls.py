@@ -77,11 +77,6 @@ Ranking = tuple[StudyIndices, StudyRuns]
 """Indices of the study of people, and its runs."""
 
 
-def _read_ranking() -> Ranking:
-    folder = DATA / "study_falls"
-    return read_indices(folder / INDICES_NAME), read_runs(folder)
-
-
 def _shown(data: Ranking) -> StudyIndices:
     indices, _ = data
     return replace(indices, measures={name: indices.measures[name] for name in SHOWN})
@@ -102,10 +97,6 @@ def _ranking_caption(data: Ranking) -> str:
 
 Studies = tuple[StudyRuns, StudyRuns]
 """Runs of the mean man with softer and stiffer joints, and those of people."""
-
-
-def _read_studies() -> Studies:
-    return read_runs(DATA / "study_falls_stiffness"), read_runs(DATA / "study_falls")
 
 
 def _draw_stiffness(studies: Studies) -> Figure:
@@ -192,7 +183,10 @@ study_falls = PlateDefinition(
     title="Which differences between people change a fall",
     sign=lambda data: varied_quantities(data[0]),
     references=SOBOL_REFERENCES,
-    collect=_read_ranking,
+    collect=lambda: (
+        read_indices(DATA / "study_falls" / INDICES_NAME),
+        read_runs(DATA / "study_falls"),
+    ),
     caption=_ranking_caption,
     draw=lambda data: draw_rankings(_shown(data)),
     claims=lambda data: (*_index_claims(data[0]), _repeated_run(data[1])),
@@ -204,7 +198,7 @@ study_falls_stiffness = PlateDefinition(
     title="The mean man falls with softer and stiffer joints",
     sign="Band: 5 % to 95 % of the men of the study of differences between people.",
     references=(),
-    collect=_read_studies,
+    collect=lambda: (read_runs(DATA / "study_falls_stiffness"), read_runs(DATA / "study_falls")),
     caption="The fall of `male50` with all passive springs from a quarter of the published "
     "stiffness to four times as stiff; damping and limits stay. The forces change where the fall "
     "takes another course, and more than they follow the stiffness.",
