@@ -65,7 +65,7 @@ class OwnFiles:
             return _plates_of_springs(self.springs, self.against)
         _check_distinct([plate_name(path.stem) for path in self.motions], "motions")
         drawn = [_plate_of_motion(path, self.springs, self.figure) for path in self.motions]
-        return [plate for plate, _ in drawn], [one for _, told in drawn for one in told]
+        return [plate for plate, _ in drawn], [one for _, more in drawn for one in more]
 
 
 def _check_distinct(names: Sequence[str], things: str) -> None:
