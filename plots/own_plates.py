@@ -55,13 +55,17 @@ class OwnFiles:
             MoverError: a motion is not one of its figure, or there is nothing to draw.
         """
         if self.studies:
-            return _plates_of_studies(self.studies), []
+            from plots.study_plate import study_plates
+
+            found = [plate for folder in self.studies for plate in study_plates(folder)]
+            _check_distinct([plate.name for plate in found], "studies")
+            return found, []
         if not self.motions:
             assert self.springs is not None
             return _plates_of_springs(self.springs, self.against)
         _check_distinct([plate_name(path.stem) for path in self.motions], "motions")
         drawn = [_plate_of_motion(path, self.springs, self.figure) for path in self.motions]
-        return [plate for plate, _ in drawn], [one for _, found in drawn for one in found]
+        return [plate for plate, _ in drawn], [one for _, more in drawn for one in more]
 
 
 def _check_distinct(names: Sequence[str], things: str) -> None:
@@ -69,15 +73,6 @@ def _check_distinct(names: Sequence[str], things: str) -> None:
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"two {things} would be written as `{name}`: draw them separately")
-
-
-def _plates_of_studies(folders: Sequence[Path]) -> list[Plate]:
-    """Return the plates of each folder."""
-    from plots.study_plate import study_plates
-
-    plates = [plate for folder in folders for plate in study_plates(folder)]
-    _check_distinct([plate.name for plate in plates], "studies")
-    return plates
 
 
 def _plate_of_motion(

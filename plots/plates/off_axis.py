@@ -180,14 +180,7 @@ _CAPTION = (
 
 @dataclass(frozen=True)
 class ObliqueRotations:
-    """Torques about oblique axes and work round the loop, by law.
-
-    Attributes:
-        hip: Hip with its springs.
-        torques: Torques at `_DIRECTIONS`.
-        as_printed: The same by eq. 4.4.
-        path_work: Work along `LOOP`.
-    """
+    """Torques at `_DIRECTIONS`, read and by eq. 4.4, and work along `LOOP`, by law."""
 
     hip: ObliqueHip
     torques: Mapping[Joining, ObliqueTorques]
@@ -353,11 +346,6 @@ def _tables(made: ObliqueRotations) -> dict[str, dict[str, Array]]:
     return {"oblique": oblique, "loop": loop}
 
 
-def _springs_references() -> tuple[str, ...]:
-    hip = ObliqueHip()
-    return tuple(hip.spring_about(motion).reference for motion in ("flexion", "abduction"))
-
-
 off_axis = PlateDefinition(
     name="off_axis",
     title="A hip rotated about oblique axes (the thesis's eq. 4.4)",
@@ -366,7 +354,7 @@ off_axis = PlateDefinition(
     "positive if the joint drives the leg. Left hip; abduction is about x, flexion about y.",
     references=(
         thesis_reference("eq. 4.4, and appendix A, records of the left hip"),
-        *_springs_references(),
+        *(ObliqueHip().spring_about(motion).reference for motion in ("flexion", "abduction")),
     ),
     collect=rotate_hip,
     caption=_caption,
