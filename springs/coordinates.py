@@ -53,17 +53,17 @@ class CoordinatesAt:
 
     def torque(self, torques: Sequence[Real | None], ops: Operations) -> Vector:
         """Return the torque of generalized forces [N m]; None stands for a force of zero."""
-        given = [0.0 if t is None else t for t in torques]
-        if len(given) == 3:
-            inner, middle, outer = given
+        forces = [0.0 if t is None else t for t in torques]
+        if len(forces) == 3:
+            inner, middle, outer = forces
             k, s = self.inverse_square, self.sine
-            given = [
+            forces = [
                 _times(k, _minus(inner, _times(s, outer))),
                 middle,
                 _times(k, _minus(outer, _times(s, inner))),
             ]
         total: Parts = (0.0, 0.0, 0.0)
-        for size, axis in zip(given, self.vectors, strict=True):
+        for size, axis in zip(forces, self.vectors, strict=True):
             x, y, z = (_plus(part, _times(size, e)) for part, e in zip(total, axis, strict=True))
             total = (x, y, z)
         return ops.vector(total)

@@ -34,7 +34,7 @@ class RotationLaw(Protocol):
 
     @property
     def is_conservative(self) -> bool:
-        """Whether the elastic torque has an energy."""
+        """True where the elastic torque has an energy."""
         ...
 
     @property
@@ -92,7 +92,7 @@ class VectorLaw:
 
     @property
     def is_conservative(self) -> bool:
-        """Whether the elastic torque has an energy."""
+        """True where the elastic torque has an energy."""
         return not self.is_weighted
 
     @property

@@ -44,7 +44,7 @@ def test_generalized_torques_are_minus_the_slope_of_the_energy(name: str) -> Non
 def test_about_an_axis_of_the_springs_the_torque_is_its_law(name: str) -> None:
     of, own = PROTOTYPE.joints[name], SPRINGS.joints[name]
     factors, ranges = build_chain(of.chain), joint_ranges(of, own)
-    laws = split_joint_laws(factors, own)
+    laws = split_joint_laws(factors, own, Joining.CONSERVATIVE)
     found = sampled_torques(of, factors, laws, SPRINGS.joining, ranges)
     assert found
     for k, sampled in found.items():
@@ -64,7 +64,7 @@ def test_equal_linear_springs_about_all_axes_differ_from_their_sum() -> None:
     )
     own = JointSprings("ball", axes)
     factors, ranges = build_chain(of.chain), ((-0.5, 0.5),) * 3
-    laws = split_joint_laws(factors, own)
+    laws = split_joint_laws(factors, own, Joining.CONSERVATIVE)
     torques = {k: lambda q: -3.0 * q for k in range(3)}
     found = sampled_torques(of, factors, laws, Joining.CONSERVATIVE, ranges)
     for k, sampled in found.items():
@@ -76,7 +76,9 @@ def test_equal_linear_springs_about_all_axes_differ_from_their_sum() -> None:
     near = coupling_error(factors, laws, Joining.CONSERVATIVE, small, torques)
     assert near is not None
     assert near.largest < 1e-3
-    alone = split_joint_laws(build_chain(chain("Rx")), JointSprings("ball", axes[:1]))
+    alone = split_joint_laws(
+        build_chain(chain("Rx")), JointSprings("ball", axes[:1]), Joining.CONSERVATIVE
+    )
     assert coupling_error(build_chain(chain("Rx")), alone, Joining.CONSERVATIVE, ranges, {}) is None
 
 

@@ -22,6 +22,7 @@ from springs import (
     passive_cubic,
 )
 from springs.stop import DEFAULT_TRANSLATION_STOP_ONSET, DEFAULT_TRANSLATION_STOP_STIFFNESS
+from tests.laws import VECTOR_LAWS
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 PROTOTYPE = read_figure("prototype")
@@ -136,7 +137,7 @@ def test_both_sides_have_the_left_coefficients(choice):
     assert shoulder.coefficients == (0.916317, 8.6218689, -14.15546098, 5.26654657)
 
 
-@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("joining", VECTOR_LAWS)
 @pytest.mark.parametrize("choice", [None, "printed"])
 def test_the_right_side_is_the_mirror_image_of_the_left(joining, choice):
     joints = good(load_springs(PROTOTYPE, FOLDER, "prototype", choice)).joints

@@ -35,7 +35,7 @@ WEIGHTED = read_springs(None, PROTOTYPE, joining=Joining.WEIGHTED)
 
 def torques_of(own: JointSprings, of, joining=Joining.CONSERVATIVE):
     factors = build_chain(of.chain)
-    laws = split_joint_laws(factors, own)
+    laws = split_joint_laws(factors, own, Joining.CONSERVATIVE)
     return passive_torques(of, factors, laws, joining, joint_ranges(of, own))
 
 
