@@ -66,7 +66,7 @@ class AxisSpring:
     motion: str = ""
     reference: str = ""
     why: str = ""
-    middle: float = 0.0
+    middle: float = field(default=0.0, compare=False)
 
     def resistance(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child against the rate [N m]: damping, and friction of directional laws.

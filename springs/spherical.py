@@ -153,6 +153,8 @@ def rotation_law(
     own: list[AxisSpring | None] = [None] * len(chain)
     for spring in springs.axes:
         index, _ = coordinates.place(spring.direction)
+        if own[index] is not None:
+            raise ValueError("a law of coordinates needs one spring at most about an axis")
         own[index] = spring.oriented_along(chain[index])
     return CoordinateLaw(tuple(own), coordinates)
 

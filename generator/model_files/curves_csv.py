@@ -25,7 +25,7 @@ from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
 from generator.text_io import format_csv_rows
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
-from springs import AxisSpring, SpringSet, total_torque
+from springs import AxisSpring, Joining, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
 DECIMALS = 6
@@ -181,9 +181,12 @@ def _rotation_curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
         found += [each for each in resisting if each not in found and _has_damping(each)]
         for spring in found:
             sense, coordinate = spring, ROTATION_VECTOR
-            if len(chain.rotations) == 1:
-                sense = _in_sense_of(spring, chain, chain.rotations[0])
-                coordinate = coordinates[name][chain.rotations[0]]
+            if len(chain.rotations) == 1 or springs.joining is Joining.COORDINATES:
+                k = max(
+                    chain.rotations,
+                    key=lambda k: abs(np.dot(chain.joint_axes[k].axis, spring.direction)),
+                )
+                sense, coordinate = _in_sense_of(spring, chain, k), coordinates[name][k]
             curve = passive_curve(figure, springs, name, sense, at)
             yield _Curve(
                 joints[name],

@@ -64,7 +64,7 @@ class SensorLog:
             for joint, connector, *_ in self._springs
             if connector.law is not None
             and connector.law.singularity is Singularity.POLE
-            and connector.springs
+            and (joint in coupled or connector.springs)
         }
         self._loads = [(load, self._add_load_sensor(load)) for load, *_ in model.loads]
         self._constraints = [
