@@ -9,7 +9,7 @@ returns the nearest law of the same form that has an energy.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import product
 from math import exp, sqrt
@@ -20,7 +20,12 @@ import numpy as np
 
 from springs.backends import FLOATS, NUMPY, Array, Operations, Real
 from springs.elastic import Range, mirror_range
-from springs.exponential import Exponential, ExponentialTerm
+from springs.exponential import (
+    Exponential,
+    ExponentialTerm,
+    tangent_exp,
+    tangent_exp_integral,
+)
 
 _PARALLEL_TOLERANCE = 1e-9
 
@@ -59,11 +64,14 @@ class CoupledTerm:
         amplitudes: one a coordinate [N m].
         rates: one a coordinate [1/rad], not all zero.
         exponent: exponent at zero angles.
+        end: greatest exponent + rates . angles of the exponential, which continues along its
+            tangent; None without one. A gradient stays one.
     """
 
     amplitudes: tuple[float, ...]
     rates: tuple[float, ...]
     exponent: float = 0.0
+    end: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a term that does not depend on any angle."""
@@ -75,6 +83,23 @@ class CoupledTerm:
         """E in the energy E exp(exponent + rates . angles) of which the torques are the part."""
         dot = sum(a * r for a, r in zip(self.amplitudes, self.rates, strict=True))
         return -dot / sum(r * r for r in self.rates)
+
+    def value(self, angles: Sequence[Real], ops: Operations = NUMPY) -> Real:
+        """Factor of the amplitudes at the angles [rad]."""
+        return tangent_exp(self._exponent_at(angles), self.end, ops)
+
+    def slope(self, angles: Sequence[float]) -> float:
+        """Slope of the factor by its exponent at single angles [rad]."""
+        exponent = self._exponent_at(angles)
+        return FLOATS.exp(exponent if self.end is None else min(exponent, self.end))
+
+    def integral(self, angles: Sequence[Real], ops: Operations = NUMPY) -> Real:
+        """Integral of the factor over its exponent at the angles [rad]."""
+        return tangent_exp_integral(self._exponent_at(angles), self.end, ops)
+
+    def _exponent_at(self, angles: Sequence[Real]) -> Real:
+        parts = [r * angle for r, angle in zip(self.rates, angles, strict=True) if r != 0.0]
+        return reduce(add, parts, self.exponent)
 
     @property
     def is_gradient(self) -> bool:
@@ -111,7 +136,7 @@ class CoupledExponential:
 
     def torques(self, angles: Sequence[Real], ops: Operations = NUMPY) -> tuple[Real, ...]:
         """Torque on the child about each coordinate [N m] at the angles [rad]."""
-        factors = [_factor(term, angles, ops) for term in self.terms]
+        factors = [term.value(angles, ops) for term in self.terms]
         return tuple(
             reduce(
                 add,
@@ -127,7 +152,7 @@ class CoupledExponential:
 
     def torque_jacobian(self, angles: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         """Slope of each torque (row) by each angle [N m/rad] at single angles [rad]."""
-        scaled = [(term, _factor(term, angles, FLOATS)) for term in self.terms]
+        scaled = [(term, term.slope(angles)) for term in self.terms]
         places = range(len(self.coordinates))
         return tuple(
             tuple(
@@ -148,7 +173,7 @@ class CoupledExponential:
                 "round a closed loop of angles they do work"
             )
         constant = [-c * angle for c, angle in zip(self.constants, angles, strict=True)]
-        parts = [t.energy_amplitude * _factor(t, angles, ops) for t in self._merged_terms()]
+        parts = [t.energy_amplitude * t.integral(angles, ops) for t in self._merged_terms()]
         return reduce(add, [*constant, *parts])
 
     @property
@@ -166,7 +191,7 @@ class CoupledExponential:
         return CoupledExponential(
             self.coordinates,
             tuple(
-                CoupledTerm(_times(signs, t.amplitudes), _times(signs, t.rates), t.exponent)
+                replace(t, amplitudes=_times(signs, t.amplitudes), rates=_times(signs, t.rates))
                 for t in self.terms
             ),
             _times(signs, self.constants),
@@ -184,7 +209,11 @@ class CoupledExponential:
         return CoupledExponential(
             self.coordinates,
             tuple(
-                CoupledTerm(_times(factors, t.amplitudes), t.rates, t.exponent - _dot(t, moved))
+                replace(
+                    t,
+                    amplitudes=_times(factors, t.amplitudes),
+                    exponent=t.exponent - _dot(t, moved),
+                )
                 for t in self.terms
             ),
             _times(factors, self.constants),
@@ -208,11 +237,10 @@ class CoupledExponential:
             exponent = term.exponent + term.rates[place] * angle
             amplitudes, rates = without(term.amplitudes), without(term.rates)
             if any(rates) and any(amplitudes):
-                terms.append(CoupledTerm(amplitudes, rates, exponent))
+                terms.append(CoupledTerm(amplitudes, rates, exponent, term.end))
             else:
-                constants = [
-                    c + a * exp(exponent) for c, a in zip(constants, amplitudes, strict=True)
-                ]
+                factor = tangent_exp(exponent, term.end, FLOATS)
+                constants = [c + a * factor for c, a in zip(constants, amplitudes, strict=True)]
         return CoupledExponential(
             tuple(self.coordinates[i] for i in kept),
             tuple(terms),
@@ -228,7 +256,12 @@ class CoupledExponential:
                 law = law.hold_coordinate(name, held_angles[name])
         place = law._coordinate_index(coordinate)
         terms = tuple(
-            ExponentialTerm(t.amplitudes[0] * exp(t.exponent), t.rates[0]) for t in law.terms
+            ExponentialTerm(
+                t.amplitudes[0] * exp(t.exponent),
+                t.rates[0],
+                end=None if t.end is None else t.end - t.exponent,
+            )
+            for t in law.terms
         )
         return Exponential(terms, law.constants[place], law.valid_ranges[place])
 
@@ -240,18 +273,16 @@ class CoupledExponential:
         return self.coordinates.index(coordinate)
 
     def _merged_terms(self) -> tuple[CoupledTerm, ...]:
-        """The terms, those of equal rates added into one."""
-        sums: dict[tuple[float, ...], list[float]] = {}
+        """The terms, those of equal rates and ends added into one."""
+        sums: dict[tuple[tuple[float, ...], float | None], list[float]] = {}
         for term in self.terms:
-            parts = sums.setdefault(term.rates, [0.0] * len(self.coordinates))
+            end = None if term.end is None else term.end - term.exponent
+            parts = sums.setdefault((term.rates, end), [0.0] * len(self.coordinates))
             for i, amplitude in enumerate(term.amplitudes):
                 parts[i] += amplitude * exp(term.exponent)
-        return tuple(CoupledTerm(tuple(parts), rates) for rates, parts in sums.items())
-
-
-def _factor(term: CoupledTerm, angles: Sequence[Real], ops: Operations) -> Real:
-    parts = [r * angle for r, angle in zip(term.rates, angles, strict=True) if r != 0.0]
-    return ops.exp(reduce(add, parts, term.exponent))
+        return tuple(
+            CoupledTerm(tuple(parts), rates, 0.0, end) for (rates, end), parts in sums.items()
+        )
 
 
 def _times(factors: Sequence[float], values: Sequence[float]) -> tuple[float, ...]:

@@ -13,6 +13,7 @@ def slope(function, angle):
 def gradient(function, angles):
     """Partial derivatives of a function of several angles."""
     return [
-        function([complex(a, STEP if j == i else 0.0) for j, a in enumerate(angles)]).imag / STEP
+        function([*angles[:i], np.complex128(complex(angles[i], STEP)), *angles[i + 1 :]]).imag
+        / STEP
         for i in range(len(angles))
     ]

@@ -16,7 +16,13 @@ from generator.motion_files.action import format_chain
 from generator.person.identity import identity_of
 from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.axes import axis_name, coupled_axis_names
-from generator.springs_file.laws import describe_law, format_range, law_data, range_in_degrees
+from generator.springs_file.laws import (
+    describe_law,
+    format_exponent_end,
+    format_range,
+    law_data,
+    range_in_degrees,
+)
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
 from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
@@ -248,6 +254,7 @@ def coupled_law_data(law: CoupledExponential) -> dict[str, object]:
                 "rates_1_rad": term.rates,
                 "exponent": term.exponent,
             }
+            | ({} if term.end is None else {"end": term.end})
             for term in law.terms
         ],
         "measured_deg": [range_in_degrees(known) for known in law.valid_ranges],
@@ -258,7 +265,8 @@ def coupled_law_data(law: CoupledExponential) -> dict[str, object]:
 def _format_coupled_term(term: CoupledTerm, i: int, letters: tuple[str, ...]) -> str:
     pairs = [(r, a) for r, a in zip(term.rates, letters, strict=True) if r != 0.0]
     words = " ".join(f"{r:{'+' if k else ''}.4g} {a}" for k, (r, a) in enumerate(pairs))
-    return f"{term.amplitudes[i] * exp(term.exponent):+.4g} exp({words})"
+    end = format_exponent_end(None if term.end is None else term.end - term.exponent)
+    return f"{term.amplitudes[i] * exp(term.exponent):+.4g} exp({words}{end})"
 
 
 def _coordinate_symbols(coordinates: tuple[str, ...]) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """`[[coupled]]` of a springs file: a law over several joints, published or in numbers."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from math import degrees, radians
 from typing import Any, cast
@@ -208,6 +208,7 @@ TERM_ROWS = TableRows(
         Numbers("amplitudes_Nm", attribute="amplitudes"),
         Numbers("rates_1_rad", attribute="rates"),
         Number("exponent"),
+        Number("end", usual=None),
     ),
 )
 
@@ -241,14 +242,14 @@ class _Terms(Row[tuple[CoupledTerm, ...]]):
                 hint = f"a list of {count} numbers, one for each coordinate"
                 inner.diagnostics.error(f"this term has no `{row.key}`", inner.header_span, hint)
         amplitudes, rates = (inner.numbers(row.key, count) for row in TERM_ROWS.rows[:2])
-        exponent = inner.number("exponent")
+        exponent, end = inner.number("exponent"), inner.number("end")
         if amplitudes is None or rates is None:
             return None
         if not any(rates):
             hint = "such a term is a constant: `constants_Nm`"
             inner.error("rates_1_rad", "the rates of a term must not all be zero", hint)
             return None
-        return CoupledTerm(amplitudes, rates, exponent or 0.0)
+        return CoupledTerm(amplitudes, rates, exponent or 0.0, end)
 
     def value_to_toml(self, value: tuple[CoupledTerm, ...]) -> str:
         return list_to_toml(f"{{ {', '.join(TERM_ROWS.lines(term))} }}" for term in value)
@@ -517,7 +518,7 @@ def _reorder_coordinates(
 
     return CoupledExponential(
         coordinates,
-        tuple(CoupledTerm(put(t.amplitudes), put(t.rates), t.exponent) for t in law.terms),
+        tuple(replace(t, amplitudes=put(t.amplitudes), rates=put(t.rates)) for t in law.terms),
         put(law.constants),
         tuple(law.valid_ranges[place] for place in places),
     )

@@ -273,8 +273,8 @@ class _Exponentials(Row[tuple[ExponentialTerm, ...]]):
         return tuple(ExponentialTerm(*pair) for pair in pairs) if pairs and not flat else None
 
     def value_to_toml(self, value: tuple[ExponentialTerm, ...]) -> str:
-        if any(term.centre for term in value):
-            raise ValueError("a springs file holds exponentials about the angle zero")
+        if any(term.centre or term.end is not None for term in value):
+            raise ValueError("a springs file holds exponentials about the angle zero, without end")
         return pairs_to_toml((number_to_toml(t.amplitude), number_to_toml(t.rate)) for t in value)
 
 
@@ -286,12 +286,18 @@ def _describe_exponentials(law: Exponential, units: AxisUnits) -> str:
 
 def _format_term(term: ExponentialTerm) -> str:
     angle = f"(a {-degrees(term.centre):+.4g} deg)" if term.centre else "a"
-    return f"{term.amplitude:+.4g} exp({term.rate:.4g} {angle})"
+    return f"{term.amplitude:+.4g} exp({term.rate:.4g} {angle}{format_exponent_end(term.end)})"
+
+
+def format_exponent_end(end: float | None) -> str:
+    """Return `; tangent beyond 1.5` for an exponential that ends at an exponent, else ""."""
+    return "" if end is None else f"; tangent beyond {end:.4g}"
 
 
 def _exponentials_data(law: Exponential) -> dict[str, object]:
     terms = [
         {"amplitude_Nm": t.amplitude, "rate_1_rad": t.rate, "centre_deg": degrees(t.centre)}
+        | ({} if t.end is None else {"end": t.end})
         for t in law.terms
     ]
     data: dict[str, object] = {"law": "exponentials", "terms": terms, "constant_Nm": law.constant}

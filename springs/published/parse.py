@@ -8,7 +8,8 @@ The tables are our own: misspelt and missing keys are reported, types of values 
 """
 
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from math import inf, radians
 from typing import Any, TypeVar
@@ -46,7 +47,7 @@ _ROW_KEYS = {
     ),
     "coupled": (
         *("name", "coordinates", "turned", "term", "constants", "angle_unit"),
-        *("measured_deg", "usable_deg"),
+        *("measured_deg", "usable_deg", "tangents"),
     ),
     "rhythm": ("name", "bone", "plane", "coefficients", "points_deg", "lines_deg", "minus_deg"),
     "range": ("motion", "deg", "at_least", "deviation_deg", "moment_Nm", "age"),
@@ -181,11 +182,13 @@ def _parse_coupled_law(row: _Row) -> PublishedCoupledLaw:
     against = row.get("turned", [])
     _refuse_unknown([*constants, *ranges, *against], joints)
     turned = tuple(c for c, joint in zip(coordinates, joints, strict=True) if joint in against)
+    box = tuple(_range_in_radians(ranges.get(joint)) for joint in joints)
+    terms = tuple(parse_term(term, joints, unit) for term in row["term"])
     law = CoupledExponential(
         coordinates,
-        tuple(parse_term(term, joints, unit) for term in row["term"]),
+        tuple(_end_in_box(term, box) for term in terms) if row.get("tangents") else terms,
         tuple(constants.get(joint, 0.0) for joint in joints),
-        tuple(_range_in_radians(ranges.get(joint)) for joint in joints),
+        box,
     ).mirrored(*turned)
     return PublishedCoupledLaw(
         name=row["name"],
@@ -222,11 +225,30 @@ def _parse_muscle_term(term: _Row, joints: list[str], unit: float) -> CoupledTer
     return CoupledTerm(amplitudes, rates, -first * radians(term["slack_deg"]))
 
 
+def _parse_energy_term(term: _Row, joints: list[str], unit: float) -> CoupledTerm:
+    """One exponential of an energy, with its moments about all joints."""
+    _refuse_unknown(term, ("muscle", "ln_V0", "rates"))
+    _refuse_unknown(term["rates"], joints)
+    rates = tuple(term["rates"].get(joint, 0.0) / unit for joint in joints)
+    return CoupledTerm(tuple(-rate + 0.0 for rate in rates), rates, term["ln_V0"])
+
+
+def _end_in_box(term: CoupledTerm, box: Sequence[Range | None]) -> CoupledTerm:
+    """Return a term that continues along its tangent beyond its greatest exponent in a box."""
+    parts = [
+        max(r * end for end in side or (inf,))
+        for r, side in zip(term.rates, box, strict=True)
+        if r != 0.0
+    ]
+    return replace(term, end=term.exponent + sum(parts))
+
+
 _TERM_PARSERS: Mapping[str, Callable[[_Row, list[str], float], CoupledTerm]] = {
     "M = constant + sum of sign exp(c + hip h + knee k + ankle a)": _parse_sum_term,
     "M = -gradient of sum of exp(rates . angles - |first rate| slack)/|first rate|": (
         _parse_muscle_term
     ),
+    "M = -gradient of sum of exp(ln_V0 + rates . angles)": _parse_energy_term,
 }
 
 

@@ -18,13 +18,14 @@ triples = st.tuples(small, small, small)
 angle_sets = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 
 
-def gradient_term(energy, rates, exponent):
-    return CoupledTerm(tuple(-energy * rate for rate in rates), rates, exponent)
+def gradient_term(energy, rates, exponent, end):
+    return CoupledTerm(tuple(-energy * rate for rate in rates), rates, exponent, end)
 
 
 rates = triples.filter(lambda r: max(map(abs, r)) > 0.1)
-any_terms = st.builds(CoupledTerm, triples, rates, st.floats(-1.0, 1.0))
-gradient_terms = st.builds(gradient_term, st.floats(-5.0, 5.0), rates, st.floats(-1.0, 1.0))
+ends = st.none() | st.floats(-1.0, 3.0)
+any_terms = st.builds(CoupledTerm, triples, rates, st.floats(-1.0, 1.0), ends)
+gradient_terms = st.builds(gradient_term, st.floats(-5.0, 5.0), rates, st.floats(-1.0, 1.0), ends)
 
 
 def laws(terms):
@@ -66,6 +67,17 @@ def test_slopes_are_those_of_the_torques(law, angles):
 def test_torques_are_minus_the_gradient_of_energy(law, angles):
     assert law.is_conservative
     assert law.torques(angles) == near([-part for part in gradient(law.energy, angles)])
+
+
+def test_beyond_its_end_an_exponential_is_its_tangent():
+    term = CoupledTerm((3.0, -1.0), (0.5, 2.0), 0.1, 0.4)
+    law = CoupledExponential(("hip flexion", "knee flexion"), (term,), (0.0, 0.0), (None, None))
+    for angles in ((0.0, 0.1), (0.2, 0.1)):  # before the end, and on it
+        exponential = exp(0.1 + 0.5 * angles[0] + 2.0 * angles[1])
+        assert law.torques(angles) == near((3.0 * exponential, -exponential))
+    assert law.torques((2.0, 1.0))[0] == near(3.0 * exp(0.4) * (1.0 + 3.1 - 0.4))
+    bent = np.linspace(0.5, 9.0, 5)
+    assert np.diff(law.torques((bent, bent))[1], 2) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_torques_that_are_no_gradient_have_no_energy():

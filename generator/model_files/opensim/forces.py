@@ -32,6 +32,7 @@ from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.xml import Element, add_element, format_numbers
 from generator.springs_file.axes import AXIS_NAMES, axis_label
 from springs import AxisSpring, CoupledSpring, Joining, SpringSet, total_torque
+from springs.exponential import tangent_exp
 
 _LENGTH, _RATE = Expression("s"), Expression("ldot")
 """Length of a path and its rate, in the expression of its tension."""
@@ -152,12 +153,13 @@ class ForceWriter:
             )
         law = spring.law
         label = "_".join(self._model.joints[joint] for joint in rotations)
-        parts = [(one.rates, one.amplitudes, one.exponent) for one in law.terms]
-        for rates, amplitudes, exponent in [*parts, (None, law.constants, 0.0)]:
+        parts = [(one, one.amplitudes) for one in law.terms]
+        for term, amplitudes in [*parts, (None, law.constants)]:
             length, tension = ZERO, ONE
-            if rates is not None:
-                length = _weighted_sum(rates, components)
-                tension = EXPRESSION_OPERATIONS.exp(_LENGTH + exponent)
+            if term is not None:
+                length = _weighted_sum(term.rates, components)
+                exponent = _LENGTH + term.exponent
+                tension = tangent_exp(exponent, term.end, EXPRESSION_OPERATIONS)
             arms = [
                 _weighted_sum(amplitudes, [slope.get(name, ZERO) for slope in slopes])
                 for name in coordinates
