@@ -208,7 +208,7 @@ TERM_ROWS = TableRows(
         Numbers("amplitudes_Nm", attribute="amplitudes"),
         Numbers("rates_1_rad", attribute="rates"),
         Number("exponent"),
-        Number("end", usual=None),
+        Number("end"),
     ),
 )
 

@@ -8,8 +8,11 @@ from math import degrees, exp, isnan, pi, radians
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from benchmarks.leg_curves import fit, rms_errors, weighted_rms
 from springs import Cubic
 from springs.elastic import valid_range
 from springs.published.reference import SampleKind
@@ -23,6 +26,7 @@ from springs.published.tables import (
     publications,
     rhythm,
 )
+from tests.slopes import gradient
 
 
 def cubic(c0, c1, c2, c3, a):
@@ -330,6 +334,27 @@ def silder_printed(h, k, a):
 def test_silder_s_equations_are_as_printed(angles):
     turned = [radians(angle) for angle in angles]
     assert SILDER_LEG.torques(turned) == pytest.approx(silder_printed(*turned), rel=1e-12)
+
+
+def test_silder_s_curves_are_nearly_the_gradient_of_one_energy():
+    """A fit hardly comes nearer, and the law is a gradient beyond the curves, too."""
+    row = coupled_law("silder_2007/leg_curves")
+    assert rms_errors(row.law) == pytest.approx([0.353, 0.302, 0.218], abs=0.001)
+    assert weighted_rms(fit(row.law)) == pytest.approx(weighted_rms(row.law), rel=0.002)
+    assert row.law.is_conservative
+    assert row.range_is_measured
+    corner = np.radians([80.0, 0.0, 20.0])
+    hamstrings = row.law.terms[6]
+    assert hamstrings.end == pytest.approx(-4.905 + 5.55 * radians(80.0))
+    torques = [row.law.torques(corner + np.radians([k, 0.0, 0.0]))[0] for k in (20.0, 40.0, 60.0)]
+    assert np.diff(torques, 2) == pytest.approx(0.0, abs=0.1)
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 3))
+def test_silder_s_energy_has_the_torques_as_its_slopes_everywhere(angles):
+    law = coupled_law("silder_2007/leg_curves").law
+    slopes = [-slope for slope in gradient(law.energy, angles)]
+    assert law.torques(angles) == pytest.approx(slopes, rel=1e-8, abs=1e-8)
 
 
 def zero(law):
