@@ -166,7 +166,7 @@ def _coupled_motion(
         else _rotation_vectors(motion, axis.joint)
         for axis in spring.axes
     }
-    return CoupledMotion(motion.tree.chains, springs.joining, rotations)
+    return CoupledMotion(motion.tree.chains, springs, rotations)
 
 
 def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Array]:

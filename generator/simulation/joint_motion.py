@@ -69,7 +69,7 @@ def coupled_motion(model: ExudynModel, joints: Mapping[str, JointMotion]) -> Cou
             else motion.rotation_vectors
         )
     chains = model.placement.tree.chains
-    return CoupledMotion(chains, model.spring_set.joining, rotations)
+    return CoupledMotion(chains, model.spring_set, rotations)
 
 
 class SegmentMotion:

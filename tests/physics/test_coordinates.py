@@ -10,7 +10,18 @@ from generator.model import Model
 from generator.recording import Ending
 from generator.simulation.plan import Integrator, Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
+from springs import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Cubic,
+    Damping,
+    Joining,
+    JointSprings,
+    Linear,
+    SpringSet,
+)
+from springs.coupled import CoupledExponential, CoupledTerm
 from tests.chains import BALL, X, Y, Z, body, chain, one_body
 from tests.command import run as run_command
 
@@ -86,6 +97,57 @@ def test_a_run_ends_where_the_angle_of_a_law_jumps():
     free = run((AxisSpring(Y, (Linear(0.5),)),))
     assert free.outcome.ending is Ending.DONE
     assert free.displacements["pin"][-1, 0] > 3.5
+
+
+def test_exudyn_s_steps_do_not_jump_over_the_pole():
+    """At 6 deg a step; the two degrees around the pole are narrower."""
+    about = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
+    law = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    link = body("link", centre=(0.0, -0.05, 0.0))
+    plan = Plan(
+        stop=0.1,
+        step=1e-3,
+        gravity=(0.0, 0.0, 0.0),
+        velocities={"pin": (0.0, 100.0, 0.0)},
+        integrator=Integrator.EXUDYN,
+    )
+    run = simulate(Model(one_body(BALL, (0.0, 1.0, 0.0), link), law), plan)
+    assert run.outcome.ending is Ending.POLE
+
+
+COUPLED = CoupledExponential(
+    ("one", "other"), (CoupledTerm((-0.4, -0.3), (0.4, 0.3)),), (0.0, 0.0), (None, None)
+)
+
+
+def coupled(*axes) -> tuple[CoupledSpring, ...]:
+    return (CoupledSpring(COUPLED, tuple(CoupledAxis("pin", axis) for axis in axes)),)
+
+
+@pytest.mark.parametrize("integrator", Integrator)
+def test_a_law_over_several_joints_ends_at_the_pole_as_well(integrator):
+    law = SpringSet(joining=Joining.COORDINATES, coupled=coupled(Y, X))
+    plan = Plan(
+        stop=0.1,
+        gravity=(0.0, 0.0, 0.0),
+        velocities={"pin": (0.0, 20.0, 0.0)},
+        integrator=integrator,
+        step=5e-4 if integrator is Integrator.EXUDYN else None,
+    )
+    link = body("link", centre=(0.0, -0.05, 0.0))
+    run = simulate(Model(one_body(BALL, (0.0, 1.0, 0.0), link), law), plan)
+    assert run.outcome.ending is Ending.POLE
+
+
+def test_a_law_over_several_joints_reads_the_angle_of_the_joint_s_own_law():
+    """Half a turn from the middle of its range, in compiled code as in Exudyn's model."""
+    own = AxisSpring(X, (Linear(1e-3),), middle=1.5)
+    law = SpringSet({"pin": JointSprings("pin", (own,))}, Joining.COORDINATES, "", coupled(X, Y))
+    run = simulate(Model(one_body(BALL, (3.6, 0.1, 0.0)), law), Plan(stop=0.1))
+    assert run.integrator_reason == ""
+    assert run.agreement_with_exudyn is not None
+    assert run.agreement_with_exudyn < 1e-10
+    assert np.ptp(run.energy_balance) < 1e-4
 
 
 @pytest.mark.parametrize("middle", [np.pi / 2, 2.0])

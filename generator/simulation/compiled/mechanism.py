@@ -470,8 +470,7 @@ class _Builder:
                 sites.append(site)
                 names.append(name)
         uses.extend(
-            coupled_law(spring, row_of, self.tree.chains, self.springs.joining)
-            for spring in coupled
+            coupled_law(spring, row_of, self.tree.chains, self.springs) for spring in coupled
         )
         return (
             np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),

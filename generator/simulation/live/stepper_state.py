@@ -349,7 +349,7 @@ class StepperState:
         for coupled in springs.coupled:
             moves = all(axis.joint in rotations for axis in coupled.axes)
             if moves and coupled.law.is_conservative:
-                total += float(CoupledMotion(chains, springs.joining, rotations).energy(coupled)[0])
+                total += float(CoupledMotion(chains, springs, rotations).energy(coupled)[0])
         return total
 
 

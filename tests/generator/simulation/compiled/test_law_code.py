@@ -27,6 +27,7 @@ from springs import (
     Joining,
     JointSprings,
     Linear,
+    SpringSet,
     Stop,
     group_torque,
     rotation_law,
@@ -200,7 +201,7 @@ def test_a_coupled_law_of_a_ball_and_a_hinge_adds_to_their_own(law, r, angle, v)
     uses = [
         rotation_vector_law(VectorLaw((own,)), 0),
         displacement_law(own, 1),
-        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS, Joining.CONSERVATIVE),
+        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS, SpringSet()),
     ]
     found = evaluate(plain_tables(uses), [r, (angle, 0, 0)], [v, (v[0], 0, 0)])
     r, v = np.array(r), np.array(v)
@@ -249,7 +250,7 @@ def test_compiled_laws_are_those_of_plain_python(joining):
     uses.append(rotation_vector_law(law, len(laws)))
     places = (("ball", X), ("hinge", SKEW), ("ball", Y))
     spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
-    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS, Joining.CONSERVATIVE))
+    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS, SpringSet()))
     plain, compiled = plain_tables(uses), build_law_tables(uses)
     compiled = replace(compiled, function=compiled.function.function)  # of the pointer
     rng = np.random.default_rng(5)
