@@ -26,7 +26,7 @@ from generator.model_files.displacement_torques import (
 from generator.model_files.export_model import JointLaws
 from generator.model_files.fit_error import FitError
 from generator.rotations import Array
-from springs import AxisSpring, Joining, Linear
+from springs import AxisSpring, Linear
 from springs.elastic import Range
 
 _RATES = (0.7, 2.0, 5.0, 12.0, 30.0)
@@ -138,28 +138,24 @@ class JointTorques:
     coupling_error: FitError | None
 
 
-def passive_torques(
-    joint: Joint, chain: Chain, laws: JointLaws, joining: Joining, ranges: tuple[Range, ...]
-) -> JointTorques:
+def passive_torques(joint: Joint, laws: JointLaws, ranges: tuple[Range, ...]) -> JointTorques:
     """Return the passive torques of a joint's displacements.
 
     Args:
         joint: the joint.
-        chain: its chain.
         laws: its springs.
-        joining: the law that joins the axes of several rotations.
         ranges: ranges of the displacements, over which laws are fitted [rad or m].
     """
     fitted: dict[int, FittedTorque] = {}
-    wider = sampled_torques(joint, chain, laws, joining, _with_margins(chain, ranges))
-    for k, sampled in sampled_torques(joint, chain, laws, joining, ranges).items():
+    wider = sampled_torques(joint, laws, _with_margins(laws.chain, ranges))
+    for k, sampled in sampled_torques(joint, laws, ranges).items():
         exact = _linear_law(laws.uncoupled[k]) if k in laws.uncoupled else None
         if exact is None:
             fitted[k] = _fit(wider[k], sampled)
         else:
             fitted[k] = FittedTorque(exact, None, ranges[k])
     torques = {k: one.torque.torque for k, one in fitted.items()}
-    return JointTorques(fitted, coupling_error(chain, laws, joining, ranges, torques))
+    return JointTorques(fitted, coupling_error(laws, ranges, torques))
 
 
 def _with_margins(chain: Chain, ranges: tuple[Range, ...]) -> tuple[Range, ...]:

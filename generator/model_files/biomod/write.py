@@ -34,8 +34,6 @@ from generator.model_files.export_model import (
     add_tree_losses,
     build_export_model,
     has_friction,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import FitErrors, format_range, joint_ranges
 from generator.model_files.model_files import (
@@ -51,7 +49,7 @@ from generator.rotations import (
     rotation_with_z_axis,
     unit_vector,
 )
-from springs import JointSprings, SpringSet, Stop
+from springs import SpringSet, Stop
 
 WORLD = "root"
 """Name of the world in the format."""
@@ -92,10 +90,10 @@ def format_biomod(
         meshes: meshes by segment; None for a model without.
     """
     losses = Losses("biorbd model")
-    model = build_export_model(figure, losses)
-    lines = _SegmentWriter(model, springs, meshes or {}, losses).lines()
+    model = build_export_model(figure, springs, losses)
+    lines = _SegmentWriter(model, meshes or {}, losses).lines()
     text = "\n".join((*_HEADER, *lines)) + "\n"
-    _add_losses(model, springs, losses)
+    _add_losses(model, losses)
     return text, losses
 
 
@@ -112,17 +110,9 @@ _HEADER = (
 class _SegmentWriter:
     """Segments, from the world outwards."""
 
-    def __init__(
-        self,
-        model: ExportModel,
-        springs: SpringSet,
-        meshes: Mapping[str, MeshFile],
-        losses: Losses,
-    ) -> None:
+    def __init__(self, model: ExportModel, meshes: Mapping[str, MeshFile], losses: Losses) -> None:
         self._model, self._meshes = model, meshes
         self._losses, self._fits = losses, FitErrors()
-        self._springs = dict(tree_joint_springs(model, springs))
-        self._joining = springs.joining
         taken = {WORLD}
         self._segments = {
             name: reserve_name(_not_world(plain), taken) for name, plain in model.segments.items()
@@ -147,13 +137,8 @@ class _SegmentWriter:
     def _tree_joint_lines(self, branch: TreeJoint) -> Iterator[str]:
         """Yield the segments of a joint's displacements, and the one that it moves after them."""
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        pose, tip = (model.site(ref) for ref in ends)
-        laws = split_joint_laws(
-            model.tree.chains[joint.name],
-            self._springs.get(joint.name, JointSprings(joint.name)),
-            self._joining,
-        )
+        pose, tip = model.branch_sites(branch)
+        laws = model.laws(joint.name)
         torques = self._passive_torques(branch, laws)
         torque_lines: list[str] = []
         parent = self._segments[branch.inboard]
@@ -180,11 +165,8 @@ class _SegmentWriter:
     def _passive_torques(self, branch: TreeJoint, laws: JointLaws) -> dict[int, FittedTorque]:
         """Return the passive torques by place in the chain, and report their errors."""
         joint = branch.joint
-        own = self._springs.get(joint.name)
-        if own is None:
-            return {}
-        chain, ranges = self._model.tree.chains[joint.name], joint_ranges(joint, own)
-        torques = passive_torques(joint, chain, laws, self._joining, ranges)
+        ranges = joint_ranges(joint, self._model.joint_springs(joint.name))
+        torques = passive_torques(joint, laws, ranges)
         for k, fitted in torques.fitted.items():
             if fitted.error is not None:
                 name = self._model.coordinates[joint.name][k]
@@ -215,15 +197,12 @@ class _SegmentWriter:
 
     def _body_lines(self, name: str) -> Iterator[str]:
         """Yield the mass of a segment."""
-        segment = self._model.figure.segments[name]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
-        yield f"mass {_numbers(segment.mass)}"
+        mass, centre, moments = self._model.mass_properties(name)
+        yield f"mass {_numbers(mass)}"
         yield "inertia"
-        for row in np.diag(segment.inertia):
+        for row in np.diag(moments):
             yield f"  {_numbers(row)}"
-        yield f"com {_numbers(segment.centre_of_mass)}"
+        yield f"com {_numbers(centre)}"
 
     def _mesh_lines(self, name: str) -> Iterator[str]:
         mesh = self._meshes.get(name)
@@ -394,10 +373,10 @@ def _numbers(values: ArrayLike) -> str:
     return " ".join(format(Decimal(repr(value + 0.0)), "f") for value in flat)
 
 
-def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
+def _add_losses(model: ExportModel, losses: Losses) -> None:
     """Report the parts that the format cannot hold."""
-    for name, own in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], own, springs.joining)
+    for name, own in model.tree_springs.items():
+        laws = model.laws(name)
         if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
@@ -405,13 +384,13 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         alone = (law for spring in laws.uncoupled.values() for law in spring.elastic)
         if any(isinstance(law, Stop) for law in alone):
             losses.add("stops at limits: the ranges of the file do not stop a joint", name)
-        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
+        if laws.combined_resist:
             losses.add("damping and friction of several rotations", name)
     for branch in model.tree.joints:
         joint = branch.joint
         limited = joint.lower_limit is not None or joint.upper_limit is not None
         if limited and model.tree.chains[joint.name].rotations[1:]:
             losses.add(LIMITS_LOSS, joint.name)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, losses)
     add_tree_losses(model, losses)
     losses.add("the orientations of sites: a marker is a point")

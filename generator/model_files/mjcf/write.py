@@ -21,7 +21,7 @@ the slope by x, and `forcerange` cuts the torque off on the other side of the st
 that differs between axes is `J_damping_n_parent` and `..._child` with half of each in `biasprm`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import inf
 from pathlib import Path
 from typing import assert_never
@@ -40,10 +40,7 @@ from generator.model_files.export_model import (
     build_export_model,
     common_damping,
     has_friction,
-    is_ball,
     loop_closures,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import (
     FitError,
@@ -210,7 +207,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of a MuJoCo model, and its losses; raises InputError as `format_files`."""
     losses = Losses("MuJoCo model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("mujoco", model=figure.name or "figure")
     add_element(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     add_element(
@@ -226,7 +223,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
-    builder = _BodyWriter(model, springs, losses, sections)
+    builder = _BodyWriter(model, losses, sections)
     builder.add_bodies()
     add_visuals(model, sections["asset"], builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
@@ -237,7 +234,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, losses)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -252,24 +249,17 @@ _COMMENTS = (
 class _BodyWriter:
     """Bodies and their joints, from the ground outwards."""
 
-    def __init__(
-        self,
-        model: ExportModel,
-        springs: SpringSet,
-        losses: Losses,
-        sections: Mapping[str, Element],
-    ) -> None:
+    def __init__(self, model: ExportModel, losses: Losses, sections: Mapping[str, Element]) -> None:
         self._model, self._losses, self._fits = model, losses, FitErrors()
         self._tendons, self._actuators = sections["tendon"], sections["actuator"]
-        self._joining = springs.joining
+        self._joining = model.springs.joining
         world = sections["worldbody"]
-        self._springs = dict(tree_joint_springs(model, springs))
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
         self._initial_positions_by_body: dict[str, list[float]] = {}
         self._joints = {
             model.joints[name]
             for name, chain in model.tree.chains.items()
-            if len(chain.joint_axes) == 1 or self._is_ball(name)
+            if len(chain.joint_axes) == 1 or model.laws(name).is_ball
         }
 
     @property
@@ -296,15 +286,11 @@ class _BodyWriter:
 
     def _add_body(self, branch: TreeJoint) -> None:
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        base, tip = (model.site(ref) for ref in ends)
+        base, tip = model.branch_sites(branch)
         pose = base @ inverse_pose(tip)
         if branch.inboard in model.figure.ground:
             pose = model.placement.poses[branch.inboard] @ pose
-        segment = model.figure.segments[branch.outboard]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
+        mass, centre, moments = model.mass_properties(branch.outboard)
         name = body_name(model, branch.outboard)
         body = add_element(
             self.bodies[branch.inboard],
@@ -317,11 +303,11 @@ class _BodyWriter:
         add_element(
             body,
             "inertial",
-            pos=format_numbers(segment.centre_of_mass),
-            mass=format_numbers(segment.mass),
-            diaginertia=format_numbers(segment.inertia),
+            pos=format_numbers(centre),
+            mass=format_numbers(mass),
+            diaginertia=format_numbers(moments),
         )
-        springs = self._springs.get(joint.name, JointSprings(joint.name))
+        springs = model.joint_springs(joint.name)
         chain = model.tree.chains[joint.name]
         free = (
             len(chain.rotations) == len(chain.translations) == 3
@@ -341,17 +327,14 @@ class _BodyWriter:
         self, body: Element, branch: TreeJoint, tip_site: Array, springs: JointSprings
     ) -> None:
         joint, chain = branch.joint, self._model.tree.chains[branch.joint.name]
-        laws = split_joint_laws(chain, springs, self._joining)
+        laws = self._model.laws(joint.name)
         position = format_numbers(tip_site[:3, 3])
-        names = self._joint_element_names(joint)
+        names = self._joint_element_names(joint, laws)
         displacements = self._model.placement.displacements[joint.name]
         start: list[float] = []
         self._initial_positions_by_body[body.attrib["name"]] = start
         ball: Element | None = None
-        places = chain_indices(
-            branch, chain.translations_are_outer, has_ball=self._is_ball(joint.name)
-        )
-        for k in places:
+        for k in chain_indices(branch, laws):
             if k is None:
                 turn = chain.pose(displacements)[:3, :3]
                 turn = turn if branch.parent_is_inboard else turn.T
@@ -386,23 +369,18 @@ class _BodyWriter:
             self._add_rotation_springs(ball, joint, springs)
         self._add_friction_losses(joint, laws)
 
-    def _joint_element_names(self, joint: Joint) -> dict[int | None, str]:
+    def _joint_element_names(self, joint: Joint, laws: JointLaws) -> dict[int | None, str]:
         """Names of a joint's hinges and slides by place in its chain, and of its ball."""
         name = self._model.joints[joint.name]
         if len(joint.chain) == 1:
             return {0: name}
         coordinates = self._model.coordinates[joint.name]
-        has_ball = self._is_ball(joint.name)
         parts = {
             k: reserve_name(coordinates[k], self._joints)
             for k, factor in enumerate(joint.chain)
-            if not is_rotation(factor.kind) or not has_ball
+            if not is_rotation(factor.kind) or not laws.is_ball
         }
         return {None: name, **parts}
-
-    def _is_ball(self, joint: str) -> bool:
-        springs = self._springs.get(joint, JointSprings(joint))
-        return is_ball(self._model.tree.chains[joint], springs, self._joining)
 
     def _add_rotation_springs(
         self, ball: Element | None, joint: Joint, springs: JointSprings
@@ -558,17 +536,12 @@ class _BodyWriter:
             self._losses.add("Coulomb friction of several rotations", joint.name)
 
 
-def chain_indices(
-    branch: TreeJoint, translations_are_outermost: bool, *, has_ball: bool
-) -> Iterator[int | None]:
+def chain_indices(branch: TreeJoint, laws: JointLaws) -> list[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
-    chain = branch.joint.chain
-    turns = [k for k, factor in enumerate(chain) if is_rotation(factor.kind)]
-    slides = [k for k, factor in enumerate(chain) if not is_rotation(factor.kind)]
-    ball: list[int | None] = [None]
-    about: list[int | None] = ball if has_ball else [*reversed(turns)]
-    outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]
-    yield from outermost_first if branch.parent_is_inboard else reversed(outermost_first)
+    slides = laws.chain.translations
+    about: list[int | None] = [None] if laws.is_ball else [*reversed(laws.chain.rotations)]
+    outermost_first = [*slides, *about] if laws.chain.translations_are_outer else [*about, *slides]
+    return outermost_first if branch.parent_is_inboard else outermost_first[::-1]
 
 
 def _limits(joint: Joint, index: int) -> Range | None:

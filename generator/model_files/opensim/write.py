@@ -24,12 +24,12 @@ from generator.losses import Losses
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
+    JointLaws,
     Loop,
     add_common_losses,
     build_export_model,
     has_friction,
     loop_closures,
-    split_joint_laws,
 )
 from generator.model_files.fit_error import joint_limits, normal_ends
 from generator.model_files.model_files import MeshFile, ModelFiles, format_with_meshes
@@ -75,7 +75,7 @@ def format_osim(
         meshes: meshes by segment; None for a model without meshes.
     """
     losses = Losses("OpenSim model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("OpenSimDocument", Version=VERSION)
     top = add_element(root, "Model", name=figure.name or "figure")
     if springs.references:
@@ -88,7 +88,7 @@ def format_osim(
     )
     frames = _add_bodies(model, ground, bodies, meshes or {}, losses)
     _add_markers(model, markers)
-    builder = _JointWriter(model, springs, frames, bodies, joints)
+    builder = _JointWriter(model, frames, bodies, joints)
     moving = {branch.joint.name for branch in model.tree.joints}
     for name, joint in figure.joints.items():
         if name in moving:
@@ -97,12 +97,12 @@ def format_osim(
     if singular:
         losses.add("joints at a singularity of their angles, which OpenSim cannot leave", *singular)
     force_writer = ForceWriter(model, builder.coordinate_paths, forces)
-    force_writer.add_springs(springs)
+    force_writer.add_springs()
     force_writer.add_loads()
     loops = _LoopWriter(model, frames, losses)
     loops.add_constraints(constraints)
-    loops.add_springs(springs, force_writer)
-    add_common_losses(model, springs, losses, has_coupled=True, has_loops=True)
+    loops.add_springs(force_writer)
+    add_common_losses(model, losses, has_coupled=True, has_loops=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -233,13 +233,11 @@ class _JointWriter:
     def __init__(
         self,
         model: ExportModel,
-        springs: SpringSet,
         frames: Mapping[SiteRef, str],
         bodies: Element,
         joints: Element,
     ) -> None:
         self._model, self._frames = model, frames
-        self._springs = springs.joints
         self._bodies, self._joints = bodies, joints
         self.coordinate_paths: dict[str, str] = {}
         self._body_names = set(model.segments.values())
@@ -272,7 +270,7 @@ class _JointWriter:
         factor = joint.chain[index]
         value = float(self._model.placement.displacements[joint.name][index])
         name = self._model.coordinates[joint.name][index]
-        springs = self._springs.get(joint.name, JointSprings(joint.name))
+        springs = self._model.joint_springs(joint.name)
         ends = coordinate_range(joint, springs, index, value)
         return _Coordinate(name, factor.kind, sign * unit_vector(factor.axis), value, ends)
 
@@ -424,21 +422,20 @@ class _LoopWriter:
                     loop.joint.name,
                 )
 
-    def add_springs(self, springs: SpringSet, forces: ForceWriter) -> None:
+    def add_springs(self, forces: ForceWriter) -> None:
         """Add the springs of the joints that are constraints; report the others."""
         model, closed = self._model, {loop.joint.name for loop in self._loops}
         for joint in model.tree.closures:
-            own = springs.joints.get(joint.name)
-            if own is None:
+            if joint.name not in model.springs.joints:
                 continue
             if joint.name not in closed:
                 self._losses.add("springs of joints that close loops", joint.name)
                 continue
-            laws = split_joint_laws(model.tree.chains[joint.name], own, springs.joining)
+            laws = model.laws(joint.name)
             for spring in laws.uncoupled.values():
                 self._add_hinge_spring(joint, spring, forces)
             if laws.combined:
-                self._add_ball_spring(joint, laws.combined, springs.joining, forces)
+                self._add_ball_spring(joint, laws, forces)
 
     def _add_hinge_spring(self, joint: Joint, spring: AxisSpring, forces: ForceWriter) -> None:
         """Add the spring of a revolute, about the x axis of frames along its axis."""
@@ -458,17 +455,10 @@ class _LoopWriter:
         damping = (spring.damping.viscous, 0.0, 0.0)
         add_element(bushing, "rotational_damping", format_numbers(damping))
 
-    def _add_ball_spring(
-        self,
-        joint: Joint,
-        springs: tuple[AxisSpring, ...],
-        joining: Joining,
-        forces: ForceWriter,
-    ) -> None:
+    def _add_ball_spring(self, joint: Joint, laws: JointLaws, forces: ForceWriter) -> None:
         """Add a law of several rotations, without its damping."""
-        if any(one.damping.viscous or one.damping.coulomb for one in springs) or any(
-            map(has_friction, springs)
-        ):
+        springs, is_conservative = laws.combined, laws.joining is Joining.CONSERVATIVE
+        if laws.combined_resist or any(map(has_friction, springs)):
             self._losses.add(
                 "damping and friction of several rotations in joints that close loops", joint.name
             )
@@ -483,7 +473,7 @@ class _LoopWriter:
         for number, spring in enumerate(springs, 1):
             x = Expression(f"x{number}")
             torque = total_torque(spring.elastic, x, EXPRESSION_OPERATIONS)
-            if joining is Joining.CONSERVATIVE:
+            if is_conservative:
                 arguments[x.text] = rotation.component(spring.direction)
             else:
                 arguments[x.text] = rotation.signed_angle(spring.direction)
@@ -491,7 +481,7 @@ class _LoopWriter:
                 torque = at_rest + rotation.alignment(spring.direction) * (torque - at_rest)
             torques[f"t{number}"] = torque
         definitions = {**torques, **arguments, **rotation.definitions}
-        slope = rotation.component_slope if joining is Joining.CONSERVATIVE else rotation.turn_rate
+        slope = rotation.component_slope if is_conservative else rotation.turn_rate
         for k, angle in reversed(list(enumerate(_ANGLES))):
             terms = [
                 Expression(name) * slope(spring.direction, k)

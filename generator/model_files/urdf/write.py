@@ -32,8 +32,6 @@ from generator.model_files.export_model import (
     add_tree_losses,
     build_export_model,
     has_friction,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import Ends, joint_limits
 from generator.model_files.model_files import MeshFile, ModelFiles, format_with_meshes
@@ -45,7 +43,7 @@ from generator.model_files.xml import (
     roll_pitch_yaw,
 )
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
-from springs import AxisSpring, JointSprings, SpringSet, Stop
+from springs import AxisSpring, SpringSet, Stop
 from springs.elastic import total_friction
 
 SPRINGS_LOSS = "springs, which are in the table beside the file"
@@ -77,14 +75,14 @@ def format_urdf(
         meshes: visuals by segment; None for a model without.
     """
     losses = Losses("URDF model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("robot", name=figure.name or "figure")
     materials = _add_materials(root, meshes or {})
-    writer = _LinkWriter(model, springs, root, losses)
+    writer = _LinkWriter(model, root, losses)
     writer.add_links()
     for name, mesh in (meshes or {}).items():
         _add_visual(writer.link(name), mesh, materials[mesh.colour])
-    _add_losses(model, springs, losses)
+    _add_losses(model, losses)
     return format_document(root, _COMMENTS), losses
 
 
@@ -115,12 +113,8 @@ def _add_visual(link: Element, mesh: MeshFile, material: str) -> None:
 class _LinkWriter:
     """Links and joints, from the world outwards."""
 
-    def __init__(
-        self, model: ExportModel, springs: SpringSet, root: Element, losses: Losses
-    ) -> None:
+    def __init__(self, model: ExportModel, root: Element, losses: Losses) -> None:
         self._model, self._root, self._losses = model, root, losses
-        self._springs = dict(tree_joint_springs(model, springs))
-        self._joining = springs.joining
         self._links = set(model.segments.values())
         self._joints = {
             model.joints[name]
@@ -148,14 +142,11 @@ class _LinkWriter:
     def _add_tree_joint(self, branch: TreeJoint) -> None:
         """Add the row of joints between a segment and its base."""
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        pose, tip = (model.site(ref) for ref in ends)
+        pose, tip = model.branch_sites(branch)
         rest = inverse_pose(tip)
         at_origin = np.array_equal(rest, np.eye(4))
         name, link = model.joints[joint.name], model.segments[branch.inboard]
-        laws = split_joint_laws(
-            model.tree.chains[joint.name], self._joint_springs(joint), self._joining
-        )
+        laws = model.laws(joint.name)
         count = len(joint.chain)
         # The outermost factor comes first; hung the other way round, that is the first, backwards.
         places = range(count)[::-1] if branch.parent_is_inboard else range(count)
@@ -194,9 +185,6 @@ class _LinkWriter:
                 joint.name,
             )
 
-    def _joint_springs(self, joint: Joint) -> JointSprings:
-        return self._springs.get(joint.name, JointSprings(joint.name))
-
     def _add_link(self, name: str) -> str:
         self._link_elements[name] = add_element(self._root, "link", name=name)
         return name
@@ -210,16 +198,12 @@ class _LinkWriter:
         return element
 
     def _add_inertia(self, name: str) -> None:
-        segment = self._model.figure.segments[name]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
+        mass, centre, principal = self._model.mass_properties(name)
         inertial = add_element(self.link(name), "inertial")
-        add_element(inertial, "origin", xyz=format_numbers(segment.centre_of_mass), rpy="0 0 0")
-        add_element(inertial, "mass", value=format_numbers(segment.mass))
+        add_element(inertial, "origin", xyz=format_numbers(centre), rpy="0 0 0")
+        add_element(inertial, "mass", value=format_numbers(mass))
         moments = {
-            f"i{axis}{axis}": format_numbers(m)
-            for axis, m in zip("xyz", segment.inertia, strict=True)
+            f"i{axis}{axis}": format_numbers(m) for axis, m in zip("xyz", principal, strict=True)
         }
         add_element(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
 
@@ -282,12 +266,12 @@ def _own_friction(spring: AxisSpring) -> float | None:
     return mean if is_constant and mean >= 0.0 else None
 
 
-def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
+def _add_losses(model: ExportModel, losses: Losses) -> None:
     """Report the parts that URDF cannot hold."""
     figure = model.figure
     losses.add("gravity: set it in the program that reads the file")
-    for name, own in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], own, springs.joining)
+    for name in model.tree_springs:
+        laws = model.laws(name)
         if _has_springs(figure.joints[name], laws):
             losses.add(SPRINGS_LOSS, name)
         alone = laws.uncoupled.values()
@@ -297,7 +281,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb or has_friction(spring) for spring in alone):
             losses.add("the rate at which Coulomb friction sets in", name)
-        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
+        if laws.combined_resist:
             losses.add("damping and friction of several rotations", name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is None and joint.upper_limit is None:
@@ -306,7 +290,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("limits of several rotations", name)
         else:
             losses.add("the stiffness of stops: the limits of the file are rigid", name)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, losses)
     add_tree_losses(model, losses)
     losses.add("sites other than those of joints")
 
