@@ -74,6 +74,24 @@ class XmlElement:
         written = self.attributes.get(name)
         return self.span if written is None else written.span
 
+    def numbers(
+        self, name: str, diagnostics: Diagnostics, least: int, most: int | None = None
+    ) -> tuple[float, ...] | None:
+        """Parse the numbers of an attribute; None without it, or, with an error, if it is wrong."""
+        written = self.attributes.get(name)
+        return None if written is None else parse_numbers(written, diagnostics, least, most)
+
+    def is_first_of_name(
+        self, name: str, known: dict[str, "XmlElement"], diagnostics: Diagnostics
+    ) -> bool:
+        """Return whether no other element has the name of this one; report a second one."""
+        first = known.setdefault(name, self)
+        if first is not self:
+            message = f"a second {self.tag} named `{shorten(name)}`"
+            hint = f"the first is in line {first.span.line}"
+            diagnostics.error(message, self.span_of("name"), hint)
+        return first is self
+
     def walk(self) -> Iterator["XmlElement"]:
         """This element and all below it, in the order of the file."""
         waiting: list[XmlElement] = [self]
@@ -281,18 +299,16 @@ def parse_vector(
     element: XmlElement, name: str, diagnostics: Diagnostics, default: Vector = (0.0, 0.0, 0.0)
 ) -> Vector:
     """Parse three numbers of an attribute; `default` if it is missing or wrong."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 3)
-    return default if read is None else (read[0], read[1], read[2])
+    x, y, z = element.numbers(name, diagnostics, 3) or default
+    return x, y, z
 
 
 def parse_number(
     element: XmlElement, name: str, diagnostics: Diagnostics, default: float = 0.0
 ) -> float:
     """Parse one number of an attribute; `default` if it is missing or wrong."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 1)
-    return default if read is None else read[0]
+    (value,) = element.numbers(name, diagnostics, 1) or (default,)
+    return value
 
 
 def unit_direction(axis: Sequence[float], span: Span, diagnostics: Diagnostics) -> Vector:

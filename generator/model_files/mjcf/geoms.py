@@ -1,6 +1,6 @@
 """Geoms of MJCF: their mass, and their shapes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from math import pi
@@ -287,7 +287,7 @@ class GeomReader:
         if place is None:
             return None
         pose, sizes = place
-        return _primitive(shape, sizes).transformed(pose)
+        return _PRIMITIVES[shape](*sizes).transformed(pose)
 
     def _mesh_surface(self, name: str, geom: XmlElement) -> Surface | None:
         """Return the surface of a mesh of the model; None, with a loss, if it cannot be read."""
@@ -312,8 +312,7 @@ class GeomReader:
         if surface is None:
             return None
         shift = np.array(parse_vector(element, "refpos", self.diagnostics))
-        written = element.attributes.get("refquat")
-        read = None if written is None else parse_numbers(written, self.diagnostics, 4)
+        read = element.numbers("refquat", self.diagnostics, 4)
         turn = np.eye(3)
         if read is not None and np.linalg.norm(read) > _SMALLEST_QUATERNION:
             turn = matrix_from_quaternion(np.array(read))
@@ -339,10 +338,8 @@ class GeomReader:
         if vertex is None:
             self.losses.add("meshes that MuJoCo makes itself", name)
             return None
-        numbers = parse_numbers(vertex, self.diagnostics, 9, _MAX_MESH_NUMBERS)
-        corners = (
-            None if face is None else parse_numbers(face, self.diagnostics, 3, _MAX_MESH_NUMBERS)
-        )
+        numbers = element.numbers("vertex", self.diagnostics, 9, _MAX_MESH_NUMBERS)
+        corners = element.numbers("face", self.diagnostics, 3, _MAX_MESH_NUMBERS)
         if numbers is None or (face is not None and corners is None):
             return None
         if len(numbers) % 3 or (corners is not None and len(corners) % 3):
@@ -377,11 +374,8 @@ class GeomReader:
     def _parse_rgba(
         self, element: XmlElement, default: tuple[float, float, float, float]
     ) -> tuple[float, float, float, float]:
-        written = element.attributes.get("rgba")
-        read = None if written is None else parse_numbers(written, self.diagnostics, 4)
-        if read is None:
-            return default
-        red, green, blue, opacity = (min(max(part, 0.0), 1.0) for part in read)
+        read = element.numbers("rgba", self.diagnostics, 4) or default
+        red, green, blue, opacity = np.clip(read, 0.0, 1.0).tolist()
         return red, green, blue, opacity
 
     def add_asset_losses(self) -> None:
@@ -392,27 +386,20 @@ class GeomReader:
                     self.losses.add("unknown assets", element.tag)
 
 
+_PRIMITIVES: Final[Mapping[str, Callable[..., Surface]]] = {
+    "sphere": sphere,
+    "capsule": capsule,
+    "cylinder": cylinder,
+    "ellipsoid": ellipsoid,
+    "box": box,
+}
+
 _CONTACT = "contact of geoms: `mover simulate --floor` and `--scene` have their own"
 
 
 def _is_visual(geom: XmlElement) -> bool:
     """Return whether a geom touches nothing."""
     return geom.get("contype") == "0" and geom.get("conaffinity") == "0"
-
-
-def _primitive(shape: str, sizes: tuple[float, ...]) -> Surface:
-    """Return the surface of a solid shape about its centre."""
-    match shape:
-        case "sphere":
-            return sphere(sizes[0])
-        case "capsule":
-            return capsule(sizes[0], sizes[1])
-        case "cylinder":
-            return cylinder(sizes[0], sizes[1])
-        case "ellipsoid":
-            return ellipsoid(sizes[0], sizes[1], sizes[2])
-        case _:
-            return box(sizes[0], sizes[1], sizes[2])
 
 
 def _hull(points: Array, name: str, losses: Losses) -> Surface | None:

@@ -19,7 +19,7 @@ from generator.model_files.body_tree.joints import BEYOND_LIMITS, rotation_group
 from generator.model_files.body_tree.to_figure import HINGES_AS_ONE, common_stem
 from generator.model_files.body_tree.tree import Body, Curve, DegreeOfFreedom, FunctionCurve
 from generator.model_files.mjcf.document import MAIN, Document
-from generator.model_files.xml import XmlElement, parse_numbers
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array
 from springs import Linear
 
@@ -162,9 +162,8 @@ def _numbers(
     element: XmlElement, name: str, count: int, diagnostics: Diagnostics
 ) -> tuple[float, ...]:
     """Return the numbers of an attribute, zeros where they are left out."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 1, count)
-    return (*(read or ()), *(0.0,) * count)[:count]
+    read = element.numbers(name, diagnostics, 1, count) or ()
+    return (*read, *(0.0,) * count)[:count]
 
 
 def _pairs(torques: Sequence[_Torque]) -> Iterator[tuple[_Torque, _Torque]]:
