@@ -342,16 +342,6 @@ def _count_hint(min_count: int, max_count: int) -> str:
     )
 
 
-__all__ = [
-    "Element",
-    "add_element",
-    "body_fixed_angles",
-    "format_document",
-    "format_numbers",
-    "nesting_depth",
-    "roll_pitch_yaw",
-]
-
 _XYZ = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 

@@ -154,9 +154,6 @@ class Mechanism:
     springs: tuple[LinearSpring, ...] = ()
 
 
-_SUPPORTED_JOINTS_HINT = "DYSPAM's files hold one rotation or three: revolutes and sphericals"
-
-
 @dataclass(frozen=True, eq=False)
 class JointTriad:
     """The triad of a figure's joint.
@@ -186,33 +183,28 @@ class JointTriad:
 
 def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
     """Return the triad of a joint, or the diagnostic that DYSPAM has no such joint."""
-    place = origin_span(joint.origins, "type", "connect")
-    who = f"joint `{joint.name}`"
+    reason = ""
     try:
         chain = build_chain(joint.chain)
     except ModelError as failure:
-        return error(
-            f"{who} cannot be written for DYSPAM: {failure}", place, _SUPPORTED_JOINTS_HINT
-        )
-    if not joint.chain:
-        return error(
-            f"{who} cannot be written for DYSPAM: it is rigid", place, _SUPPORTED_JOINTS_HINT
-        )
-    if chain.translations:
-        return error(
-            f"{who} cannot be written for DYSPAM: it has a translation",
-            place,
-            _SUPPORTED_JOINTS_HINT,
-        )
-    if len(chain.rotations) == 2:
-        return error(
-            f"{who} cannot be written for DYSPAM: it turns about two axes",
-            place,
-            _SUPPORTED_JOINTS_HINT,
-        )
-    if len(chain.rotations) == 1:
-        return JointTriad(JointType.REVOLUTE, rotation_with_z_axis(chain.rotation_axes[0]))
-    return JointTriad(JointType.SPHERICAL, np.diag(_axis_signs(joint)))
+        chain, reason = None, str(failure)
+    if chain is not None:
+        match len(chain.translations), len(chain.rotations):
+            case 0, 1:
+                return JointTriad(JointType.REVOLUTE, rotation_with_z_axis(chain.rotation_axes[0]))
+            case 0, 3:
+                return JointTriad(JointType.SPHERICAL, np.diag(_axis_signs(joint)))
+            case 0, 0:
+                reason = "it is rigid"
+            case 0, _:
+                reason = "it turns about two axes"
+            case _:
+                reason = "it has a translation"
+    return error(
+        f"joint `{joint.name}` cannot be written for DYSPAM: {reason}",
+        origin_span(joint.origins, "type", "connect"),
+        "DYSPAM's files hold one rotation or three: revolutes and sphericals",
+    )
 
 
 def _axis_signs(joint: Joint) -> Array:

@@ -13,6 +13,15 @@ from generator.text_io import load_text
 MAIN = "main"
 MAX_INCLUDED_FILES: Final = 50
 
+COMPILER_CHOICES: Final = {
+    "angle": ("degree", "radian"),
+    "coordinate": ("local",),
+    "inertiafromgeom": ("auto", "true", "false"),
+    "autolimits": ("true", "false"),
+    "balanceinertia": ("true", "false"),
+}
+"""Values of settings of the compiler that are known here."""
+
 _ClassDefaults = Mapping[str, Mapping[str, SourceText]]
 
 
@@ -82,14 +91,7 @@ def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagno
 
 
 def _check_compiler(compiler: XmlElement, diagnostics: Diagnostics) -> None:
-    choices = {
-        "angle": ("degree", "radian"),
-        "coordinate": ("local",),
-        "inertiafromgeom": ("auto", "true", "false"),
-        "autolimits": ("true", "false"),
-        "balanceinertia": ("true", "false"),
-    }
-    for name, known in choices.items():
+    for name, known in COMPILER_CHOICES.items():
         written = compiler.get(name)
         if written is not None and written not in known:
             diagnostics.error(

@@ -17,10 +17,8 @@ from generator.model_files.body_tree.tree import (
     rotation_from_z_to,
 )
 from generator.model_files.xml import (
-    SourceText,
     XmlElement,
     parse_number,
-    parse_numbers,
     parse_vector,
     unit_direction,
 )
@@ -31,7 +29,8 @@ from generator.rotations import (
     pose_matrix,
 )
 
-ORIENTATION_ATTRIBUTES = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+ORIENTATION_ATTRIBUTES = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
+"""Attributes of an orientation, and how many numbers they have."""
 
 
 @dataclass(frozen=True)
@@ -68,61 +67,35 @@ def parse_orientation(
             element.span_of(present[1]),
             "an element has one of them at most",
         )
-    if not present:
+    form = present[0] if present else ""
+    read = element.numbers(form, diagnostics, ORIENTATION_ATTRIBUTES.get(form, 0))
+    if read is None:
         return np.eye(3)
-    written = element.attributes[present[0]]
-    match present[0]:
+    span = element.span_of(form)
+    match form:
         case "quat":
-            return _from_quaternion(written, diagnostics)
+            if np.linalg.norm(read) > 1e-10:
+                return matrix_from_quaternion(np.array(read))
+            diagnostics.error("the zero quaternion is not an orientation", span, "write `1 0 0 0`")
+            return np.eye(3)
         case "axisangle":
-            read = parse_numbers(written, diagnostics, 4)
-            if read is None:
-                return np.eye(3)
-            axis = unit_direction(read[:3], written.span, diagnostics)
+            axis = unit_direction(read[:3], span, diagnostics)
             return matrix_from_axis_angle(axis, angles.radians(read[3]))
         case "xyaxes":
-            return _from_xy(written, diagnostics)
+            x = np.asarray(unit_direction(read[:3], span, diagnostics))
+            y = np.asarray(read[3:]) - float(x @ np.asarray(read[3:])) * x
+            y = np.asarray(unit_direction(y.tolist(), span, diagnostics))
+            parallel = abs(float(x @ y)) > 0.5
+            return np.eye(3) if parallel else np.stack([x, y, np.cross(x, y)], axis=1)
         case "zaxis":
-            read = parse_numbers(written, diagnostics, 3)
-            return rotation_from_z_to(
-                unit_direction(read or (0.0, 0.0, 1.0), written.span, diagnostics)
-            )
+            return rotation_from_z_to(unit_direction(read, span, diagnostics))
         case _:
-            return _from_euler(written, angles, diagnostics)
-
-
-def _from_quaternion(written: SourceText, diagnostics: Diagnostics) -> Array:
-    read = parse_numbers(written, diagnostics, 4)
-    if read is None:
-        return np.eye(3)
-    quaternion = np.array(read)
-    if not np.linalg.norm(quaternion) > 1e-10:
-        diagnostics.error(
-            "the zero quaternion is not an orientation", written.span, "write `1 0 0 0`"
-        )
-        return np.eye(3)
-    return matrix_from_quaternion(quaternion)
-
-
-def _from_xy(written: SourceText, diagnostics: Diagnostics) -> Array:
-    read = parse_numbers(written, diagnostics, 6)
-    if read is None:
-        return np.eye(3)
-    x = np.asarray(unit_direction(read[:3], written.span, diagnostics))
-    y = np.asarray(read[3:]) - float(x @ np.asarray(read[3:])) * x
-    y = np.asarray(unit_direction(y.tolist(), written.span, diagnostics))
-    if abs(float(x @ y)) > 0.5:
-        return np.eye(3)
-    return np.stack([x, y, np.cross(x, y)], axis=1)
-
-
-def _from_euler(written: SourceText, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
-    read = parse_numbers(written, diagnostics, 3)
-    matrix = np.eye(3)
-    for letter, value in zip(angles.euler_sequence, read or (), strict=False):
-        turn = matrix_from_axis_angle(np.eye(3)["xyz".index(letter.lower())], angles.radians(value))
-        matrix = matrix @ turn if letter.islower() else turn @ matrix
-    return matrix
+            matrix = np.eye(3)
+            for letter, value in zip(angles.euler_sequence, read, strict=True):
+                axis = np.eye(3)["xyz".index(letter.lower())]
+                turn = matrix_from_axis_angle(axis, angles.radians(value))
+                matrix = matrix @ turn if letter.islower() else turn @ matrix
+            return matrix
 
 
 KINDS: Final = ("hinge", "slide", "ball", "free")

@@ -20,7 +20,12 @@ from generator.model_files.body_tree.tree import (
 )
 from generator.model_files.embedded import MARK, imported_from_embedded
 from generator.model_files.imported import Imported
-from generator.model_files.mjcf.document import MAIN, Document, parse_document
+from generator.model_files.mjcf.document import (
+    COMPILER_CHOICES,
+    MAIN,
+    Document,
+    parse_document,
+)
 from generator.model_files.mjcf.geoms import GeomReader, geom_mass
 from generator.model_files.mjcf.joints import (
     ORIENTATION_ATTRIBUTES,
@@ -52,16 +57,7 @@ _READ_ATTRIBUTES: Final = {
     "freejoint": {"name"},
 }
 _BODY_ELEMENTS: Final = (
-    "body",
-    "frame",
-    "joint",
-    "freejoint",
-    "inertial",
-    "geom",
-    "site",
-    "camera",
-    "light",
-    "plugin",
+    *(*_READ_ATTRIBUTES, "geom", "site", "camera", "light", "plugin"),
     *_UNSUPPORTED_ELEMENTS,
 )
 
@@ -127,9 +123,9 @@ class BodyReader:
         self._add_unread_losses(element)
         childclass = element.get("childclass") or childclass
         contents = self._collect_contents(element, childclass)
-        joints = JointReader(
-            self.document.angle_convention, self._autolimits, self.diagnostics, self.losses
-        )
+        autolimits = self.document.setting("autolimits", "true") == "true"
+        angles = self.document.angle_convention
+        joints = JointReader(angles, autolimits, self.diagnostics, self.losses)
         freedoms = joints.read(name, contents.joints, is_outermost=parent is None)
         # A body that cannot move needs no mass, but has its share in a prescribed total mass.
         fixed = not freedoms and parent in self._fixed
@@ -141,7 +137,7 @@ class BodyReader:
             Body(
                 name,
                 parent,
-                parent_pose @ parse_pose(element, self.document.angle_convention, self.diagnostics),
+                parent_pose @ parse_pose(element, angles, self.diagnostics),
                 freedoms,
                 mass,
                 own_site_names(name, contents.sites),
@@ -152,10 +148,6 @@ class BodyReader:
         )
         for child, pose, inner in contents.bodies:
             self._read_body(child, name, pose, inner)
-
-    @property
-    def _autolimits(self) -> bool:
-        return self.document.setting("autolimits", "true") == "true"
 
     def _collect_contents(self, element: XmlElement, childclass: str) -> _BodyContents:
         contents = _BodyContents()
@@ -233,8 +225,10 @@ class BodyReader:
         if contents.inertial is not None and choice != "true":
             return self._parse_inertial(contents.inertial)
         total: MassProperties | None = None
+        bounds = self.document.compiler.numbers("inertiagrouprange", self.diagnostics, 2)
         for element, before in contents.geoms if choice != "false" else ():
-            if not self._is_in_inertia_group(element):
+            group = 0.0 if bounds is None else parse_number(element, "group", self.diagnostics)
+            if bounds is not None and not bounds[0] <= group <= bounds[1]:
                 continue
             part = geom_mass(element, self.document.angle_convention, self.diagnostics)
             if part is not None:
@@ -243,13 +237,6 @@ class BodyReader:
         if total is None:
             return self._with_bounds(0.0, np.zeros(3), np.zeros((3, 3)))
         return self._with_bounds(total.mass, total.centre, total.inertia)
-
-    def _is_in_inertia_group(self, geom: XmlElement) -> bool:
-        bounds = self.document.compiler.numbers("inertiagrouprange", self.diagnostics, 2)
-        return (
-            bounds is None
-            or bounds[0] <= parse_number(geom, "group", self.diagnostics) <= bounds[1]
-        )
 
     def _parse_inertial(self, element: XmlElement) -> tuple[MassProperties | None, Array]:
         diagnostics, nothing = self.diagnostics, (None, np.zeros((3, 3)))
@@ -310,12 +297,14 @@ class BodyReader:
         if not total > 0.0:
             return self.bodies
         factor = total / sum(body.mass.mass for body in self.bodies if body.mass is not None)
-        return [_scale_mass(body, factor) for body in self.bodies]
-
-
-def _scale_mass(body: Body, factor: float) -> Body:
-    mass = None if body.mass is None else body.mass.with_mass(body.mass.mass * factor)
-    return replace(body, mass=mass, extra_inertia=body.extra_inertia * factor)
+        return [
+            replace(
+                body,
+                mass=body.mass and body.mass.with_mass(body.mass.mass * factor),
+                extra_inertia=body.extra_inertia * factor,
+            )
+            for body in self.bodies
+        ]
 
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -336,20 +325,9 @@ _LOST: Final = {
 _READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "tendon", "worldbody")
 
 _COMPILER: Final = {
-    "angle",
-    "eulerseq",
-    "coordinate",
-    "autolimits",
-    "inertiafromgeom",
-    "inertiagrouprange",
-    "boundmass",
-    "boundinertia",
-    "balanceinertia",
-    "settotalmass",
-    "meshdir",
-    "assetdir",
-    "texturedir",
-    "strippath",
+    *COMPILER_CHOICES,
+    *("eulerseq", "inertiagrouprange", "boundmass", "boundinertia", "settotalmass"),
+    *("meshdir", "assetdir", "texturedir", "strippath"),
 }
 
 
