@@ -217,20 +217,16 @@ def in_axis_sense(spring: AxisSpring, axis: Vector) -> AxisSpring:
     return spring if np.dot(spring.direction, axis) > 0.0 else spring.with_opposite_axis()
 
 
-def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
-    """Return True for springs about three mutually perpendicular axes."""
-    if len(axes) != 3:
-        return False
-    rows: Array = np.array([axis.direction for axis in axes])
-    return bool(np.abs(rows @ rows.T - np.eye(3)).max() < _ORTHOGONALITY_TOLERANCE)
-
-
 def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
     """Return the viscous damping [N m s/rad] that is equal about all axes; None for others."""
     viscous = {axis.damping.viscous for axis in axes}
     if viscous == {0.0}:
         return 0.0
-    return viscous.pop() if are_perpendicular(axes) and len(viscous) == 1 else None
+    if len(axes) != 3 or len(viscous) > 1:
+        return None
+    rows: Array = np.array([axis.direction for axis in axes])
+    across = np.abs(rows @ rows.T - np.eye(3)).max() < _ORTHOGONALITY_TOLERANCE
+    return viscous.pop() if across else None
 
 
 def has_friction(spring: AxisSpring) -> bool:

@@ -142,7 +142,7 @@ class _SegmentWriter:
         torques = self._passive_torques(branch, laws)
         torque_lines: list[str] = []
         parent = self._segments[branch.inboard]
-        groups = list(_groups(_outward_steps(branch)))
+        groups = _groups(_outward_steps(branch))
         for group in groups:
             name = _not_world(model.joints[joint.name])
             if len(groups) > 1:
@@ -154,7 +154,8 @@ class _SegmentWriter:
             turn = pose_matrix(group.frame, np.zeros(3))
             yield from _segment(name, parent, pose @ turn, motion, ["mass 0"])
             for place, dof in zip(group.places, group.dofs, strict=True):
-                torque_lines += _torque_lines(name, dof, torques.get(place))
+                if place in torques:
+                    torque_lines += _torque_lines(name, dof, torques[place])
             parent, pose = name, inverse_pose(turn)
         moved, rest = self._segments[branch.outboard], inverse_pose(tip)
         body = [*self._body_lines(branch.outboard), *self._mesh_lines(branch.outboard)]
@@ -213,13 +214,12 @@ class _SegmentWriter:
     def _marker_lines(self, name: str) -> Iterator[str]:
         """Yield the sites of a segment but its centre of mass."""
         own = self._segments[name]
-        sites = [site for site in self._model.figure.segments[name].sites]
-        plain = plain_names(sites)
-        for site in sites:
+        sites = self._model.figure.segments[name].sites
+        for site, plain in plain_names(sites).items():
             if site != CENTRE_OF_MASS_SITE:
-                pose = self._model.figure.segments[name].sites[site].pose_in_segment
+                pose = sites[site].pose_in_segment
                 yield ""
-                yield f"marker {own}.{plain[site]}"
+                yield f"marker {own}.{plain}"
                 yield f"  parent {own}"
                 yield f"  position {_numbers(pose[:3, 3])}"
                 yield "endmarker"
@@ -235,12 +235,8 @@ def _outward_steps(branch: TreeJoint) -> list[tuple[int, JointAxis]]:
     steps = list(enumerate(branch.joint.chain))
     if branch.parent_is_inboard:
         return steps[::-1]
-    return [(k, JointAxis(axis.kind, _negative(axis))) for k, axis in steps]
-
-
-def _negative(axis: JointAxis) -> tuple[float, float, float]:
-    x, y, z = axis.axis
-    return -x, -y, -z
+    backwards = [(k, one.kind, *(-part for part in one.axis)) for k, one in steps]
+    return [(k, JointAxis(kind, (x, y, z))) for k, kind, x, y, z in backwards]
 
 
 @dataclass(frozen=True)
@@ -268,16 +264,11 @@ class _Group:
         )
 
 
-def _groups(steps: list[tuple[int, JointAxis]]) -> Iterator[_Group]:
-    """Yield the displacements of a joint by segment: all united, or each alone."""
+def _groups(steps: list[tuple[int, JointAxis]]) -> list[_Group]:
+    """Return the displacements of a joint by segment: all united, or each alone."""
     united = _group(steps)
-    if united is not None:
-        yield united
-        return
-    for step in steps:
-        alone = _group([step])
-        assert alone is not None
-        yield alone
+    groups = [united] if united is not None else map(_group, ([step] for step in steps))
+    return [group for group in groups if group is not None]
 
 
 def _group(steps: list[tuple[int, JointAxis]]) -> _Group | None:
@@ -354,10 +345,8 @@ def _segment(
     yield "endsegment"
 
 
-def _torque_lines(segment: str, dof: str, fitted: FittedTorque | None) -> Iterator[str]:
+def _torque_lines(segment: str, dof: str, fitted: FittedTorque) -> Iterator[str]:
     """Yield the passive torque of a displacement."""
-    if fitted is None:
-        return
     kind = "linear" if isinstance(fitted.torque, LinearTorque) else "exponential"
     yield ""
     yield f"passivetorque {segment}"

@@ -55,7 +55,6 @@ from springs import (
     AxisSpring,
     Coefficients,
     Cubic,
-    Elastic,
     Joining,
     Linear,
     NotRestoringError,
@@ -173,12 +172,13 @@ def _convert_axis_spring(
             row = LinearSpring(joint, axis, law.stiffness, viscous, law.rest)
             converted.rows.append(row)
         return
-    cubic = _as_cubic(law)
-    if cubic is None:
+    if isinstance(law, Linear):
+        law = Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
+    elif not isinstance(law, Cubic):
         converted.losses.add(_OTHER_LAW, where)
         return
     spherical = triad.type is JointType.SPHERICAL
-    record = _cubic_record(cubic, joint, axis, spherical=spherical)
+    record = _cubic_record(law, joint, axis, spherical=spherical)
     if record is None:
         converted.losses.add(_OTHER_SENSE, where)
         return
@@ -190,13 +190,6 @@ def _convert_axis_spring(
         c0, c1, c2, c3 = record.coefficients
         record = replace(record, coefficients=(-c0, -c1, -c2, -c3))
     converted.records.append(replace(record, viscous=viscous, coulomb=coulomb))
-
-
-def _as_cubic(law: Elastic) -> Cubic | None:
-    """Return a law as a cubic; None for another law."""
-    if isinstance(law, Linear):
-        return Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
-    return law if isinstance(law, Cubic) else None
 
 
 def _cubic_record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRecord | None:
@@ -346,7 +339,8 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
             losses.add("contact spheres", name)
     at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
     for ref in numbered.points:
-        if ref not in at_joints and _is_rotated(figure.site(ref)):
+        turn = figure.site(ref).pose_in_segment[:3, :3]
+        if ref not in at_joints and np.any(np.abs(turn - np.eye(3)) > 1e-12):
             losses.add("directions of sites at which no joint is", str(ref))
     for name, segment in figure.segments.items():
         for site in segment.sites if name in figure.ground else ():
@@ -386,10 +380,6 @@ def _site_loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
         (LoadKind.LOCAL_MOMENT, site.local_moment),
     )
     return ((kind, load) for kind, load in loads if load is not None)
-
-
-def _is_rotated(site: Site) -> bool:
-    return bool(np.any(np.abs(site.pose_in_segment[:3, :3] - np.eye(3)) > 1e-12))
 
 
 def _vector(array: Array) -> Vector:

@@ -81,7 +81,6 @@ from generator.rotations import (
     quaternion_from_matrix,
     unit_vector,
 )
-from generator.units import AxisUnits
 from springs import AxisSpring, JointSprings, SpringSet, total_torque
 from springs.elastic import Range
 
@@ -362,7 +361,9 @@ class _BodyWriter:
             element = add_element(
                 body, "joint", name=names[k], **placing, axis=format_numbers(axis)
             )
-            self._add_range(element, joint, k)
+            # MuJoCo does not enforce the limits: our springs do.
+            if ends := _limits(joint, k):
+                element.attrib |= {"limited": "false", "range": format_numbers(ends)}
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, k, laws.uncoupled[k], springs)
         if laws.combined:
@@ -449,11 +450,6 @@ class _BodyWriter:
             if ends is not None:
                 actuator.set("forcerange", format_numbers(ends))
 
-    def _add_range(self, element: Element, joint: Joint, index: int) -> None:
-        """The limits of a displacement, which MuJoCo does not enforce: our springs do."""
-        if ends := _limits(joint, index):
-            element.attrib |= {"limited": "false", "range": format_numbers(ends)}
-
     def _add_axis_spring(
         self,
         element: Element,
@@ -472,27 +468,15 @@ class _BodyWriter:
                 self._losses.add(_CURVES, joint.name)
             else:
                 self._add_curve(element, curve)
-                self._report_fit(joint, curve, spring, ends, units)
+                values = np.linspace(*ends, _FIT_SAMPLES)
+                torques = np.asarray(total_torque(spring.elastic, values))
+                error = FitError.from_differences(curve.torque(values) - torques, units.effort)
+                if error.largest > ROUNDING * float(np.abs(torques).max()):
+                    self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
         if spring.damping.viscous:
             element.set("damping", format_numbers(spring.damping.viscous))
         if spring.damping.coulomb:
             element.set("frictionloss", format_numbers(spring.damping.coulomb))
-
-    def _report_fit(
-        self,
-        joint: Joint,
-        curve: PiecewiseCubic,
-        spring: AxisSpring,
-        ends: Range,
-        units: AxisUnits,
-    ) -> None:
-        """Report the error of a curve over the range of its displacement, if it is not exact."""
-        values = np.linspace(*ends, _FIT_SAMPLES)
-        torques = np.asarray(total_torque(spring.elastic, values))
-        differences = curve.torque(values) - torques
-        error = FitError.from_differences(differences, units.effort)
-        if error.largest > ROUNDING * float(np.abs(torques).max()):
-            self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
 
     def _add_curve(self, element: Element, curve: PiecewiseCubic) -> None:
         """A curve as springs of a hinge or a slide and of tendons, and its constant part."""

@@ -14,11 +14,10 @@ segments are turned in it, so that their frames and all further out are the figu
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import assert_never
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint, is_rotation
+from generator.figure import Figure, Joint, is_rotation
 from generator.geometry.appearance import Colour
 from generator.identifiers import reserve_name
 from generator.kinematics.tree import TreeJoint
@@ -152,31 +151,24 @@ class _LinkWriter:
         places = range(count)[::-1] if branch.parent_is_inboard else range(count)
         for place in places:
             last = at_origin and place == places[-1]
-            below = (
-                model.segments[branch.outboard]
-                if last
-                else reserve_name(f"{name}_link", self._links)
-            )
-            own = (
-                name
-                if count == 1
-                else reserve_name(model.coordinates[joint.name][place], self._joints)
-            )
-            factor = joint.chain[place]
+            below, own = model.segments[branch.outboard], name
+            if not last:
+                below = reserve_name(f"{name}_link", self._links)
+            if count > 1:
+                own = reserve_name(model.coordinates[joint.name][place], self._joints)
             spring = laws.uncoupled.get(place)
-            element = self._add_joint(
-                own, _joint_type(joint, place, spring), link, self._add_link(below), pose
-            )
+            kind = _joint_type(joint, place, spring)
+            element = self._add_joint(own, kind, link, self._add_link(below), pose)
             sign = 1.0 if branch.parent_is_inboard else -1.0
-            add_element(element, "axis", xyz=format_numbers(sign * unit_vector(factor.axis)))
+            axis = sign * unit_vector(joint.chain[place].axis)
+            add_element(element, "axis", xyz=format_numbers(axis))
             _add_limits(element, joint, place, spring)
             _add_friction(element, spring)
             link, pose = below, np.eye(4)
         if not (at_origin and count):
             fixed = name if not count else reserve_name(f"{name}_fixed", self._joints)
-            self._add_joint(
-                fixed, "fixed", link, self._add_link(model.segments[branch.outboard]), pose @ rest
-            )
+            last_link = self._add_link(model.segments[branch.outboard])
+            self._add_joint(fixed, "fixed", link, last_link, pose @ rest)
         self._add_inertia(branch.outboard)
         if count > 1:
             self._losses.add(
@@ -220,15 +212,9 @@ def _limits(joint: Joint, index: int, spring: AxisSpring | None = None) -> Ends:
 
 
 def _joint_type(joint: Joint, index: int, spring: AxisSpring | None) -> str:
-    kind = joint.chain[index].kind
-    match kind:
-        case AxisKind.ROTATION:
-            limited = _limits(joint, index, spring) != (None, None)
-            return "revolute" if limited else "continuous"
-        case AxisKind.TRANSLATION:
-            return "prismatic"
-        case _:
-            assert_never(kind)
+    if not is_rotation(joint.chain[index].kind):
+        return "prismatic"
+    return "continuous" if _limits(joint, index, spring) == (None, None) else "revolute"
 
 
 def _add_limits(element: Element, joint: Joint, index: int, spring: AxisSpring | None) -> None:
