@@ -38,10 +38,9 @@ from generator.model_files.body_tree.joints import (
 )
 from generator.model_files.body_tree.shapes import join_shapes, with_colours
 from generator.model_files.body_tree.tree import (
-    CHANGED_NAMES,
     Body,
     BodyTree,
-    format_new_name,
+    add_new_names,
     merge_massless_bodies,
     merge_rigid_bodies,
     swap_massless_parents,
@@ -431,9 +430,7 @@ def _add_name_losses(draft: _FigureDraft) -> None:
     for names in draft.site_names.values():
         renamed |= names.renamed
     if renamed:
-        draft.losses.add(
-            CHANGED_NAMES, *(format_new_name(name, word) for name, word in renamed.items())
-        )
+        add_new_names(draft.losses, renamed)
     for name, joint in draft.joints.items():
         if len(joint.chain) > 1:
             own = {at.index: key for key, at in draft.coordinates.items() if at.joint == name}

@@ -326,17 +326,14 @@ def _merge_sites(
         word = free_name(name, joined)
         joined[word] = pose
         if word != name:
-            losses.add(CHANGED_NAMES, format_new_name(name, word))
+            add_new_names(losses, {name: word})
     return joined
 
 
-CHANGED_NAMES = "changed names"
-"""Sentence of the loss."""
-
-
-def format_new_name(name: str, word: str) -> str:
-    """Return the place in the loss of a changed name."""
-    return f"`{shorten(name)}` is `{shorten(word)}`"
+def add_new_names(losses: Losses, renamed: Mapping[str, str]) -> None:
+    """Report changed names."""
+    places = [f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()]
+    losses.add("changed names", *places)
 
 
 def own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:

@@ -13,6 +13,7 @@ figure positive; otherwise they stay the sites. A curve of `optional` is then ab
 the figure declares, on the right side as on the left.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -30,6 +31,13 @@ from generator.springs_file.axes import parallel_sign, rotation_axes
 Row4 = tuple[float, float, float, float]
 Triad = tuple[Row4, Row4, Row4]
 """A joint's frame in a body: a row for each axis of the body, turn and position [m]."""
+
+
+def triad_from_rows(rows: Iterable[Sequence[float]]) -> Triad:
+    """Return the triad of three rows of four numbers."""
+    first, second, third = ((a, b, c, d) for a, b, c, d in rows)
+    return first, second, third
+
 
 LOAD_KINDS = (
     LoadKind.GLOBAL_FORCE,

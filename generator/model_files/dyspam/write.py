@@ -35,9 +35,9 @@ from generator.model_files.dyspam.mechanism import (
     MechanismBody,
     Point,
     PointLoad,
-    Row4,
     Triad,
     joint_triad,
+    triad_from_rows,
 )
 from generator.model_files.dyspam.tables import (
     Structure,
@@ -365,11 +365,7 @@ def _site_triad(numbered: NumberedFigure, ref: SiteRef, triad: JointTriad) -> Tr
     pose = numbered.figure.site(ref).pose_in_segment @ pose_matrix(triad.rotation, np.zeros(3))
     if ref.segment in numbered.figure.ground:
         pose = numbered.placement.poses[ref.segment] @ pose
-    triad_rows: list[Row4] = []
-    for row in pose[:3].tolist():
-        x, y, z, offset = map(_rounded, row)
-        triad_rows.append((x, y, z, offset))
-    return triad_rows[0], triad_rows[1], triad_rows[2]
+    return triad_from_rows([_rounded(value) for value in row] for row in pose[:3].tolist())
 
 
 def _site_loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:

@@ -103,16 +103,13 @@ def figure_from_osim(
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:
     """Report a file of OpenSim 3 or older, in which bodies contained joints."""
-    read = root.numbers("Version", diagnostics, 1)
-    if model.find("JointSet") is not None and (read is None or read[0] >= OLDEST):
-        return False
-    diagnostics.error(
-        "this model was written by OpenSim 3 or older"
-        if read is not None and read[0] < OLDEST
-        else "this model has no `JointSet`",
-        root.span_of("Version") if read is not None and read[0] < OLDEST else model.span,
-        "open it in OpenSim 4 and save it again",
-    )
+    (version,) = root.numbers("Version", diagnostics, 1) or (OLDEST,)
+    message, span = "this model was written by OpenSim 3 or older", root.span_of("Version")
+    if version >= OLDEST:
+        if model.find("JointSet") is not None:
+            return False
+        message, span = "this model has no `JointSet`", model.span
+    diagnostics.error(message, span, "open it in OpenSim 4 and save it again")
     return True
 
 

@@ -16,8 +16,9 @@ from operator import add
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef, is_rotation
+from generator.figure import AxisKind, Figure, Joint, SiteRef, Vector, is_rotation
 from generator.identifiers import plain_names, renaming_loss, reserve_name
 from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
@@ -133,7 +134,7 @@ def _add_bodies(
                 _add_mesh(frame, f"{body}_mesh", meshes[name])
         else:
             names = plain_names(segment.sites)
-            element = _add_body(bodies, body, segment)
+            element = _add_body(bodies, body, model.mass_properties(name))
             if name in meshes:
                 label = reserve_name(f"{body}_mesh", set(names.values()))
                 _add_mesh(element, label, meshes[name])
@@ -147,15 +148,14 @@ def _add_bodies(
     return paths
 
 
-def _add_body(bodies: Element, name: str, segment: Segment | None) -> Element:
-    """Add the body of a segment; without one, a body without mass."""
+def _add_body(
+    bodies: Element,
+    name: str,
+    properties: tuple[float, ArrayLike, Vector] = (0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+) -> Element:
+    """Add a body with a mass, its centre and its moments."""
     body = add_element(bodies, "Body", name=name)
-    moments = (0.0, 0.0, 0.0) if segment is None else segment.inertia
-    centre = (0.0, 0.0, 0.0) if segment is None else segment.centre_of_mass
-    mass = 0.0 if segment is None else segment.mass
-    assert mass is not None
-    assert moments is not None
-    assert centre is not None
+    mass, centre, moments = properties
     add_element(body, "mass", format_numbers(mass))
     add_element(body, "mass_center", format_numbers(centre))
     add_element(body, "inertia", format_numbers([*moments, 0.0, 0.0, 0.0]))
@@ -260,7 +260,7 @@ class _JointWriter:
         turns = [one.axis for one in coordinates if is_rotation(one.kind)]
         if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _MAX_COLLINEAR_SINE:
             between = reserve_name(f"{name}_between", self._body_names)
-            _add_body(self._bodies, between, None)
+            _add_body(self._bodies, between)
             outer = reserve_name(f"{name}_outer", self._joint_names)
             self._add_joint_element(outer, parent, f"/bodyset/{between}", coordinates[:-1])
             parent, coordinates = f"/bodyset/{between}", coordinates[-1:]
@@ -360,14 +360,15 @@ def _add_transform(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
 
 def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
     """Return axes that complete fewer than three independent axes to three."""
-    if len(axes) == 3:
-        return []
-    if not axes:
-        return list(np.eye(3))
-    if len(axes) == 2:
-        return [unit_vector(np.cross(axes[0], axes[1]))]
-    frame = rotation_with_z_axis(axes[0])
-    return [frame[:, 0], frame[:, 1]]
+    match axes:
+        case []:
+            return list(np.eye(3))
+        case [axis]:
+            return list(rotation_with_z_axis(axis).T[:2])
+        case [first, second]:
+            return [unit_vector(np.cross(first, second))]
+        case _:
+            return []
 
 
 def _add_frame(place: Element, name: str, parent: str, pose: Array) -> Element:
@@ -437,13 +438,15 @@ class _LoopWriter:
             if laws.combined:
                 self._add_ball_spring(joint, laws, forces)
 
+    def _add_bushing(self, joint: Joint, forces: ForceWriter) -> Element:
+        name = f"{self._model.joints[joint.name]}_spring"
+        return forces.add_force("ExpressionBasedBushingForce", name)
+
     def _add_hinge_spring(self, joint: Joint, spring: AxisSpring, forces: ForceWriter) -> None:
         """Add the spring of a revolute, about the x axis of frames along its axis."""
         if spring.damping.coulomb or has_friction(spring):
             self._losses.add("friction of joints that close loops", joint.name)
-        bushing = forces.add_force(
-            "ExpressionBasedBushingForce", f"{self._model.joints[joint.name]}_spring"
-        )
+        bushing = self._add_bushing(joint, forces)
         add_element(bushing, "socket_frame1", "parent")
         add_element(bushing, "socket_frame2", "child")
         frames, axis = add_element(bushing, "frames"), np.array(joint.chain[0].axis)
@@ -462,9 +465,7 @@ class _LoopWriter:
             self._losses.add(
                 "damping and friction of several rotations in joints that close loops", joint.name
             )
-        bushing = forces.add_force(
-            "ExpressionBasedBushingForce", f"{self._model.joints[joint.name]}_spring"
-        )
+        bushing = self._add_bushing(joint, forces)
         for number, ref in enumerate(joint.ends, 1):
             add_element(bushing, f"socket_frame{number}", self._frames[ref])
         rotation = RotationExpressions((_Z, _Y, _X), _ANGLES)
