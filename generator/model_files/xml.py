@@ -265,6 +265,7 @@ def parse_numbers(
         allow_infinite: accept `Inf`.
     """
     max_count = min_count if max_count is None else max_count
+    count = f"{min_count}" if min_count == max_count else f"{min_count} to {max_count}"
     values: list[float] = []
     for match in _WORD.finditer(source_text.text):
         word = match[0]
@@ -275,7 +276,7 @@ def parse_numbers(
             diagnostics.error(
                 f"`{shorten(word)}` is not a number",
                 _word_span(source_text, match),
-                _count_hint(min_count, max_count),
+                "one number stands here" if count == "1" else f"{count} numbers stand here",
             )
             return None
         values.append(float(word))
@@ -288,9 +289,7 @@ def parse_numbers(
             return None
     if not min_count <= len(values) <= max_count:
         has = "1 number" if len(values) == 1 else f"{len(values)} numbers"
-        diagnostics.error(
-            f"{has} instead of {_format_count(min_count, max_count)}", source_text.span
-        )
+        diagnostics.error(f"{has} instead of {count}", source_text.span)
         return None
     return tuple(values)
 
@@ -327,19 +326,6 @@ def _word_span(source_text: SourceText, match: re.Match[str]) -> Span:
     start = span.start + match.start()
     part = Span(span.source, start, start + len(match[0]))
     return part if part.text == match[0] else span
-
-
-def _format_count(min_count: int, max_count: int) -> str:
-    return f"{min_count}" if min_count == max_count else f"{min_count} to {max_count}"
-
-
-def _count_hint(min_count: int, max_count: int) -> str:
-    few = min_count == max_count == 1
-    return (
-        "one number stands here"
-        if few
-        else f"{_format_count(min_count, max_count)} numbers stand here"
-    )
 
 
 _XYZ = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import assert_never
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
 from generator.identifiers import reserve_name
@@ -148,18 +149,17 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
             }
             for kind, load in loads.items():
                 if any(load):
-                    _add_load(actuators, site_name(model, SiteRef(name, site.name)), kind, load)
+                    own_name = site_name(model, SiteRef(name, site.name))
+                    ends = {"site": own_name} | ({"refsite": WORLD} if kind == "global" else {})
+                    gear = format_numbers(load)
+                    title = f"{own_name} {kind} load"
+                    _add_actuator(actuators, title, (1.0, 0.0, 0.0), **ends, gear=gear)
 
 
-def _add_load(actuators: Element, site: str, kind: str, load: list[float]) -> None:
-    frame = {"refsite": WORLD} if kind == "global" else {}
-    attributes = {
-        "gear": format_numbers(load),
-        "gainprm": "0",
-        "biastype": "affine",
-        "biasprm": "1 0 0",
-    }
-    add_element(actuators, "general", name=f"{site} {kind} load", site=site, **frame, **attributes)
+def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> Element:
+    """Add an actuator without control; `bias` are its force and the slopes of this."""
+    fixed = {"gainprm": "0", "biastype": "affine", "biasprm": format_numbers(bias)}
+    return add_element(actuators, "general", name=name, **attributes, **fixed)
 
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -436,17 +436,10 @@ class _BodyWriter:
         gear = np.array([0.0, 0.0, 0.0, *axis.direction])
         frames = {"parent": (child, parent, gear), "child": (parent, child, -gear)}
         for frame, (site, refsite, about) in frames.items():
-            actuator = add_element(
-                self._actuators,
-                "general",
-                name=f"{self._model.joints[joint.name]}_{name}_{frame}",
-                site=site,
-                refsite=refsite,
-                gear=format_numbers(about + 0.0),
-                gainprm="0",
-                biastype="affine",
-                biasprm=format_numbers(terms),
-            )
+            title = f"{self._model.joints[joint.name]}_{name}_{frame}"
+            gear = format_numbers(about + 0.0)
+            sites = {"site": site, "refsite": refsite}
+            actuator = _add_actuator(self._actuators, title, terms, **sites, gear=gear)
             if ends is not None:
                 actuator.set("forcerange", format_numbers(ends))
 
@@ -499,15 +492,8 @@ class _BodyWriter:
             )
             add_element(tendon, "joint", joint=name, coef="1")
         if curve.constant:
-            add_element(
-                self._actuators,
-                "general",
-                name=f"{name}_constant",
-                joint=name,
-                gainprm="0",
-                biastype="affine",
-                biasprm=format_numbers((curve.constant, 0.0, 0.0)),
-            )
+            bias = (curve.constant, 0.0, 0.0)
+            _add_actuator(self._actuators, f"{name}_constant", bias, joint=name)
 
     def _add_friction_losses(self, joint: Joint, laws: JointLaws) -> None:
         """Friction that MuJoCo has in another way or not at all."""

@@ -64,13 +64,7 @@ def apply_forces(
 
 @dataclass
 class _ForceReader:
-    """Adds the laws of coordinate forces to degrees of freedom.
-
-    Attributes:
-        dofs: dofs by the names of their coordinates.
-        diagnostics: collects errors.
-        losses: collects what a figure does not hold.
-    """
+    """Adds the laws of coordinate forces to degrees of freedom, by the names of coordinates."""
 
     dofs: dict[str, DegreeOfFreedom]
     diagnostics: Diagnostics

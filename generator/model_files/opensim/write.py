@@ -193,15 +193,7 @@ def _body_and_pose(model: ExportModel, ref: SiteRef) -> tuple[str, Array]:
 
 @dataclass(frozen=True)
 class _Coordinate:
-    """A coordinate of a joint.
-
-    Attributes:
-        name: name of the coordinate.
-        kind: rotation or translation.
-        axis: unit vector in the frame of the joint's parent, shape (3,).
-        value: value at the start [rad or m].
-        limits: its range [rad or m].
-    """
+    """A coordinate of a joint: `axis` is a unit vector in the frame of the joint's parent."""
 
     name: str
     kind: AxisKind
@@ -224,11 +216,7 @@ def _is_singular(model: ExportModel, joint: str) -> bool:
 
 
 class _JointWriter:
-    """The joints, in the order in which they are added.
-
-    Attributes:
-        coordinate_paths: coordinate paths by the name of the coordinate.
-    """
+    """The joints, in the order in which they are added, and the paths of their coordinates."""
 
     def __init__(
         self,
