@@ -18,6 +18,7 @@ from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import Tree, TreeJoint, build_tree
+from generator.loads import site_loads
 from generator.losses import Losses
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
@@ -267,12 +268,8 @@ def add_tree_losses(model: ExportModel, losses: Losses) -> None:
     if moved:
         losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
     for name, segment in figure.segments.items():
-        loads = [
-            load
-            for site in segment.sites.values()
-            for load in (site.global_force, site.local_force, site.global_moment, site.local_moment)
-        ]
-        if name not in figure.ground and any(any(load or ()) for load in loads):
+        loads = [load for site in segment.sites.values() for load in site_loads(site).values()]
+        if name not in figure.ground and any(map(any, loads)):
             losses.add("forces and moments at sites", name)
 
 

@@ -39,12 +39,7 @@ def triad_from_rows(rows: Iterable[Sequence[float]]) -> Triad:
     return first, second, third
 
 
-LOAD_KINDS = (
-    LoadKind.GLOBAL_FORCE,
-    LoadKind.LOCAL_FORCE,
-    LoadKind.GLOBAL_MOMENT,
-    LoadKind.LOCAL_MOMENT,
-)
+LOAD_KINDS = tuple(LoadKind)
 """The order in which `structure` counts loads and `jackforce` lists them."""
 
 ANGLE_AXES = (3, 2, 1)

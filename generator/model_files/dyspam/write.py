@@ -7,14 +7,14 @@ curve nor, for a spherical joint, its dead zone: reading infers both from the co
 (`springs.cubic`).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from generator.diagnostics import Diagnostic, InputError, error
-from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Site, SiteRef, Vector
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, SiteRef, Vector
 from generator.figure_file import simulation_diagnostics
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import (
@@ -24,7 +24,7 @@ from generator.kinematics.placement import (
     segment_jacobians,
 )
 from generator.kinematics.tree import build_tree
-from generator.loads import LoadKind
+from generator.loads import site_loads
 from generator.losses import Losses
 from generator.model_files.dyspam.mechanism import (
     Connection,
@@ -312,7 +312,7 @@ def point_loads(numbered: NumberedFigure) -> tuple[PointLoad, ...]:
     return tuple(
         PointLoad(kind, number, load)
         for number, ref in enumerate(numbered.points, start=1)
-        for kind, load in _site_loads(numbered.figure.site(ref))
+        for kind, load in site_loads(numbered.figure.site(ref)).items()
     )
 
 
@@ -347,7 +347,7 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
             ref = SiteRef(name, site)
             if ref != figure.root and ref not in at_joints:
                 losses.add("sites of the ground at which no joint is", str(ref))
-            if any(_site_loads(figure.site(ref))):
+            if site_loads(figure.site(ref)):
                 losses.add("loads on the ground, which move nothing", str(ref))
 
 
@@ -366,16 +366,6 @@ def _site_triad(numbered: NumberedFigure, ref: SiteRef, triad: JointTriad) -> Tr
     if ref.segment in numbered.figure.ground:
         pose = numbered.placement.poses[ref.segment] @ pose
     return triad_from_rows([_rounded(value) for value in row] for row in pose[:3].tolist())
-
-
-def _site_loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
-    loads = (
-        (LoadKind.GLOBAL_FORCE, site.global_force),
-        (LoadKind.LOCAL_FORCE, site.local_force),
-        (LoadKind.GLOBAL_MOMENT, site.global_moment),
-        (LoadKind.LOCAL_MOMENT, site.local_moment),
-    )
-    return ((kind, load) for kind, load in loads if load is not None)
 
 
 def _vector(array: Array) -> Vector:

@@ -138,14 +138,11 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
     """The constant forces and moments at sites, as actuators that take no control."""
     for name in model.figure.bodies:
         for site in model.figure.segments[name].sites.values():
-            own = site.pose_in_segment[:3, :3].T
-            zero = (0.0, 0.0, 0.0)
+            own, zero = site.pose_in_segment[:3, :3].T, (0.0, 0.0, 0.0)
+            force, moment = site.local_force or zero, site.local_moment or zero
             loads = {
                 "global": [*(site.global_force or zero), *(site.global_moment or zero)],
-                "local": [
-                    *(own @ (site.local_force or zero)),
-                    *(own @ (site.local_moment or zero)),
-                ],
+                "local": [*(own @ force), *(own @ moment)],
             }
             for kind, load in loads.items():
                 if any(load):
