@@ -166,9 +166,9 @@ def _curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
                 )
                 sense, coordinate = _in_sense_of(spring, chain, k), coordinates[name][k]
             curve = passive_curve(figure, springs, name, sense, at)
-            angles, held = _rotation_angles(curve), curve.held_angles
+            angles, others = _rotation_angles(curve), curve.held_angles
             yield _Curve(
-                plain, coordinate, sense, False, curve.laws, angles, held, curve.references
+                plain, coordinate, sense, False, curve.laws, angles, others, curve.references
             )
         for spring in own.translations:
             if not spring.elastic and not _has_damping(spring):

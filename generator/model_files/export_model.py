@@ -161,7 +161,7 @@ class JointLaws:
 
     @property
     def is_ball(self) -> bool:
-        """Whether the joint is written as a ball: three rotations whose springs do not part them.
+        """True for a joint written as a ball: three rotations whose springs do not part them.
 
         Hinges are exact, but near the pole of their axes inaccurate: a joint whose springs are not
         functions of its displacements stays a ball.
@@ -171,7 +171,7 @@ class JointLaws:
 
     @property
     def combined_resist(self) -> bool:
-        """Whether springs of several rotations have damping or Coulomb friction."""
+        """True if springs of several rotations have damping or Coulomb friction."""
         return any(axis.damping.viscous or axis.damping.coulomb for axis in self.combined)
 
 
