@@ -21,12 +21,13 @@ the slope by x, and `forcerange` cuts the torque off on the other side of the st
 that differs between axes is `J_damping_n_parent` and `..._child` with half of each in `biasprm`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import inf
 from pathlib import Path
 from typing import assert_never
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
 from generator.identifiers import reserve_name
@@ -40,10 +41,7 @@ from generator.model_files.export_model import (
     build_export_model,
     common_damping,
     has_friction,
-    is_ball,
     loop_closures,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import (
     FitError,
@@ -84,7 +82,6 @@ from generator.rotations import (
     quaternion_from_matrix,
     unit_vector,
 )
-from generator.units import AxisUnits
 from springs import AxisSpring, JointSprings, SpringSet, total_torque
 from springs.elastic import Range
 
@@ -141,29 +138,25 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
     """The constant forces and moments at sites, as actuators that take no control."""
     for name in model.figure.bodies:
         for site in model.figure.segments[name].sites.values():
-            own = site.pose_in_segment[:3, :3].T
-            zero = (0.0, 0.0, 0.0)
+            own, zero = site.pose_in_segment[:3, :3].T, (0.0, 0.0, 0.0)
+            force, moment = site.local_force or zero, site.local_moment or zero
             loads = {
                 "global": [*(site.global_force or zero), *(site.global_moment or zero)],
-                "local": [
-                    *(own @ (site.local_force or zero)),
-                    *(own @ (site.local_moment or zero)),
-                ],
+                "local": [*(own @ force), *(own @ moment)],
             }
             for kind, load in loads.items():
                 if any(load):
-                    _add_load(actuators, site_name(model, SiteRef(name, site.name)), kind, load)
+                    own_name = site_name(model, SiteRef(name, site.name))
+                    ends = {"site": own_name} | ({"refsite": WORLD} if kind == "global" else {})
+                    gear = format_numbers(load)
+                    title = f"{own_name} {kind} load"
+                    _add_actuator(actuators, title, (1.0, 0.0, 0.0), **ends, gear=gear)
 
 
-def _add_load(actuators: Element, site: str, kind: str, load: list[float]) -> None:
-    frame = {"refsite": WORLD} if kind == "global" else {}
-    attributes = {
-        "gear": format_numbers(load),
-        "gainprm": "0",
-        "biastype": "affine",
-        "biasprm": "1 0 0",
-    }
-    add_element(actuators, "general", name=f"{site} {kind} load", site=site, **frame, **attributes)
+def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> Element:
+    """Add an actuator without control; `bias` are its force and the slopes of this."""
+    fixed = {"gainprm": "0", "biastype": "affine", "biasprm": format_numbers(bias)}
+    return add_element(actuators, "general", name=name, **attributes, **fixed)
 
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -210,7 +203,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of a MuJoCo model, and its losses; raises InputError as `format_files`."""
     losses = Losses("MuJoCo model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("mujoco", model=figure.name or "figure")
     add_element(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     add_element(
@@ -226,7 +219,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
-    builder = _BodyWriter(model, springs, losses, sections)
+    builder = _BodyWriter(model, losses, sections)
     builder.add_bodies()
     add_visuals(model, sections["asset"], builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
@@ -237,7 +230,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, losses)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -252,24 +245,17 @@ _COMMENTS = (
 class _BodyWriter:
     """Bodies and their joints, from the ground outwards."""
 
-    def __init__(
-        self,
-        model: ExportModel,
-        springs: SpringSet,
-        losses: Losses,
-        sections: Mapping[str, Element],
-    ) -> None:
+    def __init__(self, model: ExportModel, losses: Losses, sections: Mapping[str, Element]) -> None:
         self._model, self._losses, self._fits = model, losses, FitErrors()
         self._tendons, self._actuators = sections["tendon"], sections["actuator"]
-        self._joining = springs.joining
+        self._joining = model.springs.joining
         world = sections["worldbody"]
-        self._springs = dict(tree_joint_springs(model, springs))
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
         self._initial_positions_by_body: dict[str, list[float]] = {}
         self._joints = {
             model.joints[name]
             for name, chain in model.tree.chains.items()
-            if len(chain.joint_axes) == 1 or self._is_ball(name)
+            if len(chain.joint_axes) == 1 or model.laws(name).is_ball
         }
 
     @property
@@ -296,15 +282,11 @@ class _BodyWriter:
 
     def _add_body(self, branch: TreeJoint) -> None:
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        base, tip = (model.site(ref) for ref in ends)
+        base, tip = model.branch_sites(branch)
         pose = base @ inverse_pose(tip)
         if branch.inboard in model.figure.ground:
             pose = model.placement.poses[branch.inboard] @ pose
-        segment = model.figure.segments[branch.outboard]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
+        mass, centre, moments = model.mass_properties(branch.outboard)
         name = body_name(model, branch.outboard)
         body = add_element(
             self.bodies[branch.inboard],
@@ -317,11 +299,11 @@ class _BodyWriter:
         add_element(
             body,
             "inertial",
-            pos=format_numbers(segment.centre_of_mass),
-            mass=format_numbers(segment.mass),
-            diaginertia=format_numbers(segment.inertia),
+            pos=format_numbers(centre),
+            mass=format_numbers(mass),
+            diaginertia=format_numbers(moments),
         )
-        springs = self._springs.get(joint.name, JointSprings(joint.name))
+        springs = model.joint_springs(joint.name)
         chain = model.tree.chains[joint.name]
         free = (
             len(chain.rotations) == len(chain.translations) == 3
@@ -341,17 +323,14 @@ class _BodyWriter:
         self, body: Element, branch: TreeJoint, tip_site: Array, springs: JointSprings
     ) -> None:
         joint, chain = branch.joint, self._model.tree.chains[branch.joint.name]
-        laws = split_joint_laws(chain, springs, self._joining)
+        laws = self._model.laws(joint.name)
         position = format_numbers(tip_site[:3, 3])
-        names = self._joint_element_names(joint)
+        names = self._joint_element_names(joint, laws)
         displacements = self._model.placement.displacements[joint.name]
         start: list[float] = []
         self._initial_positions_by_body[body.attrib["name"]] = start
         ball: Element | None = None
-        places = chain_indices(
-            branch, chain.translations_are_outer, has_ball=self._is_ball(joint.name)
-        )
-        for k in places:
+        for k in chain_indices(branch, laws):
             if k is None:
                 turn = chain.pose(displacements)[:3, :3]
                 turn = turn if branch.parent_is_inboard else turn.T
@@ -379,30 +358,27 @@ class _BodyWriter:
             element = add_element(
                 body, "joint", name=names[k], **placing, axis=format_numbers(axis)
             )
-            self._add_range(element, joint, k)
+            # MuJoCo does not enforce the limits: our springs do.
+            if ends := _limits(joint, k):
+                element.attrib |= {"limited": "false", "range": format_numbers(ends)}
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, k, laws.uncoupled[k], springs)
         if laws.combined:
             self._add_rotation_springs(ball, joint, springs)
         self._add_friction_losses(joint, laws)
 
-    def _joint_element_names(self, joint: Joint) -> dict[int | None, str]:
+    def _joint_element_names(self, joint: Joint, laws: JointLaws) -> dict[int | None, str]:
         """Names of a joint's hinges and slides by place in its chain, and of its ball."""
         name = self._model.joints[joint.name]
         if len(joint.chain) == 1:
             return {0: name}
         coordinates = self._model.coordinates[joint.name]
-        has_ball = self._is_ball(joint.name)
         parts = {
             k: reserve_name(coordinates[k], self._joints)
             for k, factor in enumerate(joint.chain)
-            if not is_rotation(factor.kind) or not has_ball
+            if not is_rotation(factor.kind) or not laws.is_ball
         }
         return {None: name, **parts}
-
-    def _is_ball(self, joint: str) -> bool:
-        springs = self._springs.get(joint, JointSprings(joint))
-        return is_ball(self._model.tree.chains[joint], springs, self._joining)
 
     def _add_rotation_springs(
         self, ball: Element | None, joint: Joint, springs: JointSprings
@@ -457,24 +433,12 @@ class _BodyWriter:
         gear = np.array([0.0, 0.0, 0.0, *axis.direction])
         frames = {"parent": (child, parent, gear), "child": (parent, child, -gear)}
         for frame, (site, refsite, about) in frames.items():
-            actuator = add_element(
-                self._actuators,
-                "general",
-                name=f"{self._model.joints[joint.name]}_{name}_{frame}",
-                site=site,
-                refsite=refsite,
-                gear=format_numbers(about + 0.0),
-                gainprm="0",
-                biastype="affine",
-                biasprm=format_numbers(terms),
-            )
+            title = f"{self._model.joints[joint.name]}_{name}_{frame}"
+            gear = format_numbers(about + 0.0)
+            sites = {"site": site, "refsite": refsite}
+            actuator = _add_actuator(self._actuators, title, terms, **sites, gear=gear)
             if ends is not None:
                 actuator.set("forcerange", format_numbers(ends))
-
-    def _add_range(self, element: Element, joint: Joint, index: int) -> None:
-        """The limits of a displacement, which MuJoCo does not enforce: our springs do."""
-        if ends := _limits(joint, index):
-            element.attrib |= {"limited": "false", "range": format_numbers(ends)}
 
     def _add_axis_spring(
         self,
@@ -494,27 +458,15 @@ class _BodyWriter:
                 self._losses.add(_CURVES, joint.name)
             else:
                 self._add_curve(element, curve)
-                self._report_fit(joint, curve, spring, ends, units)
+                values = np.linspace(*ends, _FIT_SAMPLES)
+                torques = np.asarray(total_torque(spring.elastic, values))
+                error = FitError.from_differences(curve.torque(values) - torques, units.effort)
+                if error.largest > ROUNDING * float(np.abs(torques).max()):
+                    self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
         if spring.damping.viscous:
             element.set("damping", format_numbers(spring.damping.viscous))
         if spring.damping.coulomb:
             element.set("frictionloss", format_numbers(spring.damping.coulomb))
-
-    def _report_fit(
-        self,
-        joint: Joint,
-        curve: PiecewiseCubic,
-        spring: AxisSpring,
-        ends: Range,
-        units: AxisUnits,
-    ) -> None:
-        """Report the error of a curve over the range of its displacement, if it is not exact."""
-        values = np.linspace(*ends, _FIT_SAMPLES)
-        torques = np.asarray(total_torque(spring.elastic, values))
-        differences = curve.torque(values) - torques
-        error = FitError.from_differences(differences, units.effort)
-        if error.largest > ROUNDING * float(np.abs(torques).max()):
-            self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
 
     def _add_curve(self, element: Element, curve: PiecewiseCubic) -> None:
         """A curve as springs of a hinge or a slide and of tendons, and its constant part."""
@@ -537,15 +489,8 @@ class _BodyWriter:
             )
             add_element(tendon, "joint", joint=name, coef="1")
         if curve.constant:
-            add_element(
-                self._actuators,
-                "general",
-                name=f"{name}_constant",
-                joint=name,
-                gainprm="0",
-                biastype="affine",
-                biasprm=format_numbers((curve.constant, 0.0, 0.0)),
-            )
+            bias = (curve.constant, 0.0, 0.0)
+            _add_actuator(self._actuators, f"{name}_constant", bias, joint=name)
 
     def _add_friction_losses(self, joint: Joint, laws: JointLaws) -> None:
         """Friction that MuJoCo has in another way or not at all."""
@@ -558,17 +503,12 @@ class _BodyWriter:
             self._losses.add("Coulomb friction of several rotations", joint.name)
 
 
-def chain_indices(
-    branch: TreeJoint, translations_are_outermost: bool, *, has_ball: bool
-) -> Iterator[int | None]:
+def chain_indices(branch: TreeJoint, laws: JointLaws) -> list[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
-    chain = branch.joint.chain
-    turns = [k for k, factor in enumerate(chain) if is_rotation(factor.kind)]
-    slides = [k for k, factor in enumerate(chain) if not is_rotation(factor.kind)]
-    ball: list[int | None] = [None]
-    about: list[int | None] = ball if has_ball else [*reversed(turns)]
-    outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]
-    yield from outermost_first if branch.parent_is_inboard else reversed(outermost_first)
+    slides = laws.chain.translations
+    about: list[int | None] = [None] if laws.is_ball else [*reversed(laws.chain.rotations)]
+    outermost_first = [*slides, *about] if laws.chain.translations_are_outer else [*about, *slides]
+    return outermost_first if branch.parent_is_inboard else outermost_first[::-1]
 
 
 def _limits(joint: Joint, index: int) -> Range | None:

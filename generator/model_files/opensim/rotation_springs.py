@@ -110,11 +110,16 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
     turns = [dof for dof in body.dofs if is_rotation(dof.kind)]
     if any(dof.is_passive for dof in turns):
         losses.add(HINGES_AS_ONE, joint)
-    weighted = any(spring.joining is Joining.WEIGHTED for spring in own)
-    reach = _largest_angle(turns) if weighted else 0.0
-    dofs = {
-        dof.name: _as_part(dof, joint, reach) if is_rotation(dof.kind) else dof for dof in body.dofs
-    }
+    ranges = {dof.name: dof.expected_range or (-pi, pi) for dof in turns}
+    reach = 0.0
+    if any(spring.joining is Joining.WEIGHTED for spring in own):
+        # The whole angle of displacements at their ends is the largest of a rotation.
+        reach = min(hypot(*(max(-low, high) for low, high in ranges.values())), pi)
+    dofs = {dof.name: dof for dof in body.dofs}
+    for name, (low, high) in ranges.items():
+        # A component of the rotation vector may leave the range of the coordinate.
+        wider = (min(low - BEYOND_LIMITS, -reach), max(high + BEYOND_LIMITS, reach))
+        dofs[name] = replace(dofs[name], joint=joint, expected_range=wider)
     for spring in own:
         dof = dofs[spring.coordinate]
         changed = with_function(dof, spring.name, spring.torque_at, losses)
@@ -123,25 +128,6 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
             changed = with_function(whole, spring.name, spring.torque_at, losses)
         dofs[dof.name] = changed
     return replace(body, dofs=tuple(dofs.values()))
-
-
-def _largest_angle(turns: Iterable[DegreeOfFreedom]) -> float:
-    """Largest angle of a rotation [rad]: the whole angle of displacements at their ends."""
-    ranges = [dof.expected_range or (-pi, pi) for dof in turns]
-    return min(hypot(*(max(-low, high) for low, high in ranges)), pi)
-
-
-def _as_part(dof: DegreeOfFreedom, joint: str, reach: float) -> DegreeOfFreedom:
-    """Return a rotation of a joint, whose component may leave the range of the coordinate.
-
-    Args:
-        dof: the rotation.
-        joint: name of the joint.
-        reach: angle to both sides that the range has at least [rad].
-    """
-    low, high = dof.expected_range or (-pi, pi)
-    wider = (min(low - BEYOND_LIMITS, -reach), max(high + BEYOND_LIMITS, reach))
-    return replace(dof, joint=joint, expected_range=wider)
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,8 @@ WEIGHTED = read_springs(None, PROTOTYPE, joining=Joining.WEIGHTED)
 
 
 def torques_of(own: JointSprings, of, joining=Joining.CONSERVATIVE):
-    factors = build_chain(of.chain)
-    laws = split_joint_laws(factors, own, Joining.CONSERVATIVE)
-    return passive_torques(of, factors, laws, joining, joint_ranges(of, own))
+    laws = split_joint_laws(build_chain(of.chain), own, joining)
+    return passive_torques(of, laws, joint_ranges(of, own))
 
 
 @pytest.mark.parametrize("name", [n for n, own in SPRINGS.joints.items() if len(own.axes) == 1])
@@ -121,12 +120,12 @@ def test_without_a_torque_there_is_none() -> None:
 def test_about_one_axis_alone_the_errors_are_those_stated(name: str, springs) -> None:
     of, own = PROTOTYPE.joints[name], springs.joints[name]
     torques = torques_of(own, of, springs.joining)
-    factors = build_chain(of.chain)
+    laws = split_joint_laws(build_chain(of.chain), own, springs.joining)
     assert torques.coupling_error is not None
     for k, fitted in torques.fitted.items():
         q = np.zeros((401, 3))
         q[:, k] = np.linspace(*fitted.range, 401)
-        exact = generalized_torques(factors, springs.joining, own.axes, q)[:, k]
+        exact = generalized_torques(laws, q)[:, k]
         largest = float(np.abs(fitted.torque.torque(q[:, k]) - exact).max())
         assert fitted.error is not None
         assert fitted.error.largest == pytest.approx(largest, rel=0.05)
