@@ -43,7 +43,7 @@ class CoupledMotion:
 
     def _law(self, joint: str) -> RotationLaw:
         own = self.springs.joints.get(joint, JointSprings(joint))
-        return rotation_law(own, self.springs.joining, self.chains[joint].rotation_axes)
+        return rotation_law(own, self.springs.law, self.chains[joint].rotation_axes)
 
     def angles(self, spring: CoupledSpring) -> list[Array]:
         """Angles of a law in the order of its coordinates, shape (n,) each [rad]."""

@@ -152,7 +152,7 @@ def _moment(motion: FigureMotion, joint: str, springs: SpringSet, rates: Array) 
     twists = motion.tree.chains[joint].twists(motion.displacements[joint])
     angular = np.sum(twists[..., :3] * rates[..., None], axis=1)
     rate = (np.swapaxes(half, -1, -2) @ angular[..., None])[..., 0]
-    law = rotation_law(own, springs.joining, motion.tree.chains[joint].rotation_axes)
+    law = rotation_law(own, springs.law, motion.tree.chains[joint].rotation_axes)
     return (half @ (law.torque(vectors) + law.damping(vectors, rate))[..., None])[..., 0]
 
 
@@ -199,7 +199,7 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
             angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
             stored += total_energy(own.axes[0].elastic, angle)
         elif rotations and own.axes:
-            law = rotation_law(own, springs.joining, motion.tree.chains[name].rotation_axes)
+            law = rotation_law(own, springs.law, motion.tree.chains[name].rotation_axes)
             stored += law.energy(_rotation_vectors(motion, name))
         for spring in own.translations:
             for k, factor in enumerate(chain):

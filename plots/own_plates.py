@@ -13,7 +13,7 @@ from generator.figure import Figure
 from generator.figure_file import read_figure
 from generator.springs_file.read import LoadedSprings, load_springs, load_springs_file, read_springs
 from plots.plate import Plate, plate_name
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ def _plate_of_motion(
     motion, found = load_motion(path, figure_name)
     if motion.recording is not None and springs is not None:
         raise UsageError(f"`{path}` has the moments of its run: leave out --springs")
-    figure, laws = motion.figure, [law.value for law in Joining]
-    joining = Joining(motion.header.law) if motion.header.law in laws else None
-    used = read_springs(springs, figure, joining)
+    figure, laws = motion.figure, [law.value for law in SphericalLaw]
+    law = SphericalLaw(motion.header.law) if motion.header.law in laws else None
+    used = read_springs(springs, figure, law)
     warnings = list(found)
     if motion.recording is None and motion.header.springs != used.origin:
         warnings.append(

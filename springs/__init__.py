@@ -9,9 +9,9 @@ from springs.joint import (
     AxisSpring,
     CoupledAxis,
     CoupledSpring,
-    Joining,
     JointSprings,
     Singularity,
+    SphericalLaw,
     SpringSet,
 )
 from springs.linear import Linear
@@ -37,7 +37,6 @@ __all__ = [
     "Cubic",
     "Damping",
     "Elastic",
-    "Joining",
     "JointSprings",
     "Linear",
     "NotRestoringError",
@@ -45,6 +44,7 @@ __all__ = [
     "Real",
     "RotationLaw",
     "Singularity",
+    "SphericalLaw",
     "SpringSet",
     "Stop",
     "Surface",

@@ -24,7 +24,7 @@ _UNIT_LENGTH_TOLERANCE = 1e-9
 """By how much the length of a direction may differ from 1."""
 
 
-class Joining(Enum):
+class SphericalLaw(Enum):
     """Rule by which the laws of the axes form the law of a spherical joint (eq. 4.4)."""
 
     CONSERVATIVE = "conservative"
@@ -190,7 +190,7 @@ class SpringSet:
     """The springs of a figure by joint name, and the law that joins a spherical joint's axes."""
 
     joints: Mapping[str, JointSprings] = field(default_factory=dict[str, JointSprings])
-    joining: Joining = Joining.CONSERVATIVE
+    law: SphericalLaw = SphericalLaw.CONSERVATIVE
     origin: str = "none"
     coupled: tuple[CoupledSpring, ...] = ()
 
@@ -199,7 +199,7 @@ class SpringSet:
         coupled = f", {len(self.coupled)} over several joints" if self.coupled else ""
         return (
             f"<SpringSet {self.origin}: joints with springs: {len(self.joints)}{coupled}, "
-            f"{self.joining.value}>"
+            f"{self.law.value}>"
         )
 
     def of_joints(self, names: Container[str]) -> "SpringSet":

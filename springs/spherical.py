@@ -15,7 +15,7 @@ from typing import Protocol
 from springs.backends import NUMPY, Operations, Real, Vector
 from springs.coordinates import ChainCoordinates, CoordinateLaw
 from springs.elastic import total_energy, total_torque
-from springs.joint import AxisSpring, Direction, Joining, JointSprings, Singularity
+from springs.joint import AxisSpring, Direction, JointSprings, Singularity, SphericalLaw
 
 _SMALL_ANGLE = 1e-2
 """Angle below which (a/2)/sin(a/2) is taken from its series [rad]."""
@@ -132,21 +132,21 @@ class VectorLaw:
 
 
 def rotation_law(
-    springs: JointSprings, joining: Joining, chain: Sequence[Direction]
+    springs: JointSprings, law: SphericalLaw, chain: Sequence[Direction]
 ) -> RotationLaw:
     """Return the law of a joint of several rotations.
 
     Args:
         springs: Springs of its axes.
-        joining: Rule that joins them.
+        law: Rule that joins them.
         chain: Axes of its rotations, innermost first.
 
     Raises:
         ValueError: A spring is about no axis of a chain whose coordinates the law needs, or the
             chain's outer axes are not perpendicular.
     """
-    if joining is not Joining.COORDINATES:
-        return VectorLaw(springs.axes, joining is Joining.WEIGHTED)
+    if law is not SphericalLaw.COORDINATES:
+        return VectorLaw(springs.axes, law is SphericalLaw.WEIGHTED)
     coordinates = ChainCoordinates(
         tuple(chain), tuple(_middle(springs.axes, axis) for axis in chain)
     )
@@ -240,16 +240,16 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
 
 
 def elastic_torque(
-    joining: Joining, axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY
+    law: SphericalLaw, axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY
 ) -> Vector:
     """Torque of a law of the rotation vector on the child in the half-way frame [N m].
 
     Its shape is (..., 3). Raises ValueError for laws of coordinates, which need the joint's chain.
     """
-    if joining is Joining.COORDINATES:
+    if law is SphericalLaw.COORDINATES:
         raise ValueError("a law of coordinates needs the joint's chain: call `rotation_law`")
-    law = conservative_torque if joining is Joining.CONSERVATIVE else weighted_torque
-    return law(axes, r, ops)
+    torque = conservative_torque if law is SphericalLaw.CONSERVATIVE else weighted_torque
+    return torque(axes, r, ops)
 
 
 def damping_torque(

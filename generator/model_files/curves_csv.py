@@ -25,7 +25,7 @@ from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
 from generator.text_io import format_csv_rows
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
-from springs import AxisSpring, Joining, JointSprings, SpringSet, total_torque
+from springs import AxisSpring, JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
 DECIMALS = 6
@@ -159,7 +159,7 @@ def _curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
         found += [each for each in own.axes if each not in found and _has_damping(each)]
         for spring in found:
             sense, coordinate = spring, ROTATION_VECTOR
-            if len(chain.rotations) == 1 or springs.joining is Joining.COORDINATES:
+            if len(chain.rotations) == 1 or springs.law is SphericalLaw.COORDINATES:
                 k = max(
                     chain.rotations,
                     key=lambda k: abs(np.dot(chain.joint_axes[k].axis, spring.direction)),
@@ -272,7 +272,7 @@ def _losses(figure: Figure, springs: SpringSet, curves: list[_Curve]) -> Losses:
     several = dict.fromkeys(curve.joint for curve in curves if curve.coordinate == ROTATION_VECTOR)
     if several:
         losses.add(
-            f"the law that joins the axes of several rotations ({springs.joining.value}): "
+            f"the law that joins the axes of several rotations ({springs.law.value}): "
             "each curve is for rotations about its axis alone",
             *several,
         )

@@ -135,6 +135,6 @@ def generalized_torques(laws: JointLaws, displacements: Array) -> Array:
         displacements: displacements of the chain, shape (n, factors) [rad or m].
     """
     vectors = rotation_vector(laws.chain, displacements)
-    half_way = np.asarray(elastic_torque(laws.joining, laws.combined, vectors))
+    half_way = np.asarray(elastic_torque(laws.law, laws.combined, vectors))
     torques = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * vectors), half_way)
     return np.einsum("nki,ni->nk", laws.chain.twists(displacements)[..., :3], torques)

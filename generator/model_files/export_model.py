@@ -22,7 +22,7 @@ from generator.loads import site_loads
 from generator.losses import Losses
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
-from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
+from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
 from springs.coordinates import CoordinateLaw
 from springs.elastic import Frictional
 
@@ -86,7 +86,7 @@ class ExportModel:
     def laws(self, joint: str) -> "JointLaws":
         """Springs of a joint by their arguments; raises as `split_joint_laws`."""
         chain = self.tree.chains[joint]
-        return split_joint_laws(chain, self.joint_springs(joint), self.springs.joining)
+        return split_joint_laws(chain, self.joint_springs(joint), self.springs.law)
 
     def is_in_tree(self, spring: CoupledSpring) -> bool:
         """Return True for a law over joints of which none closes a loop."""
@@ -148,14 +148,14 @@ class JointLaws:
 
     Attributes:
         chain: chain of the joint.
-        joining: rule that joins the axes of several rotations.
+        law: law of joints of several rotations.
         uncoupled: springs that are functions of one displacement alone, in the sense of its axis,
             by index in the chain; under a law of coordinates all are.
         combined: springs of several rotations, which are functions of the rotation vector.
     """
 
     chain: Chain
-    joining: Joining
+    law: SphericalLaw
     uncoupled: Mapping[int, AxisSpring]
     combined: tuple[AxisSpring, ...]
 
@@ -175,13 +175,13 @@ class JointLaws:
         return any(axis.damping.viscous or axis.damping.coulomb for axis in self.combined)
 
 
-def split_joint_laws(chain: Chain, springs: JointSprings, joining: Joining) -> JointLaws:
+def split_joint_laws(chain: Chain, springs: JointSprings, law: SphericalLaw) -> JointLaws:
     """Split the springs of a joint.
 
     Args:
         chain: chain of the joint.
         springs: springs of the joint.
-        joining: rule that joins the axes of several rotations.
+        law: law of joints of several rotations.
 
     Raises:
         InputError: a spring is about or along an axis that the joint does not have.
@@ -191,13 +191,13 @@ def split_joint_laws(chain: Chain, springs: JointSprings, joining: Joining) -> J
     if len(chain.rotations) == 1 and springs.axes:
         (place,) = chain.rotations
         alone[place] = in_axis_sense(springs.axes[0], chain.joint_axes[place].axis)
-    elif joining is Joining.COORDINATES and springs.axes:
+    elif law is SphericalLaw.COORDINATES and springs.axes:
         try:
-            law = rotation_law(springs, joining, chain.rotation_axes)
+            coordinates = rotation_law(springs, law, chain.rotation_axes)
         except ValueError as failure:
             raise InputError([error(f"joint `{springs.joint}`: {failure}")]) from None
-        assert isinstance(law, CoordinateLaw)
-        own = zip(chain.rotations, law.springs, strict=True)
+        assert isinstance(coordinates, CoordinateLaw)
+        own = zip(chain.rotations, coordinates.springs, strict=True)
         alone = {index: spring for index, spring in own if spring is not None}
     else:
         combined = springs.axes
@@ -210,7 +210,7 @@ def split_joint_laws(chain: Chain, springs: JointSprings, joining: Joining) -> J
             )
             raise InputError([error(message)])
         alone[places[0]] = in_axis_sense(spring, axes[places[0]])
-    return JointLaws(chain, joining, alone, combined)
+    return JointLaws(chain, law, alone, combined)
 
 
 def in_axis_sense(spring: AxisSpring, axis: Vector) -> AxisSpring:

@@ -32,7 +32,7 @@ from generator.rotations import Array, matrix_from_rotation_vector
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 MAX_PAGE_FRAMES = 6_000
 """Frames of a page; of a longer motion every second, third ... is kept."""
@@ -242,7 +242,7 @@ def _recorded_moments(recording: Recording, curve: PassiveCurve) -> Array:
 
     In the half-way frame, or for a law of coordinates the generalized force of the displacement.
     """
-    if curve.joining is Joining.COORDINATES and len(curve.chain.rotations) > 1:
+    if curve.law is SphericalLaw.COORDINATES and len(curve.chain.rotations) > 1:
         along = [float(np.dot(axis, curve.spring.direction)) for axis in curve.chain.rotation_axes]
         k = int(np.argmax(np.abs(along)))
         twists = curve.chain.twists(recording.displacements[curve.joint])

@@ -25,7 +25,7 @@ from generator.person.sources import DataFile, Origin, SourcedNumber, load_data_
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
-from springs import Damping, Joining
+from springs import Damping, SphericalLaw
 from springs.elastic import Elastic, Range
 from springs.exponential import Exponential
 from springs.interpolated import Interpolated
@@ -142,7 +142,7 @@ def springs_comment() -> str:
 
 def person_springs(axes: Iterable[PassiveAxis]) -> SpringsFile:
     """Return the passive springs of a person, one curve an axis."""
-    return SpringsFile(tuple(map(_entry, axes)), joining=Joining.CONSERVATIVE)
+    return SpringsFile(tuple(map(_entry, axes)), law=SphericalLaw.CONSERVATIVE)
 
 
 def coupled_leg_springs(body: Body, axes: Iterable[PassiveAxis]) -> SpringsFile:

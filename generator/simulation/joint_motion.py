@@ -159,7 +159,7 @@ class SegmentMotion:
         r = joint_motion.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
         rate = (np.swapaxes(half, -1, -2) @ joint_motion.relative_velocity[:, :3, None])[..., 0]
-        law = rotation_law(springs, self._model.spring_set.joining, chain.rotation_axes)
+        law = rotation_law(springs, self._model.spring_set.law, chain.rotation_axes)
         torque = law.torque(r) + law.damping(r, rate)
         return (half @ torque[..., None])[..., 0]
 

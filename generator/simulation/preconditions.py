@@ -37,7 +37,7 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
+from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
 from springs.coordinates import LARGEST_SINE
 from springs.elastic import Frictional
 from springs.joint import Direction
@@ -185,13 +185,13 @@ def placement_obstacles(
         several = len(chain.rotations) > 1
         obstacle = _translation_obstacle(placement, joint, own)
         axes = [a.direction for s in springs.coupled for a in s.axes if a.joint == name]
-        coordinates = _coordinate_obstacle(joint, chain, own, axes, springs.joining)
+        coordinates = _coordinate_obstacle(joint, chain, own, axes, springs.law)
         if obstacle is not None:
             yield obstacle
         elif coordinates is not None:
             yield coordinates
-        elif several and (elastic or (own.axes and springs.joining is Joining.COORDINATES)):
-            where = singular_orientation(placement, joint, springs.joining)
+        elif several and (elastic or (own.axes and springs.law is SphericalLaw.COORDINATES)):
+            where = singular_orientation(placement, joint, springs.law)
             if where is not None:
                 yield error(
                     f"joint {name} starts {where}, where the torque of its springs is not defined",
@@ -204,22 +204,22 @@ def _coordinate_obstacle(
     chain: Chain,
     springs: JointSprings,
     coupled_axes: Sequence[Direction],
-    joining: Joining,
+    law: SphericalLaw,
 ) -> Diagnostic | None:
     """Check that a law of coordinates has the axes that it needs."""
-    if len(chain.rotations) < 2 or joining is not Joining.COORDINATES:
+    if len(chain.rotations) < 2 or law is not SphericalLaw.COORDINATES:
         return None
     try:
-        rotation_law(springs, joining, chain.rotation_axes).angles(coupled_axes, np.zeros(3))
+        rotation_law(springs, law, chain.rotation_axes).angles(coupled_axes, np.zeros(3))
     except ValueError as failure:
         return error(f"joint {joint.name}: {failure}", origin_span(joint.origins, "type"))
     return None
 
 
-def singular_orientation(placement: Placement, joint: Joint, joining: Joining) -> str | None:
+def singular_orientation(placement: Placement, joint: Joint, law: SphericalLaw) -> str | None:
     """Return where a joint is if the torque of its springs is not defined there, else None."""
     chain = placement.tree.chains[joint.name]
-    if joining is not Joining.COORDINATES:
+    if law is not SphericalLaw.COORDINATES:
         return "at 180 deg" if _is_at_half_turn(placement, joint) else None
     if len(chain.rotations) < 3:
         return None

@@ -284,7 +284,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=model.spring_set.origin,
-        law=model.spring_set.joining.value,
+        law=model.spring_set.law.value,
         contact=_contact_record(model, trace, motion.poses)
         if model.contacts is not None and RecordingPart.CONTACT in record
         else None,

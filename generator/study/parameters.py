@@ -380,7 +380,7 @@ def build_case(study: Study, values: Sequence[float]) -> Case:
             mass *= stature**2
         person = replace(study.person, stature=stature, mass=mass)
         model = make_person(
-            person, own, case.springs.joining, with_spheres=bool(study.plan.scene.props)
+            person, own, case.springs.law, with_spheres=bool(study.plan.scene.props)
         )
         case = Case(model, study.plan)
     others = [each for each in assigned if each[0].quantity is not Quantity.PERSON]

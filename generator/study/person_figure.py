@@ -14,7 +14,7 @@ from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from generator.study.study import PersonArguments
-from springs import Joining
+from springs import SphericalLaw
 
 PERSON_SPRINGS = ("published", "coupled", "none")
 """Springs that a person of a study may have."""
@@ -23,7 +23,7 @@ PERSON_SPRINGS = ("published", "coupled", "none")
 def make_person(
     person: PersonArguments,
     measured: Mapping[str, float] | None = None,
-    joining: Joining | None = None,
+    law: SphericalLaw | None = None,
     *,
     with_spheres: bool,
 ) -> Model:
@@ -35,7 +35,7 @@ def make_person(
     Args:
         person: sex, stature, mass and springs.
         measured: dimensions by name [m].
-        joining: law that joins the axes of a spherical joint; None for that of a springs file.
+        law: law of spherical joints; None for that of a springs file.
         with_spheres: whether the segments get contact spheres, which takes about half the time.
 
     Raises:
@@ -53,7 +53,7 @@ def make_person(
         if person.springs == "coupled":
             content = _replace_entries(content, coupled_leg_springs(body, axes))
         file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
-    loaded = load_springs(figure, choice=file, joining=joining, text=text).require_value()
+    loaded = load_springs(figure, choice=file, law=law, text=text).require_value()
     if not with_spheres:
         return Model(figure, loaded.springs)
     from generator.contact.spheres import fit_spheres

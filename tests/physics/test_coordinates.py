@@ -16,9 +16,9 @@ from springs import (
     CoupledSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
 )
 from springs.coupled import CoupledExponential, CoupledTerm
@@ -32,7 +32,7 @@ def springs(axes, *, damping=0.0) -> SpringSet:
     about = tuple(
         AxisSpring(axis, (law,), Damping(damping)) for axis, law in zip(axes, CURVES, strict=False)
     )
-    return SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    return SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_a_run_ends_at_the_pole(integrator):
     if integrator is Integrator.EXUDYN:
         plan = replace(plan, step=1e-3)
     about = tuple(AxisSpring(axis, (Linear(5.0),)) for axis in (X, Y, Z))
-    law = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
     run = simulate(Model(figure, law), plan)
     assert run.outcome.ending is Ending.POLE
     assert run.outcome.joint == "pin"
@@ -87,7 +87,7 @@ def test_a_run_ends_where_the_angle_of_a_law_jumps():
     plan = Plan(stop=0.2, velocities={"pin": (40.0, 0.0, 0.0)})
 
     def run(about):
-        law = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+        law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
         return simulate(Model(one_body(BALL, (0.1, 0.0, 0.0), link), law), plan)
 
     ended = run((AxisSpring(X, (Linear(0.5, 0.3),)),))
@@ -102,7 +102,7 @@ def test_a_run_ends_where_the_angle_of_a_law_jumps():
 def test_exudyn_s_steps_do_not_jump_over_the_pole():
     """At 6 deg a step; the two degrees around the pole are narrower."""
     about = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
-    law = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
     link = body("link", centre=(0.0, -0.05, 0.0))
     plan = Plan(
         stop=0.1,
@@ -126,7 +126,7 @@ def coupled(*axes) -> tuple[CoupledSpring, ...]:
 
 @pytest.mark.parametrize("integrator", Integrator)
 def test_a_law_over_several_joints_ends_at_the_pole_as_well(integrator):
-    law = SpringSet(joining=Joining.COORDINATES, coupled=coupled(Y, X))
+    law = SpringSet(law=SphericalLaw.COORDINATES, coupled=coupled(Y, X))
     plan = Plan(
         stop=0.1,
         gravity=(0.0, 0.0, 0.0),
@@ -142,7 +142,9 @@ def test_a_law_over_several_joints_ends_at_the_pole_as_well(integrator):
 def test_a_law_over_several_joints_reads_the_angle_of_the_joint_s_own_law():
     """Half a turn from the middle of its range, in compiled code as in Exudyn's model."""
     own = AxisSpring(X, (Linear(1e-3),), middle=1.5)
-    law = SpringSet({"pin": JointSprings("pin", (own,))}, Joining.COORDINATES, "", coupled(X, Y))
+    law = SpringSet(
+        {"pin": JointSprings("pin", (own,))}, SphericalLaw.COORDINATES, "", coupled(X, Y)
+    )
     run = simulate(Model(one_body(BALL, (3.6, 0.1, 0.0)), law), Plan(stop=0.1))
     assert run.integrator_reason == ""
     assert run.agreement_with_exudyn is not None
@@ -160,7 +162,7 @@ def test_a_start_at_the_pole_or_beyond_is_refused(middle):
 def test_springs_of_a_skew_axis_are_refused():
     skew = SpringSet(
         {"pin": JointSprings("pin", (AxisSpring((0.6, 0.8, 0.0), (Linear(1.0),)),))},
-        Joining.COORDINATES,
+        SphericalLaw.COORDINATES,
     )
     with pytest.raises(ModelError, match="springs about axes of the joint's chain"):
         simulate(Model(one_body(BALL), skew), Plan(stop=0.1))

@@ -18,7 +18,7 @@ from benchmarks.exported import (
     stated_errors,
 )
 from benchmarks.exports import Case, our_fall
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 pytestmark = pytest.mark.verify
 
@@ -103,7 +103,7 @@ def test_figures_under_a_law_of_coordinates_fall_as_here(
 ):
     """From a bent start; the files of the other laws differ by 96 and 28 mm in MuJoCo."""
     case = CASES[name]
-    springs = replace(case.springs, joining=Joining.COORDINATES)
+    springs = replace(case.springs, law=SphericalLaw.COORDINATES)
     model = loaded(engine, case, springs, tmp_path)
     times, expected = our_fall(case.figure, springs, 0.4)
     found = model.fall(times, exports.ACCURACIES[engine][0])

@@ -294,7 +294,7 @@ def figure_from_tree(
     _add_name_losses(draft)
     name = None if tree.name is None else Names().assign(tree.name)
     tables = tuple(draft.springs_tables)
-    springs = SpringsFile(tables, joining=tree.joining) if tables or tree.joining else None
+    springs = SpringsFile(tables, law=tree.law) if tables or tree.law else None
     shapes = {ground: whole.shapes}
     for body in whole.bodies:
         segment, turn = draft.segment_frames[body.name]

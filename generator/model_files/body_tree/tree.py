@@ -19,7 +19,7 @@ from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
-from springs import Joining
+from springs import SphericalLaw
 
 
 class Curve(Protocol):
@@ -222,8 +222,7 @@ class BodyTree:
         name: name of the model, or None.
         span: where the model begins.
         shapes: fixed to the world, in its frame.
-        joining: joining of the laws of joints of several rotations, where the model has another
-            than usual.
+        law: law of joints of several rotations, where the model has another than usual.
     """
 
     bodies: tuple[Body, ...]
@@ -232,7 +231,7 @@ class BodyTree:
     name: str | None = None
     span: Span | None = None
     shapes: tuple[Shape, ...] = ()
-    joining: Joining | None = None
+    law: SphericalLaw | None = None
 
 
 Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])

@@ -55,9 +55,9 @@ from springs import (
     AxisSpring,
     Coefficients,
     Cubic,
-    Joining,
     Linear,
     NotRestoringError,
+    SphericalLaw,
     SpringSet,
     Stop,
     passive_cubic,
@@ -136,8 +136,8 @@ def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
     for name, joint in springs.joints.items():
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
             losses.add("what springs say of their motions, references and reasons", name)
-    if springs.joining is not Joining.CONSERVATIVE:
-        how = f"the axes of a spherical joint join ({springs.joining.value})"
+    if springs.law is not SphericalLaw.CONSERVATIVE:
+        how = f"the axes of a spherical joint join ({springs.law.value})"
         losses.add(f"the way in which {how}, which is conservative when read")
 
 

@@ -18,7 +18,7 @@ from generator.losses import Losses
 from generator.model_files.export_model import JointLaws, build_export_model
 from generator.model_files.mjcf.write import body_name, chain_indices, site_name
 from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
-from springs import AxisSpring, Joining, SpringSet, total_torque
+from springs import AxisSpring, SphericalLaw, SpringSet, total_torque
 from springs.spherical import damping_torque, elastic_torque
 
 
@@ -55,7 +55,7 @@ class PassiveSprings:
         """
         export = build_export_model(figure, springs, Losses("MuJoCo model"))
         branches = {branch.joint.name: branch for branch in export.tree.joints}
-        self._joining: Joining = springs.joining
+        self._law: SphericalLaw = springs.law
         self._single: list[_Single] = []
         self._several: list[_Several] = []
         for name in export.tree_springs:
@@ -93,7 +93,7 @@ class PassiveSprings:
             speeds = list(each.speeds)
             axes: Array = each.sign * data.cdof[speeds, :3]
             rate = half_way.T @ (data.qvel[speeds] @ axes)
-            torque = elastic_torque(self._joining, each.springs, r)
+            torque = elastic_torque(self._law, each.springs, r)
             torque = torque + damping_torque(each.springs, r, rate)
             data.qfrc_passive[speeds] += axes @ (half_way @ torque)
 

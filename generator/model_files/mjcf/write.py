@@ -248,7 +248,7 @@ class _BodyWriter:
     def __init__(self, model: ExportModel, losses: Losses, sections: Mapping[str, Element]) -> None:
         self._model, self._losses, self._fits = model, losses, FitErrors()
         self._tendons, self._actuators = sections["tendon"], sections["actuator"]
-        self._joining = model.springs.joining
+        self._law = model.springs.law
         world = sections["worldbody"]
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
         self._initial_positions_by_body: dict[str, list[float]] = {}
@@ -384,7 +384,7 @@ class _BodyWriter:
         self, ball: Element | None, joint: Joint, springs: JointSprings
     ) -> None:
         """Springs and damping of several rotations: of the ball itself, if equal about all axes."""
-        stiffness = isotropic_stiffness(joint, springs, self._joining)
+        stiffness = isotropic_stiffness(joint, springs, self._law)
         damping = common_damping(springs.axes)
         if stiffness is not None and (ball is not None or not any(stiffness)):
             if ball is not None and any(stiffness):
@@ -395,8 +395,8 @@ class _BodyWriter:
             for number, (axis, each) in enumerate(ramps, 1):
                 for place, ramp in enumerate(each, 1):
                     self._add_ramp(joint, axis, f"spring_{number}_{place}", ramp)
-            error = spring_error(joint, springs, self._joining, ramps)
-            largest = largest_torque(joint, springs, self._joining)
+            error = spring_error(joint, springs, self._law, ramps)
+            largest = largest_torque(joint, springs, self._law)
             if error.largest > ROUNDING * largest:
                 self._fits.add(_RAMPS, joint.name, error, f", of {format_size(largest)} N m")
         if damping and ball is not None:

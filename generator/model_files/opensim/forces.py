@@ -28,7 +28,7 @@ from generator.model_files.opensim.expression import (
 from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.xml import Element, add_element, format_numbers
 from generator.springs_file.axes import AXIS_NAMES, axis_label
-from springs import AxisSpring, CoupledSpring, Joining, total_torque
+from springs import AxisSpring, CoupledSpring, SphericalLaw, total_torque
 from springs.exponential import tangent_exp
 
 _LENGTH, _RATE = Expression("s"), Expression("ldot")
@@ -97,7 +97,7 @@ class ForceWriter:
         rates = [rotation.turn_rate(direction, k) for k in range(len(angles))]
         component = rotation.component(direction)
         torque = total_torque(spring.elastic, _LENGTH, EXPRESSION_OPERATIONS)
-        if self._model.springs.joining is Joining.CONSERVATIVE:
+        if self._model.springs.law is SphericalLaw.CONSERVATIVE:
             path = _Path(angles, rotation.definitions, component)
             self._add_path_force(f"{label}_spring", path, -1.0 * torque)
         else:
@@ -131,7 +131,7 @@ class ForceWriter:
             angles = self._angle_paths(joint, len(coordinates))
             rotations[joint] = replace(
                 self._rotation(joint, tuple(angles), f"_{len(rotations) + 1}"),
-                has_coordinates=self._model.springs.joining is Joining.COORDINATES,
+                has_coordinates=self._model.springs.law is SphericalLaw.COORDINATES,
             )
             coordinates |= angles
             definitions |= rotations[joint].definitions

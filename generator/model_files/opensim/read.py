@@ -41,7 +41,7 @@ from generator.model_files.opensim.rotation_springs import (
 from generator.model_files.opensim.shapes import GeometryReader
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array, inverse_pose, pose_matrix
-from springs import Joining
+from springs import SphericalLaw
 
 GRAVITY = (0.0, -9.80665, 0.0)
 
@@ -87,8 +87,8 @@ def figure_from_osim(
     bodies = apply_forces(bodies, forces, diagnostics, losses)
     bodies = apply_bushings(frames, bodies, forces, losses)
     bodies = with_rotation_springs(bodies, rotation_springs, losses)
-    weighted = any(spring.joining is Joining.WEIGHTED for spring in rotation_springs)
-    joining = Joining.WEIGHTED if weighted else None
+    weighted = any(spring.law is SphericalLaw.WEIGHTED for spring in rotation_springs)
+    law = SphericalLaw.WEIGHTED if weighted else None
     sites = _add_markers(frames, element, bodies)
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
@@ -96,7 +96,7 @@ def figure_from_osim(
     gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
     up = rotation_to_y_up(gravity, losses)
     name, ground = element.get("name"), shapes.get(GROUND, ())
-    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, joining)
+    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
     return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 

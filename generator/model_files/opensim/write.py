@@ -49,7 +49,7 @@ from generator.model_files.xml import (
     format_numbers,
 )
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from springs import AxisSpring, Joining, JointSprings, SpringSet, total_torque
+from springs import AxisSpring, JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.elastic import Range
 
 VERSION = "40000"
@@ -448,7 +448,7 @@ class _LoopWriter:
 
     def _add_ball_spring(self, joint: Joint, laws: JointLaws, forces: ForceWriter) -> None:
         """Add a law of several rotations, without its damping."""
-        springs, is_conservative = laws.combined, laws.joining is Joining.CONSERVATIVE
+        springs, is_conservative = laws.combined, laws.law is SphericalLaw.CONSERVATIVE
         if laws.combined_resist or any(map(has_friction, springs)):
             self._losses.add(
                 "damping and friction of several rotations in joints that close loops", joint.name

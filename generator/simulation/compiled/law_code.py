@@ -156,7 +156,7 @@ def coupled_law(
     laws = {
         axis.joint: rotation_law(
             springs.joints.get(axis.joint, JointSprings(axis.joint)),
-            springs.joining,
+            springs.law,
             chains[axis.joint].rotation_axes,
         )
         for axis in spring.axes

@@ -16,7 +16,14 @@ from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
 from generator.passive_curve import rotation_vector
 from generator.springs_file.read import read_springs
-from springs import AxisSpring, Joining, JointSprings, Linear, conservative_energy, total_torque
+from springs import (
+    AxisSpring,
+    JointSprings,
+    Linear,
+    SphericalLaw,
+    conservative_energy,
+    total_torque,
+)
 from tests.chains import chain, joint
 
 PROTOTYPE = read_figure("prototype")
@@ -29,7 +36,7 @@ def test_generalized_torques_are_minus_the_slope_of_the_energy(name: str) -> Non
     axes = SPRINGS.joints[name].axes
     rng = np.random.default_rng(1)
     q = rng.uniform(-0.6, 0.6, (20, len(factors.joint_axes)))
-    laws = split_joint_laws(factors, SPRINGS.joints[name], Joining.CONSERVATIVE)
+    laws = split_joint_laws(factors, SPRINGS.joints[name], SphericalLaw.CONSERVATIVE)
     torques = generalized_torques(laws, q)
 
     def energy(at: np.ndarray) -> np.ndarray:
@@ -45,7 +52,7 @@ def test_generalized_torques_are_minus_the_slope_of_the_energy(name: str) -> Non
 def test_about_an_axis_of_the_springs_the_torque_is_its_law(name: str) -> None:
     of, own = PROTOTYPE.joints[name], SPRINGS.joints[name]
     ranges = joint_ranges(of, own)
-    laws = split_joint_laws(build_chain(of.chain), own, SPRINGS.joining)
+    laws = split_joint_laws(build_chain(of.chain), own, SPRINGS.law)
     found = sampled_torques(of, laws, ranges)
     assert found
     for k, sampled in found.items():
@@ -65,7 +72,7 @@ def test_equal_linear_springs_about_all_axes_differ_from_their_sum() -> None:
     )
     own = JointSprings("ball", axes)
     ranges = ((-0.5, 0.5),) * 3
-    laws = split_joint_laws(build_chain(of.chain), own, Joining.CONSERVATIVE)
+    laws = split_joint_laws(build_chain(of.chain), own, SphericalLaw.CONSERVATIVE)
     torques = {k: lambda q: -3.0 * q for k in range(3)}
     found = sampled_torques(of, laws, ranges)
     for k, sampled in found.items():
@@ -78,7 +85,7 @@ def test_equal_linear_springs_about_all_axes_differ_from_their_sum() -> None:
     assert near is not None
     assert near.largest < 1e-3
     hinge = JointSprings("ball", axes[:1])
-    alone = split_joint_laws(build_chain(chain("Rx")), hinge, Joining.CONSERVATIVE)
+    alone = split_joint_laws(build_chain(chain("Rx")), hinge, SphericalLaw.CONSERVATIVE)
     assert coupling_error(alone, ranges, {}) is None
 
 

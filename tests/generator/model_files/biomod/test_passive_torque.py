@@ -20,9 +20,9 @@ from generator.model_files.fit_error import joint_ranges
 from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     total_torque,
 )
 from springs.exponential import Exponential, ExponentialTerm
@@ -30,11 +30,11 @@ from tests.chains import chain, joint
 
 PROTOTYPE = read_figure("prototype")
 SPRINGS = read_springs(None, PROTOTYPE)
-WEIGHTED = read_springs(None, PROTOTYPE, joining=Joining.WEIGHTED)
+WEIGHTED = read_springs(None, PROTOTYPE, law=SphericalLaw.WEIGHTED)
 
 
-def torques_of(own: JointSprings, of, joining=Joining.CONSERVATIVE):
-    laws = split_joint_laws(build_chain(of.chain), own, joining)
+def torques_of(own: JointSprings, of, law=SphericalLaw.CONSERVATIVE):
+    laws = split_joint_laws(build_chain(of.chain), own, law)
     return passive_torques(of, laws, joint_ranges(of, own))
 
 
@@ -119,8 +119,8 @@ def test_without_a_torque_there_is_none() -> None:
 @pytest.mark.parametrize("name", ["left_hip_joint", "left_shoulder"])
 def test_about_one_axis_alone_the_errors_are_those_stated(name: str, springs) -> None:
     of, own = PROTOTYPE.joints[name], springs.joints[name]
-    torques = torques_of(own, of, springs.joining)
-    laws = split_joint_laws(build_chain(of.chain), own, springs.joining)
+    torques = torques_of(own, of, springs.law)
+    laws = split_joint_laws(build_chain(of.chain), own, springs.law)
     assert torques.coupling_error is not None
     for k, fitted in torques.fitted.items():
         q = np.zeros((401, 3))
