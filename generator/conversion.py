@@ -177,7 +177,7 @@ class StartedFigure:
     def motion(self, described: Figure) -> FigureMotion:
         """The pose as a motion of one frame, of the figure as its file describes it."""
         motion = motion_from_figure(self.figure)
-        law = self.springs.joining.value
+        law = self.springs.law.value
         header = replace(motion.header, springs=self.springs.origin, law=law)
         return replace(motion, figure=described, header=header, springs=self.springs)
 

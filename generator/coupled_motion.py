@@ -10,9 +10,9 @@ from generator.rotations import Array
 from springs import (
     CoupledAxis,
     CoupledSpring,
-    Joining,
     JointSprings,
     RotationLaw,
+    SpringSet,
     rotation_law,
 )
 
@@ -33,16 +33,17 @@ class CoupledMotion:
 
     Attributes:
         chains: Chain of every joint.
-        joining: Rule of several rotations, which says what a law's coordinate is.
+        springs: Springs of the joints, whose rule says what a law's coordinate is.
         rotations: Rotations by joint.
     """
 
     chains: Mapping[str, Chain]
-    joining: Joining
+    springs: SpringSet
     rotations: JointRotations
 
     def _law(self, joint: str) -> RotationLaw:
-        return rotation_law(JointSprings(joint), self.joining, self.chains[joint].rotation_axes)
+        own = self.springs.joints.get(joint, JointSprings(joint))
+        return rotation_law(own, self.springs.law, self.chains[joint].rotation_axes)
 
     def angles(self, spring: CoupledSpring) -> list[Array]:
         """Angles of a law in the order of its coordinates, shape (n,) each [rad]."""

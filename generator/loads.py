@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from generator.figure import SiteRef
+from generator.figure import Site, SiteRef, Vector
 from generator.rotations import Array
 
 
@@ -17,6 +17,11 @@ class LoadKind(Enum):
     LOCAL_FORCE = "localforce"
     GLOBAL_MOMENT = "globalmoment"
     LOCAL_MOMENT = "localmoment"
+
+    @property
+    def attribute(self) -> str:
+        """Name of the attribute of a site that has such a load."""
+        return self.name.lower()
 
     @property
     def is_force(self) -> bool:
@@ -66,6 +71,12 @@ class TimedLoad:
         times, values = np.asarray(self.times, float), np.asarray(self.values, float)
         parts = [np.interp(time, times, values[:, k], left=0.0, right=0.0) for k in range(3)]
         return np.stack(parts, axis=-1)
+
+
+def site_loads(site: Site) -> dict[LoadKind, Vector]:
+    """The constant loads at a site by kind [N or N m]."""
+    loads = {kind: getattr(site, kind.attribute) for kind in LoadKind}
+    return {kind: load for kind, load in loads.items() if load is not None}
 
 
 def constant_load(

@@ -9,7 +9,7 @@ from generator.diagnostics import shorten, spelling_hint
 from generator.figure import Figure
 from generator.named_mapping import UnknownNameError
 from generator.springs_file.read import read_springs
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Model:
         cls,
         figure: Figure,
         choice: str | Path | None = None,
-        joining: Joining | None = None,
+        law: SphericalLaw | None = None,
     ) -> "Model":
         """Return a figure with the springs that a run of it has; see `read_springs`."""
-        return cls(figure, read_springs(choice, figure, joining))
+        return cls(figure, read_springs(choice, figure, law))
 
     def __repr__(self) -> str:
         """The figure and its springs, in a line."""

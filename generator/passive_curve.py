@@ -19,8 +19,8 @@ from springs import (
     AxisSpring,
     CoupledSpring,
     Elastic,
-    Joining,
     JointSprings,
+    SphericalLaw,
     SpringSet,
     rotation_law,
     total_torque,
@@ -78,7 +78,7 @@ class PassiveCurve:
         joint: its name.
         spring: spring about the axis.
         chain: chain of the joint.
-        joining: rule that joins the axes of several rotations.
+        law: law of joints of several rotations.
         laws: those of the spring, and of laws over several joints at the present values of the
             other angles.
         held_angles: angles of other joints on which the curve depends, by coordinate [rad].
@@ -92,7 +92,7 @@ class PassiveCurve:
     joint: str
     spring: AxisSpring
     chain: Chain
-    joining: Joining
+    law: SphericalLaw
     laws: tuple[Elastic, ...]
     held_angles: Mapping[str, float]
     angles: Array
@@ -132,9 +132,7 @@ class PassiveCurve:
 
     def component(self, displacements: Displacements) -> Array:
         """Angle about the axis in a pose, or in frames of shape (m, n) [rad]."""
-        return angle_about(
-            self.chain, self.joining, self.spring.direction, displacements[self.joint]
-        )
+        return angle_about(self.chain, self.law, self.spring.direction, displacements[self.joint])
 
     def moment_at(self, angle: float | Array) -> Array:
         """Torque on the child at angles about the axis alone [N m]."""
@@ -243,7 +241,7 @@ def passive_curve(
     laws, held_angles = list(spring.elastic), dict[str, float]()
     references = [spring.reference]
     for coupled, k, sign in _coupled_about(springs, joint, spring):
-        others = _other_angles(figure, springs.joining, coupled, k, displacements)
+        others = _other_angles(figure, springs.law, coupled, k, displacements)
         law = coupled.law.single_angle_law(coupled.law.coordinates[k], others)
         laws.append(law if sign > 0 else law.mirrored())
         held_angles |= others
@@ -254,7 +252,7 @@ def passive_curve(
         joint,
         spring,
         build_chain(figure.joints[joint].chain),
-        springs.joining,
+        springs.law,
         tuple(laws),
         held_angles,
         angles,
@@ -280,7 +278,7 @@ def passive_torque(
         if not any(axis.joint == joint for axis in coupled.axes):
             continue
         angles = [
-            float(_coupled_angle(figure, springs.joining, coupled, k, displacements))
+            float(_coupled_angle(figure, springs.law, coupled, k, displacements))
             for k in range(len(coupled.axes))
         ]
         for torque, axis in zip(coupled.law.torques(angles), coupled.axes, strict=True):
@@ -288,12 +286,12 @@ def passive_torque(
                 coupled_torques.append((axis.direction, float(torque)))
     if len(chain.rotations) == 1:
         for axis in own.axes:
-            angle = angle_about(chain, springs.joining, axis.direction, displacements[joint])
+            angle = angle_about(chain, springs.law, axis.direction, displacements[joint])
             coupled_torques.append(
                 (axis.direction, float(total_torque(axis.elastic, float(angle))))
             )
         return sum((torque * np.array(axis) for axis, torque in coupled_torques), np.zeros(3))
-    law = rotation_law(own, springs.joining, chain.rotation_axes)
+    law = rotation_law(own, springs.law, chain.rotation_axes)
     vector = rotation_vector(chain, displacements[joint])
     directions, torques = (
         [axis for axis, _ in coupled_torques],
@@ -309,7 +307,7 @@ def rotation_vector(chain: Chain, displacements: Array) -> Array:
 
 
 def angle_about(
-    chain: Chain, joining: Joining, direction: Direction, displacements: Array
+    chain: Chain, law: SphericalLaw, direction: Direction, displacements: Array
 ) -> Array:
     """Return the angle about an axis that a law reads, (..., n) [rad or m] to (...) [rad].
 
@@ -317,7 +315,7 @@ def angle_about(
     of coordinates, else the component of the rotation vector.
     """
     values = np.asarray(displacements, dtype=float)
-    if len(chain.rotations) == 1 or joining is Joining.COORDINATES:
+    if len(chain.rotations) == 1 or law is SphericalLaw.COORDINATES:
         along = [float(np.dot(axis, direction)) for axis in chain.rotation_axes]
         k = int(np.argmax(np.abs(along)))
         return values[..., chain.rotations[k]] * np.sign(along[k])
@@ -391,14 +389,14 @@ def _coupled_about(
 
 def _other_angles(
     figure: Figure,
-    joining: Joining,
+    law: SphericalLaw,
     coupled: CoupledSpring,
     k: int,
     displacements: Displacements,
 ) -> dict[str, float]:
     """Return the angles of the other coordinates of a coupled law [rad]."""
     return {
-        name: float(_coupled_angle(figure, joining, coupled, j, displacements))
+        name: float(_coupled_angle(figure, law, coupled, j, displacements))
         for j, name in enumerate(coupled.law.coordinates)
         if j != k
     }
@@ -406,11 +404,11 @@ def _other_angles(
 
 def _coupled_angle(
     figure: Figure,
-    joining: Joining,
+    law: SphericalLaw,
     coupled: CoupledSpring,
     k: int,
     displacements: Displacements,
 ) -> Array:
     axis = coupled.axes[k]
     chain = build_chain(figure.joints[axis.joint].chain)
-    return angle_about(chain, joining, axis.direction, displacements[axis.joint])
+    return angle_about(chain, law, axis.direction, displacements[axis.joint])

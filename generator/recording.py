@@ -247,7 +247,7 @@ class Recording:
         wall_time: time spent stepping [s].
         build_time: time spent building the system [s].
         springs: where the springs are from, "none" without any.
-        law: how the axes of spherical joints join.
+        law: law of spherical joints.
         integrator: method of integration.
         integrator_reason: why it is Exudyn's; "" for the compiled one.
         agreement_with_exudyn: largest difference of the accelerations of the compiled method from

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from generator.toml_file.rows import Block, Choice, Flag, Number, Row, Text, Vector3
-from springs import Joining
+from springs import SphericalLaw
 
 MAX_HEIGHT = 1e6
 """Largest initial height [m]; positions there are rounded to 1e-10 m."""
@@ -119,10 +119,10 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             live=Text("springs"),
         ),
         RunOption(
-            Choice("law", tuple(Joining)),
+            Choice("law", tuple(SphericalLaw)),
             "How the laws about the axes of a joint of several rotations combine.",
-            type=Joining,
-            live=Choice("law", tuple(Joining)),
+            type=SphericalLaw,
+            live=Choice("law", tuple(SphericalLaw)),
         ),
         RunOption(
             Vector3("gravity", MAX_GRAVITY, f"at most {MAX_GRAVITY:g} m/s2"),

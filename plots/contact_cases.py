@@ -98,17 +98,7 @@ TOLERANCE = 1e-7
 
 @dataclass(frozen=True)
 class ContactCase:
-    """A simulated motion and a number of it that has a closed form.
-
-    Attributes:
-        name: name of the motion.
-        parameter: that distinguishes the cases of a motion, with its unit.
-        quantity: name of the number.
-        unit: unit of the number.
-        measured: measured in the run.
-        closed_form: the same number by its closed form.
-        run: the motion.
-    """
+    """A simulated motion, and a number of it beside the same number by its closed form."""
 
     name: str
     parameter: str
@@ -291,14 +281,6 @@ def creep_speed(slope: float, surface: Surface) -> float:
     return surface.friction_speed * ratio / sqrt(1.0 - ratio**2)
 
 
-def _creep_settling_time(slope: float, surface: Surface) -> float:
-    """Time constant with which the speed of creep is approached [s]."""
-    friction = surface.friction * GRAVITY * cos(slope)
-    return hypot(creep_speed(slope, surface), surface.friction_speed) ** 3 / (
-        friction * surface.friction_speed**2
-    )
-
-
 def slip_acceleration(slope: float, surface: Surface) -> float:
     """Acceleration of a body that slips down a slope by Coulomb's friction [m/s^2].
 
@@ -357,14 +339,16 @@ def _late_acceleration(run: Recording, slope: float) -> float:
 
 def creeping_block(slope: float, surface: Surface = FIRM) -> ContactCase:
     """Put a block on a slope below the friction angle."""
-    run = _block_on_slope(slope, surface, 0.2 + 10.0 * _creep_settling_time(slope, surface))
+    friction, speed = surface.friction * GRAVITY * cos(slope), creep_speed(slope, surface)
+    settling = hypot(speed, surface.friction_speed) ** 3 / (friction * surface.friction_speed**2)
+    run = _block_on_slope(slope, surface, 0.2 + 10.0 * settling)
     return ContactCase(
         "block creeps down an incline",
         f"{degrees(slope):g} deg",
         "speed",
         "m/s",
         float(downhill_velocity(run, slope)[-1]),
-        creep_speed(slope, surface),
+        speed,
         run,
     )
 

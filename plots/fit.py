@@ -13,7 +13,7 @@ import typer
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
 from generator.cli.outputs import check_writable, write_files
 from generator.diagnostics import MoverError, UsageError
-from generator.input_files.moments import MOMENTS_FILE, MeasuredMoments
+from generator.input_files.moments import MOMENTS_FILE
 from generator.springs_file.bind import describe_sense_rule
 from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
@@ -115,7 +115,10 @@ def fit(
     _check_options(output, named_joints, plot)
     moments = MOMENTS_FILE.read(data)
     fitted = fit_cubic(moments.angles, moments.moments, passive=passive)
-    law = _law_or_none(fitted)
+    try:
+        law = fitted.law
+    except NotRestoringError:
+        law = None
     files = [path for path in (output, plot) if path is not None]
     contents: dict[Path, str | bytes] = {}
     check_writable(files, (data,))
@@ -131,7 +134,11 @@ def fit(
             reference=reference or f"the moments in {moments.name}, of unknown origin",
             why=_describe_fit(fitted, law),
         )
-        contents[output] = _format_springs_file(entry, moments)
+        comment = f"Fitted to {moments.name} by mover fit."
+        try:
+            contents[output] = write_springs(SpringsFile((entry,)), comment)
+        except ValueError as failure:
+            raise UsageError(str(failure)) from None
     if plot is not None:
         # Matplotlib is slow to import.
         from plots.canvas import render_figure
@@ -140,7 +147,7 @@ def fit(
         about = " ".join([", ".join(named_joints), motion]).strip()
         title = f"{about}: {moments.name}" if about else moments.name
         drawing = draw_fit(fitted, law, title, motion, reference)
-        contents[plot] = render_figure(drawing, _picture_format(plot))
+        contents[plot] = render_figure(drawing, plot.suffix.lower()[1:])
     write_files(contents)
     zone = None if law is None else law.dead_zone
     return FitResult(
@@ -174,26 +181,8 @@ def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None
             raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
     elif joints:
         raise UsageError("--joint applies to a springs file: add -o FILE.springs.toml")
-    if plot is not None and _picture_format(plot) not in PICTURE_FORMATS:
+    if plot is not None and plot.suffix.lower()[1:] not in PICTURE_FORMATS:
         raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
-
-
-def _picture_format(path: Path) -> str:
-    return path.suffix.lower()[1:]
-
-
-def _law_or_none(fitted: CubicFit) -> Cubic | None:
-    try:
-        return fitted.law
-    except NotRestoringError:
-        return None
-
-
-def _format_springs_file(entry: SpringEntry, moments: MeasuredMoments) -> str:
-    try:
-        return write_springs(SpringsFile((entry,)), f"Fitted to {moments.name} by mover fit.")
-    except ValueError as failure:
-        raise UsageError(str(failure)) from None
 
 
 def _describe_fit(fitted: CubicFit, law: Cubic) -> str:

@@ -17,15 +17,7 @@ _MARGIN = 0.04
 def draw_fit(
     fit: CubicFit, law: Cubic | None, title: str, motion: str = "", reference: str = ""
 ) -> Figure:
-    """Draw a fit over the range of its data.
-
-    Args:
-        fit: cubic and data.
-        law: law of the fit, or None if its cubic restores nowhere.
-        title: title of the picture.
-        motion: name of the positive sense ("flexion"), or "".
-        reference: source of the data, or "".
-    """
+    """Draw a fit over the range of its data; the law is None if its cubic restores nowhere."""
     with plot_style():
         figure = Figure(figsize=(6.4, 5.4), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])

@@ -24,8 +24,8 @@ from generator.cli.interrupts import defer_interrupt, hold_interrupts
 from generator.cli.options import (
     FigureName,
     Gravity,
-    JoiningLaw,
     JointValues,
+    LawChoice,
     LockedJoints,
     PoseFile,
     SpringsChoice,
@@ -183,7 +183,7 @@ def identify(
     ] = None,
     stop: Annotated[float | None, typer.Option(help="End time [s]. [default: last sample]")] = None,
     springs: SpringsChoice = None,
-    law: JoiningLaw = None,
+    law: LawChoice = None,
     gravity: Gravity = None,
     pose: PoseFile = None,
     displacements: JointValues = None,

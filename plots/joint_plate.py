@@ -158,7 +158,9 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         angles = np.radians(np.linspace(*window.angles, 600))
         _draw_printed(upper, curve, angles)
         if plate.sense_odds:
-            _draw_other_sense(upper, curve, angles)
+            other, colour = curve.other_sense_torques(angles), THESIS_STYLE.colour
+            look: Look = {"color": colour, "lw": 1.1, "ls": OTHER_SENSE_DASH, "zorder": 3}
+            upper.plot(np.degrees(angles), other, **look)
         for row, pen in zip(plate.literature, LINE_STYLES, strict=False):
             _draw_literature(upper, row, angles, pen)
             _draw_residual(lower, curve, row, window, pen)
@@ -249,12 +251,6 @@ def _draw_printed(axes: Axes, curve: JointCurve, angles: Array) -> None:
     for which, dash in ((~out, THESIS_STYLE.dash), (out, EXCLUDED_DASH)):
         shown = np.where(which, printed, np.nan)
         axes.plot(np.degrees(angles), shown, color=THESIS_STYLE.colour, lw=1.1, ls=dash, zorder=3)
-
-
-def _draw_other_sense(axes: Axes, curve: JointCurve, angles: Array) -> None:
-    torques = curve.other_sense_torques(angles)
-    colour = THESIS_STYLE.colour
-    axes.plot(np.degrees(angles), torques, color=colour, lw=1.1, ls=OTHER_SENSE_DASH, zorder=3)
 
 
 def _draw_literature(axes: Axes, literature: Literature, angles: Array, style: LineStyle) -> None:

@@ -198,12 +198,7 @@ TableRow = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Measurements:
-    """A table of benchmarks.
-
-    Attributes:
-        provenance: values of the comments, by key.
-        rows: cells as text, by header.
-    """
+    """A table of benchmarks: cells as text by header, and the comments by key."""
 
     provenance: Mapping[str, str]
     rows: Sequence[TableRow]

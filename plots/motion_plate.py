@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from generator.contact.record import ContactRecord
 from generator.coupled_motion import CoupledMotion
 from generator.figure import is_rotation
 from generator.kinematics.centre_of_mass import segment_masses
@@ -153,7 +152,7 @@ def _moment(motion: FigureMotion, joint: str, springs: SpringSet, rates: Array) 
     twists = motion.tree.chains[joint].twists(motion.displacements[joint])
     angular = np.sum(twists[..., :3] * rates[..., None], axis=1)
     rate = (np.swapaxes(half, -1, -2) @ angular[..., None])[..., 0]
-    law = rotation_law(own, springs.joining, motion.tree.chains[joint].rotation_axes)
+    law = rotation_law(own, springs.law, motion.tree.chains[joint].rotation_axes)
     return (half @ (law.torque(vectors) + law.damping(vectors, rate))[..., None])[..., 0]
 
 
@@ -167,7 +166,7 @@ def _coupled_motion(
         else _rotation_vectors(motion, axis.joint)
         for axis in spring.axes
     }
-    return CoupledMotion(motion.tree.chains, springs.joining, rotations)
+    return CoupledMotion(motion.tree.chains, springs, rotations)
 
 
 def _coupled_moments(motion: FigureMotion, springs: SpringSet) -> dict[str, Array]:
@@ -200,7 +199,7 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
             angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
             stored += total_energy(own.axes[0].elastic, angle)
         elif rotations and own.axes:
-            law = rotation_law(own, springs.joining, motion.tree.chains[name].rotation_axes)
+            law = rotation_law(own, springs.law, motion.tree.chains[name].rotation_axes)
             stored += law.energy(_rotation_vectors(motion, name))
         for spring in own.translations:
             for k, factor in enumerate(chain):
@@ -249,7 +248,9 @@ def motion_plate(motion: FigureMotion, springs: SpringSet, name: str) -> Plate:
         if contact is not None:
             forces = contact.ground_reaction
             _draw_components(panels[-1][0], motion.times, forces, "ground reaction [N]")
-            _draw_depth(panels[-1][1], motion.times, contact)
+            deepest = 1e3 * np.max(list(contact.depths.values()), axis=0)
+            panels[-1][1].plot(motion.times, deepest, "-", color=BLACK, lw=1.2)
+            panels[-1][1].set_ylabel("deepest\npenetration [mm]", fontsize=8.0)
         figure.legend(handles=_legend_handles(), ncols=6, loc="outside upper left", fontsize=7.5)
         if groups:
             panels[0][0].set_title("joint angles [deg]")
@@ -337,12 +338,6 @@ def _draw_components(axes: Axes, times: Array, vectors: Array, label: str) -> No
         axes.plot(times, column, "-", color=style.colour, lw=1.2, label=name)
     axes.set_ylabel(label, fontsize=8.0)
     _legend_above(axes)
-
-
-def _draw_depth(axes: Axes, times: Array, contact: ContactRecord) -> None:
-    deepest = np.max(list(contact.depths.values()), axis=0)
-    axes.plot(times, 1e3 * deepest, "-", color=BLACK, lw=1.2)
-    axes.set_ylabel("deepest\npenetration [mm]", fontsize=8.0)
 
 
 def _legend_above(axes: Axes) -> None:

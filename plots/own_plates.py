@@ -13,7 +13,7 @@ from generator.figure import Figure
 from generator.figure_file import read_figure
 from generator.springs_file.read import LoadedSprings, load_springs, load_springs_file, read_springs
 from plots.plate import Plate, plate_name
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 
 @dataclass(frozen=True)
@@ -55,13 +55,17 @@ class OwnFiles:
             MoverError: a motion is not one of its figure, or there is nothing to draw.
         """
         if self.studies:
-            return _plates_of_studies(self.studies), []
+            from plots.study_plate import study_plates
+
+            found = [plate for folder in self.studies for plate in study_plates(folder)]
+            _check_distinct([plate.name for plate in found], "studies")
+            return found, []
         if not self.motions:
             assert self.springs is not None
             return _plates_of_springs(self.springs, self.against)
         _check_distinct([plate_name(path.stem) for path in self.motions], "motions")
         drawn = [_plate_of_motion(path, self.springs, self.figure) for path in self.motions]
-        return [plate for plate, _ in drawn], [one for _, found in drawn for one in found]
+        return [plate for plate, _ in drawn], [one for _, more in drawn for one in more]
 
 
 def _check_distinct(names: Sequence[str], things: str) -> None:
@@ -69,15 +73,6 @@ def _check_distinct(names: Sequence[str], things: str) -> None:
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"two {things} would be written as `{name}`: draw them separately")
-
-
-def _plates_of_studies(folders: Sequence[Path]) -> list[Plate]:
-    """Return the plates of each folder."""
-    from plots.study_plate import study_plates
-
-    plates = [plate for folder in folders for plate in study_plates(folder)]
-    _check_distinct([plate.name for plate in plates], "studies")
-    return plates
 
 
 def _plate_of_motion(
@@ -89,9 +84,9 @@ def _plate_of_motion(
     motion, found = load_motion(path, figure_name)
     if motion.recording is not None and springs is not None:
         raise UsageError(f"`{path}` has the moments of its run: leave out --springs")
-    figure, laws = motion.figure, [law.value for law in Joining]
-    joining = Joining(motion.header.law) if motion.header.law in laws else None
-    used = read_springs(springs, figure, joining)
+    figure, laws = motion.figure, [law.value for law in SphericalLaw]
+    law = SphericalLaw(motion.header.law) if motion.header.law in laws else None
+    used = read_springs(springs, figure, law)
     warnings = list(found)
     if motion.recording is None and motion.header.springs != used.origin:
         warnings.append(

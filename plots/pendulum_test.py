@@ -90,7 +90,8 @@ class PendulumTest:
         missing = [number.quantity for number in self.numbers if not isfinite(number.value)]
         if missing:
             yield f"The record is too short for: {', '.join(missing)}."
-        if any(number.verdict != "within" for number in self.numbers if _is_rate(number)):
+        rates = [number for number in self.numbers if number.fact and number.unit == "rad/s"]
+        if any(number.verdict != "within" for number in rates):
             yield (
                 "Peaks of the rate are roughly proportional to the drop from release to rest, here "
                 f"{abs(degrees(self.drop)):.0f} deg, which the publication does not state."
@@ -176,17 +177,9 @@ def _quantities(swing: Swing) -> Mapping[str, _Quantity]:
         "relaxation index": ("", lambda one: one.relaxation_index, "ratio"),
         "swings beyond 2 deg": ("", lambda one: one.swings(SWING_AMPLITUDE), "swings"),
         periods: ("s", lambda one: one.period(count), "period"),
-        "first peak of the rate": ("rad/s", lambda one: _peak(one, 0), "first_velocity"),
-        "second peak of the rate": ("rad/s", lambda one: _peak(one, 1), "second_velocity"),
+        "first peak of the rate": ("rad/s", lambda one: one.peak_rates[0], "first_velocity"),
+        "second peak of the rate": ("rad/s", lambda one: one.peak_rates[1], "second_velocity"),
     }
-
-
-def _is_rate(number: PendulumNumber) -> bool:
-    return number.fact is not None and number.unit == "rad/s"
-
-
-def _peak(swing: Swing, place: int) -> float:
-    return float(swing.peak_rates[place])
 
 
 def _value_or_nan(quantity: Callable[[Swing], float], swing: Swing) -> float:

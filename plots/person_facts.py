@@ -110,13 +110,7 @@ class Posture:
 
 @dataclass(frozen=True)
 class MeasuredMan:
-    """A man in several postures.
-
-    Attributes:
-        stature: [m].
-        mass: [kg].
-        postures: postures by name.
-    """
+    """A man of a stature [m] and a mass [kg] in several postures."""
 
     stature: float
     mass: float
@@ -125,14 +119,7 @@ class MeasuredMan:
 
 @dataclass(frozen=True)
 class PersonFacts:
-    """All facts of the file.
-
-    Attributes:
-        sources: sources by name.
-        facts: single numbers, by name.
-        segments: segments by sex.
-        men: men in the order of the file.
-    """
+    """All facts of the file."""
 
     sources: Mapping[str, FactSource]
     facts: Mapping[str, Fact]

@@ -66,15 +66,7 @@ _LABEL_GREY = "#808080"
 
 @dataclass(frozen=True)
 class Subject:
-    """A figure at moments.
-
-    Attributes:
-        body: that is drawn.
-        placement: placement of a figure in one pose; None for a motion.
-        motion: None for a pose.
-        inputs: files that the command reads.
-        warnings: warnings of reading.
-    """
+    """A figure in a pose, or at moments of a motion, with the files and warnings of reading it."""
 
     body: Body
     placement: Placement | None

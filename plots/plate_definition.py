@@ -20,7 +20,7 @@ class PlateDefinition(Generic[Data]):
     Attributes:
         name: Stem of the file names.
         title: Title, with the number of the thesis's figure if the plate redraws one.
-        sign: Sign convention in words.
+        sign: Sign convention in words, or function of the data.
         references: Sources in full, in the order of appearance.
         collect: Function that simulates or reads the data.
         caption: Text below the picture, or function of the data.
@@ -31,7 +31,7 @@ class PlateDefinition(Generic[Data]):
 
     name: str
     title: str
-    sign: str
+    sign: str | Callable[[Data], str]
     references: tuple[str, ...]
     collect: Callable[[], Data]
     caption: str | Callable[[Data], str]
@@ -45,14 +45,15 @@ class PlateDefinition(Generic[Data]):
 
     def build(self, data: Data) -> Plate:
         """Draw the plate of data, in the style of plates and with a footer."""
+        sign = self.sign if isinstance(self.sign, str) else self.sign(data)
         with plot_style():
             figure = self.draw(data)
-            add_footer(figure, self.sign, self.references)
+            add_footer(figure, sign, self.references)
         return Plate(
             name=self.name,
             title=self.title,
             caption=self.caption if isinstance(self.caption, str) else self.caption(data),
-            sign=self.sign,
+            sign=sign,
             figure=figure,
             claims=tuple(self.claims(data)),
             tables=self.tables(data),

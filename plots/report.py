@@ -86,13 +86,7 @@ dl.made dd { margin: 0; }
 def report(
     plates: Sequence[DrawnPlate], failed: Sequence[FailedPlate], provenance: Mapping[str, str]
 ) -> str:
-    """The text of the report.
-
-    Args:
-        plates: plates in the order of the page; their files lie beside the report.
-        failed: missing plates.
-        provenance: command, versions and machine, by name.
-    """
+    """Return the text of the report; the files of the plates lie beside it."""
     return "".join(f"{line}\n" for line in _report_lines(plates, failed, provenance))
 
 

@@ -378,14 +378,7 @@ def _create_folder(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class _PlateResults:
-    """Plates in the order of the gallery.
-
-    Attributes:
-        plates: finished.
-        failed: not finished, with the reasons.
-        interrupted: True if an interrupt is the reason.
-        files: written for the finished plates.
-    """
+    """Plates in the order of the gallery, and the files of those that are finished."""
 
     plates: tuple[DrawnPlate, ...]
     failed: tuple[FailedPlate, ...]

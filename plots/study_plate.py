@@ -3,7 +3,7 @@
 import csv
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from itertools import product
 from math import floor, log10, nan
@@ -58,7 +58,7 @@ _ROW_HEIGHT = 0.3
 _PANEL_HEIGHT = 0.95
 """Height of title, axis and margins of a ranking [inch]."""
 
-_SOBOL_REFERENCES = (
+SOBOL_REFERENCES = (
     "I. M. Sobol, Global sensitivity indices for nonlinear mathematical models and their Monte "
     "Carlo estimates. Mathematics and Computers in Simulation 55 (2001) 271-280; "
     "doi:10.1016/S0378-4754(00)00270-6",
@@ -77,15 +77,7 @@ _MORRIS_REFERENCES = (
 
 @dataclass(frozen=True)
 class _Ranking:
-    """Rule by which parameters are ranked and drawn.
-
-    Attributes:
-        main: index that ranks.
-        beside: index that is drawn beside it.
-        main_label: main label of the legend.
-        beside_label: beside label beside label of the legend.
-        references: references of the method.
-    """
+    """Rule by which parameters are ranked and drawn."""
 
     main: IndexKind
     beside: IndexKind
@@ -100,7 +92,7 @@ _RANKINGS = {
         IndexKind.FIRST,
         "total index: alone and with the others",
         "first-order index: alone",
-        _SOBOL_REFERENCES,
+        SOBOL_REFERENCES,
     ),
     DesignKind.MORRIS: _Ranking(
         IndexKind.MU_STAR,
@@ -110,9 +102,6 @@ _RANKINGS = {
         _MORRIS_REFERENCES,
     ),
 }
-
-
-_DONE = Ending.DONE.value
 
 
 def measure_unit(column: str, take: str) -> str:
@@ -135,14 +124,23 @@ def _measure_title(name: str, column: str, take: str) -> str:
 
 
 def sensitivity_plates(indices: StudyIndices, stem: str) -> Iterator[Plate]:
-    """Yield plates on which each measure ranks the parameters, some measures on each.
-
-    Args:
-        indices: indices of the study.
-        stem: stem of the names of the plates.
-    """
+    """Yield plates on which each measure ranks the parameters, some measures on each."""
+    references = _RANKINGS[indices.kind].references
     for names, name in _pages(indices.measures, f"{stem}_sensitivity"):
-        yield _ranking_plate(indices, {each: indices.measures[each] for each in names}, name)
+        shown = replace(indices, measures={each: indices.measures[each] for each in names})
+        with plot_style():
+            figure = draw_rankings(shown)
+            add_footer(figure, varied_quantities(shown), references)
+        yield Plate(
+            name=name,
+            title=f"{indices.name}: sensitivity to parameters, with {_percent(indices)} intervals",
+            caption=rankings_caption(shown),
+            sign=varied_quantities(shown),
+            figure=figure,
+            claims=(),
+            tables=ranking_tables(shown),
+            references=references,
+        )
 
 
 def _pages(measures: Iterable[str], stem: str) -> Iterator[tuple[list[str], str]]:
@@ -153,49 +151,41 @@ def _pages(measures: Iterable[str], stem: str) -> Iterator[tuple[list[str], str]
         yield names[start : start + MAX_MEASURES], f"{stem}{number}"
 
 
-def _ranking_plate(
-    indices: StudyIndices, measures: Mapping[str, MeasureIndices], name: str
-) -> Plate:
+def draw_rankings(indices: StudyIndices) -> Figure:
+    """Draw the ranking of each measure; call it within `plot_style`."""
     rule = _RANKINGS[indices.kind]
-    percent = f"{100 * indices.confidence:g} %"
-    ranked = {each: _ranked(measure, rule) for each, measure in measures.items()}
+    ranked = {name: _ranked(measure, rule) for name, measure in indices.measures.items()}
     lengths = [min(len(order), MAX_RANKED) or 1 for order in ranked.values()]
-    with plot_style():
-        figure = create_canvas(
-            0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
-        )
-        grid = figure.subplots(len(measures), 1, squeeze=False, height_ratios=lengths)
-        panels = [row[0] for row in grid]
-        for axes, (title, measure) in zip(panels, measures.items(), strict=True):
-            _draw_ranking(axes, title, measure, ranked[title], rule)
-        if indices.kind is DesignKind.SOBOL:
-            _share_limits(panels)
-        _add_legend(figure, rule)
-        sign = _sign(indices)
-        add_footer(figure, sign, rule.references)
-    unit = "base samples" if indices.kind is DesignKind.SOBOL else "trajectories"
-    left_out = [
-        f"{title}: {measure.message}" for title, measure in measures.items() if measure.message
-    ]
+    height = 0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
+    figure = create_canvas(height)
+    grid = figure.subplots(len(lengths), 1, squeeze=False, height_ratios=lengths)
+    panels = [row[0] for row in grid]
+    for axes, (title, measure) in zip(panels, indices.measures.items(), strict=True):
+        _draw_ranking(axes, title, measure, ranked[title], rule)
+    if indices.kind is DesignKind.SOBOL:
+        _share_limits(panels)
+    main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
+    beside = Line2D(
+        [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
+    )
+    _add_legend_above(figure, [main, beside])
+    return figure
+
+
+def rankings_caption(indices: StudyIndices) -> str:
+    """Return the text below the rankings of all measures."""
+    is_sobol = indices.kind is DesignKind.SOBOL
+    left_out = [f"{name}: {one.message}" for name, one in indices.measures.items() if one.message]
     caption = (
-        f"Parameters ranked by the {_name(rule.main)} of each measure, from {indices.samples} "
-        f"{unit}. Bars are intervals of {percent} from {indices.resamples} "
-        f"bootstrap samples. {' '.join(left_out)}"
+        f"Parameters ranked by the {'total index' if is_sobol else 'mean size of the effects'} of "
+        f"each measure, from {indices.samples} {'base samples' if is_sobol else 'trajectories'}. "
+        f"Bars are intervals of {_percent(indices)} from {indices.resamples} bootstrap samples."
     )
-    return Plate(
-        name=name,
-        title=f"{indices.name}: sensitivity to parameters, with {percent} intervals",
-        caption=caption.strip(),
-        sign=sign,
-        figure=figure,
-        claims=(),
-        tables=_ranking_tables(indices, measures, ranked),
-        references=rule.references,
-    )
+    return " ".join([caption, *left_out])
 
 
-def _name(kind: IndexKind) -> str:
-    return {IndexKind.TOTAL: "total index", IndexKind.MU_STAR: "mean size of the effects"}[kind]
+def _percent(indices: StudyIndices) -> str:
+    return f"{100 * indices.confidence:g} %"
 
 
 def _ranked(measure: MeasureIndices, rule: _Ranking) -> list[str]:
@@ -234,7 +224,8 @@ def _draw_ranking(
         if current_medium().is_narrow:
             continue
         look: Look = {"va": "center", "fontsize": 7.5, "color": BLUE}
-        place, text = axes.get_yaxis_transform(), _estimate_text(main, decimals)
+        value, low, high = (f"{x:.{decimals}f}" for x in (main.value, main.low, main.high))
+        place, text = axes.get_yaxis_transform(), f"{value}  ({low} to {high})"
         axes.annotate(text, (1.01, row), xycoords=place, **look)
     axes.axvline(0.0, color=BLACK, lw=0.8)
     notes = [measure.message] if measure.message else []
@@ -263,14 +254,6 @@ def _draw_estimate(
     axes.plot(estimate.value, height, marker, color=colour, ms=5.0, mfc=fill)
 
 
-def _estimate_text(estimate: Estimate, decimals: int) -> str:
-    """Return value and interval."""
-    value, low, high = (
-        f"{number:.{decimals}f}" for number in (estimate.value, estimate.low, estimate.high)
-    )
-    return f"{value}  ({low} to {high})"
-
-
 def _decimals(largest: float) -> int:
     """Return the decimals that give the largest number of a panel three digits."""
     return min(max(2 - floor(log10(largest)), 0), 9) if largest > 0.0 else 0
@@ -286,37 +269,25 @@ def _share_limits(panels: Sequence[Axes]) -> None:
             axes.set_xlim(low, high)
 
 
-def _add_legend(figure: Figure, rule: _Ranking) -> None:
-    main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
-    beside = Line2D(
-        [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
-    )
-    _add_legend_above(figure, [main, beside])
-
-
 def _add_legend_above(figure: Figure, handles: Sequence[Artist]) -> None:
     columns = (2 if len(handles) == 2 else 4) // (2 if current_medium().is_narrow else 1)
     look: Look = {"fontsize": 8.0, "borderaxespad": 0.2}
     figure.legend(handles=handles, loc="outside upper left", ncols=columns, **look)
 
 
-def _sign(indices: StudyIndices) -> str:
-    """Return the quantities that the parameters change."""
+def varied_quantities(indices: StudyIndices) -> str:
+    """Return a sentence of the quantities that the parameters change."""
     parts = [f"{name} = {' and '.join(paths)}" for name, paths in indices.paths.items() if paths]
     return f"Parameters: {'; '.join(parts) or 'those of the study'}."
 
 
-def _ranking_tables(
-    indices: StudyIndices,
-    measures: Mapping[str, MeasureIndices],
-    ranked: Mapping[str, Sequence[str]],
-) -> Mapping[str, Mapping[str, Array]]:
+def ranking_tables(indices: StudyIndices) -> Mapping[str, Mapping[str, Array]]:
     """Return the ranked estimates of each measure, one table each."""
     numbers = {name: number for number, name in enumerate(indices.paths, start=1)}
     title = f"parameter: {', '.join(f'{number} = {name}' for name, number in numbers.items())}"
     tables: dict[str, dict[str, Array]] = {}
-    for k, (measure, found) in enumerate(measures.items(), start=1):
-        order = ranked[measure]
+    for k, (measure, found) in enumerate(indices.measures.items(), start=1):
+        order = _ranked(found, _RANKINGS[indices.kind])
         columns = {title: np.array([numbers[name] for name in order], dtype=float)}
         for kind, end in product(IndexKind, ("value", "low", "high")):
             rows = [found.parameters[name] for name in order]
@@ -383,7 +354,7 @@ def read_runs(folder: Path) -> StudyRuns:
                 name: _measure_title(name, str(each["column"]), str(each["take"]))
                 for name, each in study["measures"].items()
             },
-            is_done=np.array([row["outcome"] == _DONE for row in rows], dtype=bool),
+            is_done=np.array([row["outcome"] == Ending.DONE.value for row in rows], dtype=bool),
         )
     except (KeyError, TypeError, ValueError, AttributeError, csv.Error):
         hint = "run the sweep again"
@@ -402,12 +373,7 @@ def _column(rows: Sequence[Mapping[str, str]], name: str) -> Array:
 
 
 def measure_plates(runs: StudyRuns, stem: str) -> Iterator[Plate]:
-    """Yield plates of the measures over the parameters, some measures on each.
-
-    Args:
-        runs: runs of the study.
-        stem: stem of the names of the plates.
-    """
+    """Yield plates of the measures over the parameters, some measures on each."""
     for names, name in _pages(runs.measures, f"{stem}_runs"):
         yield _measure_plate(runs, names, name)
 
@@ -429,7 +395,15 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
                 _draw_runs(axes, runs, parameter, measure)
         for axes, parameter in zip(panels[-1], shown, strict=True):
             axes.set_xlabel(fill(parameter, characters), fontsize=8.0, parse_math=False)
-        _add_runs_legend(figure, is_any_failed=failed > 0)
+        handles = [
+            Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
+            Line2D([], [], color=BLUE, lw=1.6, marker="o", ms=3.0, label="median"),
+            Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
+        ]
+        if failed:
+            label = "a failed run"
+            handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label=label))
+        _add_legend_above(figure, handles)
         sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
         add_footer(figure, sign, ())
     left_out = len(runs.parameters) - len(shown)
@@ -512,17 +486,6 @@ def _running_quantiles(x: Array, y: Array) -> tuple[Array, Array]:
     else:
         return np.zeros(0), np.zeros((3, 0))
     return centres, np.array([np.quantile(each, _QUANTILES) for each in groups]).T
-
-
-def _add_runs_legend(figure: Figure, *, is_any_failed: bool) -> None:
-    handles = [
-        Line2D([], [], color=GREY, marker=".", lw=0.0, label="a run"),
-        Line2D([], [], color=BLUE, lw=1.6, marker="o", ms=3.0, label="median"),
-        Patch(color=BLUE, alpha=0.2, lw=0.0, label="10 % to 90 %"),
-    ]
-    if is_any_failed:
-        handles.append(Line2D([], [], color=VERMILION, marker="x", lw=0.0, label="a failed run"))
-    _add_legend_above(figure, handles)
 
 
 def study_plates(folder: Path) -> list[Plate]:

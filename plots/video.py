@@ -25,13 +25,7 @@ _PALETTE_FRAMES = 5
 
 @dataclass(frozen=True)
 class Film:
-    """Frames at a constant rate.
-
-    Attributes:
-        count: number of frames.
-        fps: frames per second.
-        draw: a frame, shape (rows, columns, 3), with even numbers of rows and columns.
-    """
+    """Frames at a constant rate, drawn with shape (rows, columns, 3), both numbers even."""
 
     count: int
     fps: float

@@ -5,15 +5,24 @@ from springs.contact import Surface
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, restoring_sense
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
-from springs.joint import AxisSpring, CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
+from springs.joint import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    JointSprings,
+    Singularity,
+    SphericalLaw,
+    SpringSet,
+)
 from springs.linear import Linear
-from springs.rotation_law import RotationLaw, Singularity, rotation_law
 from springs.spherical import (
+    RotationLaw,
     conservative_energy,
     conservative_torque,
     damping_torque,
     elastic_torque,
     group_torque,
+    rotation_law,
     weighted_torque,
 )
 from springs.stop import Stop
@@ -28,7 +37,6 @@ __all__ = [
     "Cubic",
     "Damping",
     "Elastic",
-    "Joining",
     "JointSprings",
     "Linear",
     "NotRestoringError",
@@ -36,6 +44,7 @@ __all__ = [
     "Real",
     "RotationLaw",
     "Singularity",
+    "SphericalLaw",
     "SpringSet",
     "Stop",
     "Surface",

@@ -1,4 +1,4 @@
-"""Displacements of a chain of two or three rotations as functions of the rotation vector.
+"""Laws of the displacements of a chain of two or three rotations.
 
 R = R3(q3) R2(q2) R1(q1) with axes n1 (innermost, fixed in the child), n2, n3 (outermost, fixed in
 the parent), each perpendicular to the next, and n1 perpendicular to n3. H is the turn by r/2. In
@@ -9,12 +9,14 @@ displacements is the sum of the t_i times the vectors that are dual to the e_i.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from math import cos, radians, sin
+from operator import add
 from typing import TypeAlias
 
-from springs.backends import Operations, Real, Vector
-from springs.joint import Direction
+from springs.backends import NUMPY, Operations, Real, Vector
+from springs.elastic import total_energy, total_torque
+from springs.joint import AxisSpring, Direction, Singularity
 
 Parts: TypeAlias = tuple[Real, Real, Real]
 """Components of a vector. A number that is exactly 0 or 1 makes a product vanish or disappear, so
@@ -51,17 +53,17 @@ class CoordinatesAt:
 
     def torque(self, torques: Sequence[Real | None], ops: Operations) -> Vector:
         """Return the torque of generalized forces [N m]; None stands for a force of zero."""
-        given = [0.0 if t is None else t for t in torques]
-        if len(given) == 3:
-            inner, middle, outer = given
+        forces = [0.0 if t is None else t for t in torques]
+        if len(forces) == 3:
+            inner, middle, outer = forces
             k, s = self.inverse_square, self.sine
-            given = [
+            forces = [
                 _times(k, _minus(inner, _times(s, outer))),
                 middle,
                 _times(k, _minus(outer, _times(s, inner))),
             ]
         total: Parts = (0.0, 0.0, 0.0)
-        for size, axis in zip(given, self.vectors, strict=True):
+        for size, axis in zip(forces, self.vectors, strict=True):
             x, y, z = (_plus(part, _times(size, e)) for part, e in zip(total, axis, strict=True))
             total = (x, y, z)
         return ops.vector(total)
@@ -160,6 +162,85 @@ class ChainCoordinates:
             return ops.atan2(y, x)
         c, s = cos(middle), sin(middle)
         return middle + ops.atan2(c * y - s * x, c * x + s * y)
+
+
+@dataclass(frozen=True)
+class CoordinateLaw:
+    """Laws of the displacements of the joint's own chain: each a generalized force along its own.
+
+    Attributes:
+        axes: Springs about axes of the chain, in their order; None for an axis without one.
+        coordinates: The chain.
+    """
+
+    springs: tuple[AxisSpring | None, ...]
+    coordinates: ChainCoordinates
+
+    @property
+    def axes(self) -> Sequence[AxisSpring]:
+        """Springs of the axes."""
+        return [spring for spring in self.springs if spring is not None]
+
+    @property
+    def is_conservative(self) -> bool:
+        """True: the energy is the sum of those of the axes."""
+        return True
+
+    @property
+    def singularity(self) -> Singularity:
+        """The pole of three rotations; two have none."""
+        return Singularity.POLE if len(self.springs) == 3 else Singularity.NONE
+
+    def torque(self, r: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the sum of the axes' torques along the dual axes."""
+        at = self.coordinates.at(r, ops)
+        torques = [
+            None if spring is None or not spring.elastic else total_torque(spring.elastic, q, ops)
+            for spring, q in zip(self.springs, at.angles, strict=True)
+        ]
+        return at.torque(torques, ops)
+
+    def energy(self, r: Vector, ops: Operations = NUMPY) -> Real:
+        """Return the sum of the axes' energies."""
+        at = self.coordinates.at(r, ops)
+        terms = [
+            total_energy(spring.elastic, q, ops)
+            for spring, q in zip(self.springs, at.angles, strict=True)
+            if spring is not None and spring.elastic
+        ]
+        return reduce(add, terms, ops.part(r, 0) * 0.0)
+
+    def damping(self, r: Vector, rate: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the torque of damping of the chain's rates."""
+        at = self.coordinates.at(r, ops)
+        torques = [
+            None if spring is None else spring.resistance(q, v, ops)
+            for spring, q, v in zip(self.springs, at.angles, at.rates(rate, ops), strict=True)
+        ]
+        return at.torque(torques, ops)
+
+    def angles(
+        self, directions: Sequence[Direction], r: Vector, ops: Operations = NUMPY
+    ) -> Sequence[Real]:
+        """Return the displacements about axes of the chain."""
+        found = self.coordinates.at(r, ops).angles
+        places = map(self.coordinates.place, directions)
+        return [sense * found[index] for index, sense in places]
+
+    def torque_about(
+        self,
+        directions: Sequence[Direction],
+        torques: Sequence[Real],
+        r: Vector,
+        ops: Operations = NUMPY,
+    ) -> Vector:
+        """Return the torque of generalized forces along the displacements."""
+        sums: list[Real | None] = [None] * len(self.springs)
+        for direction, torque in zip(directions, torques, strict=True):
+            index, sense = self.coordinates.place(direction)
+            own = sense * torque
+            sums[index] = own if sums[index] is None else sums[index] + own
+        return self.coordinates.at(r, ops).torque(sums, ops)
 
 
 def _turned(axis: Direction, w: Real, v: Parts, sense: float) -> tuple[Parts, Parts]:

@@ -24,7 +24,7 @@ _UNIT_LENGTH_TOLERANCE = 1e-9
 """By how much the length of a direction may differ from 1."""
 
 
-class Joining(Enum):
+class SphericalLaw(Enum):
     """Rule by which the laws of the axes form the law of a spherical joint (eq. 4.4)."""
 
     CONSERVATIVE = "conservative"
@@ -33,6 +33,16 @@ class Joining(Enum):
     """The thesis's directional weighting, which has no energy."""
     COORDINATES = "coordinates"
     """Laws of the displacements of the joint's own chain."""
+
+
+class Singularity(Enum):
+    """Orientations at which a law has no torque."""
+
+    HALF_TURN = "half turn"
+    """A rotation by 180 deg, where the rotation vector changes its sign."""
+    POLE = "pole"
+    """The innermost and the outermost of three axes are parallel."""
+    NONE = "none"
 
 
 @short_repr
@@ -56,7 +66,7 @@ class AxisSpring:
     motion: str = ""
     reference: str = ""
     why: str = ""
-    middle: float = 0.0
+    middle: float = field(default=0.0, compare=False)
 
     def resistance(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child against the rate [N m]: damping, and friction of directional laws.
@@ -180,7 +190,7 @@ class SpringSet:
     """The springs of a figure by joint name, and the law that joins a spherical joint's axes."""
 
     joints: Mapping[str, JointSprings] = field(default_factory=dict[str, JointSprings])
-    joining: Joining = Joining.CONSERVATIVE
+    law: SphericalLaw = SphericalLaw.CONSERVATIVE
     origin: str = "none"
     coupled: tuple[CoupledSpring, ...] = ()
 
@@ -189,7 +199,7 @@ class SpringSet:
         coupled = f", {len(self.coupled)} over several joints" if self.coupled else ""
         return (
             f"<SpringSet {self.origin}: joints with springs: {len(self.joints)}{coupled}, "
-            f"{self.joining.value}>"
+            f"{self.law.value}>"
         )
 
     def of_joints(self, names: Container[str]) -> "SpringSet":

@@ -7,18 +7,165 @@ in the half-way frame, the parent's frame turned by r/2.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from operator import add
+from typing import Protocol
 
 from springs.backends import NUMPY, Operations, Real, Vector
+from springs.coordinates import ChainCoordinates, CoordinateLaw
 from springs.elastic import total_energy, total_torque
-from springs.joint import AxisSpring, Joining
+from springs.joint import AxisSpring, Direction, JointSprings, Singularity, SphericalLaw
 
 _SMALL_ANGLE = 1e-2
 """Angle below which (a/2)/sin(a/2) is taken from its series [rad]."""
 
 _SMALLEST_ANGLE = 1e-150
 """Angle below which its square is lost to underflow [rad]."""
+
+
+class RotationLaw(Protocol):
+    """Torque and energy of a joint's springs as functions of its rotation vector."""
+
+    @property
+    def axes(self) -> Sequence[AxisSpring]:
+        """Springs of the axes."""
+        ...
+
+    @property
+    def is_conservative(self) -> bool:
+        """True where the elastic torque has an energy."""
+        ...
+
+    @property
+    def singularity(self) -> Singularity:
+        """Orientations at which the elastic torque is not defined."""
+        ...
+
+    def torque(self, r: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the elastic torque [N m], shape (..., 3), at a rotation vector [rad]."""
+        ...
+
+    def energy(self, r: Vector, ops: Operations = NUMPY) -> Real:
+        """Return the stored energy [J] of a conservative law."""
+        ...
+
+    def damping(self, r: Vector, rate: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the torque of damping and friction [N m], shape (..., 3).
+
+        Args:
+            r: Rotation vector [rad], shape (..., 3).
+            rate: Angular velocity of the child relative to the parent in the half-way frame
+                [rad/s], shape (..., 3).
+            ops: Functions of the kind of number in both.
+        """
+        ...
+
+    def angles(
+        self, directions: Sequence[Direction], r: Vector, ops: Operations = NUMPY
+    ) -> Sequence[Real]:
+        """Return the coordinates about axes [rad], which laws over several joints read."""
+        ...
+
+    def torque_about(
+        self,
+        directions: Sequence[Direction],
+        torques: Sequence[Real],
+        r: Vector,
+        ops: Operations = NUMPY,
+    ) -> Vector:
+        """Return the torque [N m] whose power is the sum of torques times rates of `angles`."""
+        ...
+
+
+@dataclass(frozen=True)
+class VectorLaw:
+    """Laws of the components of the rotation vector (eq. 4.4, corrected).
+
+    Attributes:
+        axes: Springs of the axes.
+        is_weighted: True for the thesis's directional weighting, which has no energy.
+    """
+
+    axes: tuple[AxisSpring, ...]
+    is_weighted: bool = False
+
+    @property
+    def is_conservative(self) -> bool:
+        """True where the elastic torque has an energy."""
+        return not self.is_weighted
+
+    @property
+    def singularity(self) -> Singularity:
+        """A half turn."""
+        return Singularity.HALF_TURN
+
+    def torque(self, r: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the elastic torque."""
+        law = weighted_torque if self.is_weighted else conservative_torque
+        return law(self.axes, r, ops)
+
+    def energy(self, r: Vector, ops: Operations = NUMPY) -> Real:
+        """Return the energy of the conservative law."""
+        return conservative_energy(self.axes, r, ops)
+
+    def damping(self, r: Vector, rate: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the torque of damping about the axes of the half-way frame."""
+        return damping_torque(self.axes, r, rate, ops)
+
+    def angles(
+        self, directions: Sequence[Direction], r: Vector, ops: Operations = NUMPY
+    ) -> Sequence[Real]:
+        """Return the components of the rotation vector along the axes."""
+        return [ops.dot(ops.vector(direction), r) for direction in directions]
+
+    def torque_about(
+        self,
+        directions: Sequence[Direction],
+        torques: Sequence[Real],
+        r: Vector,
+        ops: Operations = NUMPY,
+    ) -> Vector:
+        """Return the `group_torque` of the torques along their axes."""
+        parts = [ops.scaled(t, ops.vector(d)) for d, t in zip(directions, torques, strict=True)]
+        return group_torque(reduce(add, parts), r, ops)
+
+
+def rotation_law(
+    springs: JointSprings, law: SphericalLaw, chain: Sequence[Direction]
+) -> RotationLaw:
+    """Return the law of a joint of several rotations.
+
+    Args:
+        springs: Springs of its axes.
+        law: Rule that joins them.
+        chain: Axes of its rotations, innermost first.
+
+    Raises:
+        ValueError: A spring is about no axis of a chain whose coordinates the law needs, or the
+            chain's outer axes are not perpendicular.
+    """
+    if law is not SphericalLaw.COORDINATES:
+        return VectorLaw(springs.axes, law is SphericalLaw.WEIGHTED)
+    coordinates = ChainCoordinates(
+        tuple(chain), tuple(_middle(springs.axes, axis) for axis in chain)
+    )
+    own: list[AxisSpring | None] = [None] * len(chain)
+    for spring in springs.axes:
+        index, _ = coordinates.place(spring.direction)
+        if own[index] is not None:
+            raise ValueError("a law of coordinates needs one spring at most about an axis")
+        own[index] = spring.oriented_along(chain[index])
+    return CoordinateLaw(tuple(own), coordinates)
+
+
+def _middle(springs: Sequence[AxisSpring], axis: Direction) -> float:
+    """Middle of the range of the spring about an axis [rad], 0 where there is none."""
+    for spring in springs:
+        along = sum(a * b for a, b in zip(spring.direction, axis, strict=True))
+        if abs(along) > 0.5:
+            return spring.middle if along > 0.0 else -spring.middle
+    return 0.0
 
 
 def conservative_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY) -> Vector:
@@ -93,16 +240,16 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
 
 
 def elastic_torque(
-    joining: Joining, axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY
+    law: SphericalLaw, axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUMPY
 ) -> Vector:
     """Torque of a law of the rotation vector on the child in the half-way frame [N m].
 
     Its shape is (..., 3). Raises ValueError for laws of coordinates, which need the joint's chain.
     """
-    if joining is Joining.COORDINATES:
+    if law is SphericalLaw.COORDINATES:
         raise ValueError("a law of coordinates needs the joint's chain: call `rotation_law`")
-    law = conservative_torque if joining is Joining.CONSERVATIVE else weighted_torque
-    return law(axes, r, ops)
+    torque = conservative_torque if law is SphericalLaw.CONSERVATIVE else weighted_torque
+    return torque(axes, r, ops)
 
 
 def damping_torque(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import springs
 from generator.springs_file.laws import CubicEntry
 from generator.springs_file.published import PublishedLaw
-from springs import Cubic, Joining, Linear, Stop
+from springs import Cubic, Linear, SphericalLaw, Stop
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
@@ -19,7 +19,7 @@ from springs.published.tables import publication, publications
 from springs.smooth_limit import SmoothLimit
 from springs.transformed import Transformed
 
-VECTOR_LAWS = (Joining.CONSERVATIVE, Joining.WEIGHTED)
+VECTOR_LAWS = (SphericalLaw.CONSERVATIVE, SphericalLaw.WEIGHTED)
 """Rules whose laws are functions of the rotation vector."""
 
 MEMBERS = ("torque", "energy", "breakpoints", "mirrored")

@@ -16,7 +16,7 @@ from generator.input_files.live import (
     SetSprings,
     StopMotion,
 )
-from springs import Joining
+from springs import SphericalLaw
 
 
 def numbers(largest=1e3):
@@ -41,7 +41,7 @@ changes = st.one_of(
 starts = st.builds(
     LiveStart,
     st.none() | texts,
-    st.none() | st.sampled_from(Joining),
+    st.none() | st.sampled_from(SphericalLaw),
     vectors(),
     st.none() | numbers(),
     st.booleans(),

@@ -13,8 +13,8 @@ from generator.cli import inputs
 from generator.cli.answer import HIDDEN, OMITTED_IF_NONE, CommandResult, Paragraphs, format_count
 from generator.cli.options import (
     FreeRoot,
-    JoiningLaw,
     JointValues,
+    LawChoice,
     PoseFile,
     SpringsChoice,
     format_frames,
@@ -43,7 +43,7 @@ from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import Imported, format_imported_springs, imported_files
 from generator.model_files.model_files import ModelFiles, unreadable_file_error
 from generator.motion_files.resample import resample
-from springs import Joining
+from springs import SphericalLaw
 
 MAX_BRIEF_LOSSES = 4
 """Losses of all files that are listed without `--verbose`; at least one of each file."""
@@ -219,7 +219,7 @@ def convert(
         typer.Option(metavar="FIGURE", help="Figure of the motion, if not the one named in it."),
     ] = None,
     springs: SpringsChoice = None,
-    law: JoiningLaw = None,
+    law: LawChoice = None,
     pose: PoseFile = None,
     displacements: JointValues = None,
     free_root: FreeRoot = False,
@@ -356,7 +356,7 @@ class _Start:
     """Options for the start of a figure, with the values that `mover simulate` takes."""
 
     springs: str | None
-    law: Joining | None
+    law: SphericalLaw | None
     pose: Path | None
     sets: tuple[str, ...]
     free_root: bool

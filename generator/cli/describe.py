@@ -217,7 +217,7 @@ def _springs_lines(springs: SpringSet) -> Iterator[str]:
     if not springs.joints and not springs.coupled:
         yield f"springs: none ({springs.origin})" if springs.origin != "none" else "springs: none"
         return
-    yield f"springs: {springs.origin}; spherical joints by the {springs.joining.value} law"
+    yield f"springs: {springs.origin}; spherical joints by the {springs.law.value} law"
     for name, joint in springs.joints.items():
         yield name
         yield from (f"  {line}" for line in spring_lines(joint))
@@ -280,7 +280,7 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
     """Return all springs for `--json`; angles in deg where the key says so, else rad and SI."""
     return {
         "origin": springs.origin,
-        "law": springs.joining,
+        "law": springs.law,
         "joints": {
             name: {
                 "axes": [_axis_data(spring) for spring in joint.axes],

@@ -65,7 +65,7 @@ from generator.springs_file.read import (
     load_springs,
 )
 from generator.toml_file.rows import Number, Vector3
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 from springs.published.range_of_motion import normal_range
 
 
@@ -76,12 +76,12 @@ def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
 
 
 def parse_springs_option(
-    figure: Figure, choice: str | None, joining: Joining | None = None
+    figure: Figure, choice: str | None, law: SphericalLaw | None = None
 ) -> Parsed[LoadedSprings]:
     """Read the springs that `--springs` chooses for a figure, with diagnostics."""
     path = figure.path
     folder, stem = (None, None) if path is None else (path.parent, path.stem)
-    parsed = load_springs(figure, folder, stem, choice, joining)
+    parsed = load_springs(figure, folder, stem, choice, law)
     if choice in (None, NO_SPRINGS) or parsed.value is None:
         return parsed
     springs = parsed.value.springs
@@ -97,10 +97,10 @@ def parse_springs_option(
 
 
 def springs_from_option(
-    figure: Figure, choice: str | None, joining: Joining | None = None
+    figure: Figure, choice: str | None, law: SphericalLaw | None = None
 ) -> tuple[SpringSet, tuple[Diagnostic, ...]]:
     """Load the springs that `--springs` chooses for a figure, with warnings. Raises InputError."""
-    parsed = parse_springs_option(figure, choice, joining)
+    parsed = parse_springs_option(figure, choice, law)
     return parsed.require_value().springs, parsed.diagnostics
 
 

@@ -31,7 +31,7 @@ from generator.units import (
     convert_to_si,
     parse_unit,
 )
-from springs import Joining
+from springs import SphericalLaw
 
 R = TypeVar("R")
 
@@ -74,7 +74,7 @@ def run_option(key: str) -> Any:
 SpringsChoice = Annotated[str | None, run_option("springs")]
 PoseFile = Annotated[Path | None, run_option("pose")]
 JointValues = Annotated[list[str] | None, run_option("set")]
-JoiningLaw = Annotated[Joining | None, run_option("law")]
+LawChoice = Annotated[SphericalLaw | None, run_option("law")]
 FreeRoot = Annotated[bool, run_option("free_root")]
 Gravity = Annotated[str | None, run_option("gravity")]
 FloorOption = Annotated[bool, run_option("floor")]

@@ -155,7 +155,7 @@ def _energy_rows(energy: float | None, start: float | None) -> Iterator[tuple[st
 def settle(
     name: options.FigureName,
     springs: options.SpringsChoice = None,
-    law: options.JoiningLaw = None,
+    law: options.LawChoice = None,
     gravity: options.Gravity = None,
     pose: options.PoseFile = None,
     displacements: options.JointValues = None,
@@ -191,7 +191,7 @@ def settle(
     plan = replace(
         plan,
         springs=spring_set,
-        joining=law,
+        law=law,
         displacements=start,
         links=constraints.links,
         locked=constraints.locked,

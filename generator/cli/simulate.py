@@ -48,7 +48,7 @@ from generator.recording import Ending, EnergyChange, Recording
 from generator.run_options import RUN_OPTIONS, Integrator
 from generator.simulation.plan import Plan, WallLimit
 from generator.springs_file.read import joints_without_elastic_law
-from springs import Joining
+from springs import SphericalLaw
 
 if TYPE_CHECKING:
     from generator.simulation.run import Progress
@@ -144,7 +144,7 @@ def simulate(
     stop: float | None = None,
     start: float | None = None,
     springs: str | None = None,
-    law: Joining | None = None,
+    law: SphericalLaw | None = None,
     starts: int | None = None,
     spread: str | None = None,
     seed: int | None = None,

@@ -21,7 +21,7 @@ from generator.cli.inputs import (
     springs_from_option,
 )
 from generator.cli.interrupts import call_on_signals
-from generator.cli.options import JoiningLaw, SpringsChoice, complete_figure_name, format_frames
+from generator.cli.options import LawChoice, SpringsChoice, complete_figure_name, format_frames
 from generator.cli.outputs import (
     check_motion_formats,
     check_writable,
@@ -38,7 +38,7 @@ from generator.motion_files import MOTION_FORMATS, FigureMotion
 from generator.motion_files.page import springs_choices
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs_file
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 PAGE_SUFFIX = ".html"
 
@@ -82,7 +82,7 @@ def view(
         typer.Option("--with", metavar="MOTION", help="Second motion, shown translucent."),
     ] = None,
     springs: SpringsChoice = None,
-    law: JoiningLaw = None,
+    law: LawChoice = None,
     export: Annotated[
         Path | None,
         typer.Option(
@@ -164,7 +164,7 @@ def load_inputs(
     figure_name: str | None,
     second: Path | None,
     springs_choice: str | None,
-    joining: Joining | None,
+    law: SphericalLaw | None,
 ) -> ViewInputs:
     """Read the files that a command line names.
 
@@ -188,10 +188,10 @@ def load_inputs(
     else:
         figure, warnings = load_figure(figure_name or str(path))
         pose = path if path.suffix.lower() == POSE_FILE.suffix else None
-    if motion is not None and springs_choice is None and joining is None:
+    if motion is not None and springs_choice is None and law is None:
         springs, springs_choice, of_springs = _springs_of_motion(motion)
     else:
-        springs, of_springs = springs_from_option(figure, springs_choice, joining)
+        springs, of_springs = springs_from_option(figure, springs_choice, law)
     placement, of_pose = placement_from_options(figure, pose, ())
     every = dict.fromkeys((*warnings, *of_springs, *of_pose))
     return ViewInputs(figure, springs, springs_choice, placement, motion, ghost, tuple(every))
@@ -214,11 +214,11 @@ def _springs_of_motion(motion: FigureMotion) -> tuple[SpringSet, str | None, _Wa
     In the second case a warning says so. Spherical joints have the law of the motion.
     """
     law = motion.header.law
-    joining = Joining(law) if law in [each.value for each in Joining] else None
+    law = SphericalLaw(law) if law in [each.value for each in SphericalLaw] else None
     for choice in springs_choices(motion.header, motion.figure):
-        springs, warnings = springs_from_option(motion.figure, choice, joining)
+        springs, warnings = springs_from_option(motion.figure, choice, law)
         return springs, choice, warnings
-    springs, warnings = springs_from_option(motion.figure, None, joining)
+    springs, warnings = springs_from_option(motion.figure, None, law)
     message = f"the springs of the motion, `{motion.header.springs}`, are not beside its figure"
     hint = f"the page has the springs of {springs.origin}; choose others with --springs"
     return springs, None, (*warnings, warning(message, hint=hint))
@@ -238,14 +238,14 @@ def _export(
     path: Path,
     figure_name: str | None,
     springs_choice: str | None,
-    joining: Joining | None,
+    law: SphericalLaw | None,
     page: Path,
 ) -> CommandResult:
     """Write a motion as a page that needs no server."""
     check_motion_formats([page])
     motion, warnings = _load_drawable_motion(path, figure_name)
-    if springs_choice is not None or joining is not None:
-        springs, more = springs_from_option(motion.figure, springs_choice, joining)
+    if springs_choice is not None or law is not None:
+        springs, more = springs_from_option(motion.figure, springs_choice, law)
         motion, warnings = replace(motion, springs=springs), (*warnings, *more)
     check_writable([page], (path, motion.figure.path))
     written = write_motion(motion, [page])

@@ -16,7 +16,7 @@ from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Block, Integer, Row, TableRows, Text, Vector3, require_keys
 from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.toml_file.writer import numbers_to_toml, quote_toml
-from springs import Joining
+from springs import SphericalLaw
 
 T = TypeVar("T")
 Vector = tuple[float, float, float]
@@ -74,7 +74,7 @@ class LiveStart:
     """
 
     springs: str | None = None
-    law: Joining | None = None
+    law: SphericalLaw | None = None
     gravity: Vector = (0.0, -DEFAULT_GRAVITY, 0.0)
     floor: float | None = None
     free_root: bool = False

@@ -17,7 +17,7 @@ from generator.diagnostics import InputError, error
 from generator.figure import Figure, Joint
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain, build_chain
-from generator.losses import Loss, Losses
+from generator.losses import Losses
 from generator.model_files.fit_error import format_size
 from generator.model_files.model_files import ModelFiles
 from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, passive_curve
@@ -25,7 +25,7 @@ from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign
 from generator.text_io import format_csv_rows
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
-from springs import AxisSpring, SpringSet, total_torque
+from springs import AxisSpring, JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.elastic import Elastic, Range, common_valid_range, total_friction
 
 DECIMALS = 6
@@ -52,30 +52,11 @@ _SLIDE_RANGE = 0.1
 """Distance on both sides of zero that the rows of a sliding joint cover at least [m]."""
 
 _TITLES = (
-    "joint",
-    "coordinate",
-    "motion",
-    "axis x",
-    "axis y",
-    "axis z",
-    "angle [deg]",
-    "angle [rad]",
-    "moment [N m]",
-    "stiffness [N m/rad]",
-    "damping [N m s/rad]",
-    "friction [N m]",
-    "measured",
-    "held angles",
-    "reference",
+    *("joint", "coordinate", "motion", "axis x", "axis y", "axis z"),
+    *("angle [deg]", "angle [rad]", "moment [N m]", "stiffness [N m/rad]", "damping [N m s/rad]"),
+    *("friction [N m]", "measured", "held angles", "reference"),
 )
-_SLIDE_TITLES = (
-    "position [m]",
-    "force [N]",
-    "stiffness [N/m]",
-    "damping [N s/m]",
-    "friction [N]",
-)
-_SLIDE_PLACE = _TITLES.index("measured")
+_SLIDE_TITLES = ("position [m]", "force [N]", "stiffness [N/m]", "damping [N s/m]", "friction [N]")
 
 
 @dataclass(frozen=True)
@@ -138,14 +119,12 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 
 def format_curves(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The table of the passive curves, and its losses; raises InputError as `format_files`."""
-    curves = [*_rotation_curves(figure, springs), *_slide_curves(figure, springs)]
+    curves = list(_curves(figure, springs))
     if not curves:
         message = "the figure has no springs and therefore no passive curves"
         raise InputError([error(message, hint="name springs with --springs")])
-    order = {name: k for k, name in enumerate(plain_names(figure.joints).values())}
-    curves.sort(key=lambda curve: order[curve.joint])
     has_slides = any(curve.slides for curve in curves)
-    place = _SLIDE_PLACE
+    place = _TITLES.index("measured")
     titles = (*_TITLES[:place], *(_SLIDE_TITLES if has_slides else ()), *_TITLES[place:])
     rows = (row for curve in curves for row in _rows(curve, has_slides))
     return format_csv_rows([titles, *rows]), _losses(figure, springs, curves)
@@ -169,55 +148,36 @@ def with_curves(files: ModelFiles, figure: Figure, springs: SpringSet) -> ModelF
     return replace(files, contents=contents)
 
 
-def _rotation_curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
-    """Yield the curves about the axes of all joints."""
+def _curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
+    """Yield the curves of all joints, about axes and then along them."""
     joints, at = plain_names(figure.joints), initial_angles(figure)
     coordinates = coordinate_names({name: one.chain for name, one in figure.joints.items()})
     for name, joint in figure.joints.items():
-        chain = build_chain(joint.chain)
+        plain, chain = joints[name], build_chain(joint.chain)
+        own = springs.joints.get(name, JointSprings(name))
         found = list(axis_springs(springs, name))
-        own = springs.joints.get(name)
-        resisting = () if own is None else own.axes
-        found += [each for each in resisting if each not in found and _has_damping(each)]
+        found += [each for each in own.axes if each not in found and _has_damping(each)]
         for spring in found:
             sense, coordinate = spring, ROTATION_VECTOR
-            if len(chain.rotations) == 1:
-                sense = _in_sense_of(spring, chain, chain.rotations[0])
-                coordinate = coordinates[name][chain.rotations[0]]
+            if len(chain.rotations) == 1 or springs.law is SphericalLaw.COORDINATES:
+                k = max(
+                    chain.rotations,
+                    key=lambda k: abs(np.dot(chain.joint_axes[k].axis, spring.direction)),
+                )
+                sense, coordinate = _in_sense_of(spring, chain, k), coordinates[name][k]
             curve = passive_curve(figure, springs, name, sense, at)
+            angles, others = _rotation_angles(curve), curve.held_angles
             yield _Curve(
-                joints[name],
-                coordinate,
-                sense,
-                False,
-                curve.laws,
-                _rotation_angles(curve),
-                curve.held_angles,
-                curve.references,
+                plain, coordinate, sense, False, curve.laws, angles, others, curve.references
             )
-
-
-def _slide_curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
-    """Yield the curves along the axes of all joints."""
-    joints = plain_names(figure.joints)
-    coordinates = coordinate_names({name: one.chain for name, one in figure.joints.items()})
-    for name, joint in figure.joints.items():
-        own, chain = springs.joints.get(name), build_chain(joint.chain)
-        for spring in () if own is None else own.translations:
+        for spring in own.translations:
             if not spring.elastic and not _has_damping(spring):
                 continue
             index = chain.translation_along(spring.direction)
-            sense = _in_sense_of(spring, chain, index)
-            yield _Curve(
-                joints[name],
-                coordinates[name][index],
-                sense,
-                True,
-                sense.elastic,
-                _slide_positions(joint, index, sense.elastic),
-                {},
-                (spring.reference,) if spring.reference else (),
-            )
+            sense, coordinate = _in_sense_of(spring, chain, index), coordinates[name][index]
+            positions = _slide_positions(joint, index, sense.elastic)
+            references = (spring.reference,) if spring.reference else ()
+            yield _Curve(plain, coordinate, sense, True, sense.elastic, positions, {}, references)
 
 
 def _has_damping(spring: AxisSpring) -> bool:
@@ -285,7 +245,7 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
     )
     for angle, torque, stiffness, friction in values:
         resistance = [f"{torque + 0.0:.9g}", f"{stiffness:.6g}", damping, f"{friction + 0.0:.9g}"]
-        turn = [_format_degrees(angle), f"{angle:.10g}", *resistance]
+        turn = [f"{round(degrees(angle), DECIMALS) + 0.0:.10g}", f"{angle:.10g}", *resistance]
         if not has_slides:
             cells = turn
         elif curve.slides:
@@ -295,10 +255,6 @@ def _rows(curve: _Curve, has_slides: bool) -> Iterator[list[str]]:
             cells = [*turn, *([""] * len(_SLIDE_TITLES))]
         yield [*head, *cells, _is_measured(angle, limits), others, source]
         source = ""
-
-
-def _format_degrees(angle: float) -> str:
-    return f"{round(degrees(angle), DECIMALS) + 0.0:.10g}"
 
 
 def _is_measured(angle: float, limits: Range | None) -> str:
@@ -316,27 +272,20 @@ def _losses(figure: Figure, springs: SpringSet, curves: list[_Curve]) -> Losses:
     several = dict.fromkeys(curve.joint for curve in curves if curve.coordinate == ROTATION_VECTOR)
     if several:
         losses.add(
-            f"the law that joins the axes of several rotations ({springs.joining.value}): "
+            f"the law that joins the axes of several rotations ({springs.law.value}): "
             "each curve is for rotations about its axis alone",
             *several,
         )
     coupled = dict.fromkeys(curve.joint for curve in curves if curve.held_angles)
     if coupled:
         losses.add("laws over several joints, except with the held angles in the table", *coupled)
-    losses.add_loss(_interpolation_loss(curves))
+    largest = max(curves, key=lambda curve: curve.interpolation_error)
+    if (size := largest.interpolation_error) >= 1e-6:
+        effort = (TRANSLATION_UNITS if largest.slides else ROTATION_UNITS).effort
+        losses.add(
+            f"straight lines between the rows, which err by {format_size(size)} {effort} at most",
+            largest.joint,
+        )
     if any(curve.friction.any() for curve in curves):
         losses.add("the rate at which friction sets in")
     return losses
-
-
-def _interpolation_loss(curves: list[_Curve]) -> Loss | None:
-    """Return the loss for straight lines between the rows, for the joint where it is largest."""
-    largest = max(curves, key=lambda curve: curve.interpolation_error)
-    units = TRANSLATION_UNITS if largest.slides else ROTATION_UNITS
-    size = largest.interpolation_error
-    if size < 1e-6:
-        return None
-    what = (
-        f"straight lines between the rows, which err by {format_size(size)} {units.effort} at most"
-    )
-    return Loss(what, (largest.joint,))

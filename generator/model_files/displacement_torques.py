@@ -12,12 +12,11 @@ from typing import cast
 import numpy as np
 
 from generator.figure import Joint
-from generator.joint_chain import Chain
 from generator.model_files.export_model import JointLaws
 from generator.model_files.fit_error import FitError, orientation_error, within_half_turns
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array, matrix_from_rotation_vector
-from springs import AxisSpring, Joining, elastic_torque, total_torque
+from springs import elastic_torque, total_torque
 from springs.elastic import Range
 
 COUPLING_LOSS = "springs of several rotations, approximated by a sum of torques about single axes"
@@ -76,15 +75,13 @@ class SampledTorque:
 
 
 def sampled_torques(
-    joint: Joint, chain: Chain, laws: JointLaws, joining: Joining, ranges: tuple[Range, ...]
+    joint: Joint, laws: JointLaws, ranges: tuple[Range, ...]
 ) -> dict[int, SampledTorque]:
     """Return the torques about the displacements that have springs, by index in the chain.
 
     Args:
         joint: the joint.
-        chain: its chain.
         laws: its springs.
-        joining: the law that joins the axes of several rotations.
         ranges: ranges of the displacements [rad or m].
     """
     found: dict[int, SampledTorque] = {}
@@ -93,60 +90,51 @@ def sampled_torques(
         torques = np.asarray(total_torque(spring.elastic, x)) + np.zeros_like(x)
         found[k] = SampledTorque(x, torques, ranges[k], joint.chain[k].units.effort)
     if any(axis.elastic for axis in laws.combined):
-        for k in chain.rotations:
+        for k in laws.chain.rotations:
             ends = within_half_turns(ranges[k])
             x = np.linspace(*ends, _SAMPLES_OF_ONE_ANGLE)
             alone = np.zeros((len(x), len(joint.chain)))
             alone[:, k] = x
-            torques = generalized_torques(chain, joining, laws.combined, alone)[:, k]
+            torques = generalized_torques(laws, alone)[:, k]
             found[k] = SampledTorque(x, torques, ends)
     return {k: one for k, one in found.items() if not one.is_negligible}
 
 
 def coupling_error(
-    chain: Chain,
-    laws: JointLaws,
-    joining: Joining,
-    ranges: tuple[Range, ...],
-    torques: Mapping[int, Callable[[Array], Array]],
+    laws: JointLaws, ranges: tuple[Range, ...], torques: Mapping[int, Callable[[Array], Array]]
 ) -> FitError | None:
     """Return the error of torques of single displacements at orientations throughout the ranges.
 
     None for a joint without springs of several rotations.
 
     Args:
-        chain: chain of the joint.
-        laws: its springs.
-        joining: the law that joins the axes of several rotations.
+        laws: springs of the joint.
         ranges: ranges of the displacements [rad or m].
         torques: torques by index in the chain, functions of the displacement; zero for others.
     """
     if not any(axis.elastic for axis in laws.combined):
         return None
+    turns = laws.chain.rotations
 
     def differences(displacements: Array) -> Array:
-        found = -generalized_torques(chain, joining, laws.combined, displacements)
-        for k in chain.rotations:
+        found = -generalized_torques(laws, displacements)
+        for k in turns:
             if k in torques:
                 found[:, k] += torques[k](displacements[:, k])
-        return found[:, list(chain.rotations)]
+        return found[:, list(turns)]
 
-    error = orientation_error(differences, chain, ranges)
+    error = orientation_error(differences, laws.chain, ranges)
     return None if error.largest < NEGLIGIBLE_TORQUE else error
 
 
-def generalized_torques(
-    chain: Chain, joining: Joining, axes: tuple[AxisSpring, ...], displacements: Array
-) -> Array:
+def generalized_torques(laws: JointLaws, displacements: Array) -> Array:
     """Generalized torques of the springs of several rotations, shape (n, factors) [N m].
 
     Args:
-        chain: chain of the joint.
-        joining: the law that joins the axes.
-        axes: the springs.
+        laws: springs of the joint.
         displacements: displacements of the chain, shape (n, factors) [rad or m].
     """
-    vectors = rotation_vector(chain, displacements)
-    half_way = np.asarray(elastic_torque(joining, axes, vectors))
+    vectors = rotation_vector(laws.chain, displacements)
+    half_way = np.asarray(elastic_torque(laws.law, laws.combined, vectors))
     torques = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * vectors), half_way)
-    return np.einsum("nki,ni->nk", chain.twists(displacements)[..., :3], torques)
+    return np.einsum("nki,ni->nk", laws.chain.twists(displacements)[..., :3], torques)

@@ -8,6 +8,7 @@ and shapes are read from the model in any case.
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 
@@ -208,14 +209,11 @@ def _canonical_line(path: str, attributes: Mapping[str, str], text: str) -> byte
 
 
 def _canonical_text(text: str) -> str:
-    return " ".join(_canonical_word(word) for word in text.split())
-
-
-def _canonical_word(word: str) -> str:
-    try:
-        return repr(float(word) + 0.0)
-    except ValueError:
-        return word
+    words = text.split()
+    for k, word in enumerate(words):
+        with suppress(ValueError):
+            words[k] = repr(float(word) + 0.0)
+    return " ".join(words)
 
 
 def imported_from_embedded(
@@ -238,7 +236,10 @@ def imported_from_embedded(
     words = {"model": "bodies and joints", "springs": "springs and loads"}
     changed = [word for group, word in words.items() if not same[group]]
     figure = FIGURE_FILE.parse(make_source(parts["figure"], "the figure in the model")).value
-    laws = _parse_springs_text(parts["springs"])
+    laws: SpringsFile | None = SpringsFile(())
+    if parts["springs"] not in ("", NO_SPRINGS):
+        source = make_source(parts["springs"], "the springs in the model")
+        laws = SPRINGS_FILE.parse(source).value
     bodies = {body.name: body for body in tree.bodies}
     names = {} if figure is None else plain_names(figure.segments)
     updated = None
@@ -258,7 +259,8 @@ def imported_from_embedded(
         joint.lower_limit or joint.upper_limit for joint in updated.joints.values()
     ):
         losses.add("a model without springs: limits are stops here")
-    placement = _initial_placement(updated)
+    joint_tree = build_tree(updated)
+    placement = forward_kinematics(joint_tree, initial_displacements(joint_tree))
     shapes = {
         name: bodies[names[name]].shapes
         for name, segment in updated.bodies.items()
@@ -291,13 +293,6 @@ def _read_parts(root: XmlElement) -> dict[str, str] | None:
     return found if found.keys() >= set(PARTS) else None
 
 
-def _parse_springs_text(text: str) -> SpringsFile | None:
-    """Return the springs of a text, which may be empty; None for a wrong one."""
-    if not text or text == NO_SPRINGS:
-        return SpringsFile(())
-    return SPRINGS_FILE.parse(make_source(text, "the springs in the model")).value
-
-
 def _with_masses(
     figure: Figure, names: Mapping[str, str], bodies: Mapping[str, Body]
 ) -> Figure | None:
@@ -317,11 +312,6 @@ def _with_masses(
             segment = replace(segment, sites={**segment.sites, site.name: site})
         changed.append(segment)
     return figure.with_parts(*changed)
-
-
-def _initial_placement(figure: Figure) -> Placement:
-    tree = build_tree(figure)
-    return forward_kinematics(tree, initial_displacements(tree))
 
 
 def _ground_shapes(placement: Placement, shapes: tuple[Shape, ...]) -> dict[str, tuple[Shape, ...]]:

@@ -6,36 +6,41 @@ displacements; the joints that close loops as point constraints.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from generator.diagnostics import Diagnostic, InputError, error
-from generator.figure import Figure, Joint, Segment, Site, SiteRef
+from generator.figure import Figure, Joint, Segment, SiteRef, Vector
 from generator.figure_file.resolve import origin_span
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
-from generator.kinematics.tree import Tree, build_tree
+from generator.kinematics.tree import Tree, TreeJoint, build_tree
+from generator.loads import site_loads
 from generator.losses import Losses
-from generator.rotations import PERPENDICULAR_TOLERANCE, Array, unit_vector
-from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
+from generator.rotations import Array, unit_axis, unit_vector
+from generator.springs_file.axes import parallel_sign
+from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
+from springs.coordinates import CoordinateLaw
 from springs.elastic import Frictional
-from springs.rotation_law import CoordinateLaw
 
 
 @dataclass(frozen=True)
 class ExportModel:
-    """A figure that every other program can represent.
+    """A figure with springs that every other program can represent.
 
     Attributes:
         placement: the figure in the pose in which it is drawn, its loops closed.
+        springs: springs of its joints.
         segments: plain names by segment.
         joints: plain names by joint.
         coordinates: names of each joint's displacements, in the order of its chain.
     """
 
     placement: Placement
+    springs: SpringSet
     segments: Mapping[str, str]
     joints: Mapping[str, str]
     coordinates: Mapping[str, tuple[str, ...]]
@@ -54,9 +59,43 @@ class ExportModel:
         """Pose of a site in its segment, shape (4, 4)."""
         return self.figure.site(ref).pose_in_segment
 
+    def branch_sites(self, branch: TreeJoint) -> tuple[Array, Array]:
+        """Poses of a joint's sites in its inboard and in its outboard segment, shape (4, 4)."""
+        parent, child = (self.site(ref) for ref in branch.joint.ends)
+        return (parent, child) if branch.parent_is_inboard else (child, parent)
 
-def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
-    """Build the tree of a figure, close its loops and name its parts.
+    def mass_properties(self, segment: str) -> tuple[float, Array, Vector]:
+        """Mass [kg], centre of mass [m] and principal moments [kg m2] of a segment that moves."""
+        body = self.figure.segments[segment]
+        assert body.mass is not None
+        assert body.centre_of_mass is not None
+        assert body.inertia is not None
+        return body.mass, body.centre_of_mass, body.inertia
+
+    @cached_property
+    def tree_springs(self) -> Mapping[str, JointSprings]:
+        """Springs of the tree's joints that have any, in the order of the figure."""
+        branches = {branch.joint.name for branch in self.tree.joints}
+        names = [name for name in self.figure.joints if name in branches]
+        return {name: self.springs.joints[name] for name in names if name in self.springs.joints}
+
+    def joint_springs(self, joint: str) -> JointSprings:
+        """Springs of a joint, which may be none."""
+        return self.springs.joints.get(joint, JointSprings(joint))
+
+    def laws(self, joint: str) -> "JointLaws":
+        """Springs of a joint by their arguments; raises as `split_joint_laws`."""
+        chain = self.tree.chains[joint]
+        return split_joint_laws(chain, self.joint_springs(joint), self.springs.law)
+
+    def is_in_tree(self, spring: CoupledSpring) -> bool:
+        """Return True for a law over joints of which none closes a loop."""
+        joints = {branch.joint.name for branch in self.tree.joints}
+        return all(axis.joint in joints for axis in spring.axes)
+
+
+def build_export_model(figure: Figure, springs: SpringSet, losses: Losses) -> ExportModel:
+    """Build the tree of a figure with springs, close its loops and name its parts.
 
     Raises:
         InputError: segments that move lack a mass, an inertia or a centre of mass, or none moves.
@@ -76,7 +115,7 @@ def build_export_model(figure: Figure, losses: Losses) -> ExportModel:
     losses.add_loss(renaming_loss(joints))
     chains = {name: joint.chain for name, joint in figure.joints.items()}
     placement = close_loops(tree, initial_displacements(tree))
-    return ExportModel(placement, segments, joints, coordinate_names(chains))
+    return ExportModel(placement, springs, segments, joints, coordinate_names(chains))
 
 
 def _missing_properties(segment: Segment) -> Diagnostic | None:
@@ -108,22 +147,41 @@ class JointLaws:
     """The springs of a joint by their arguments.
 
     Attributes:
+        chain: chain of the joint.
+        law: law of joints of several rotations.
         uncoupled: springs that are functions of one displacement alone, in the sense of its axis,
             by index in the chain; under a law of coordinates all are.
         combined: springs of several rotations, which are functions of the rotation vector.
     """
 
+    chain: Chain
+    law: SphericalLaw
     uncoupled: Mapping[int, AxisSpring]
     combined: tuple[AxisSpring, ...]
 
+    @property
+    def is_ball(self) -> bool:
+        """True for a joint written as a ball: three rotations whose springs do not part them.
 
-def split_joint_laws(chain: Chain, springs: JointSprings, joining: Joining) -> JointLaws:
+        Hinges are exact, but near the pole of their axes inaccurate: a joint whose springs are not
+        functions of its displacements stays a ball.
+        """
+        turns = self.chain.rotations
+        return len(turns) == 3 and not any(k in self.uncoupled for k in turns)
+
+    @property
+    def combined_resist(self) -> bool:
+        """True if springs of several rotations have damping or Coulomb friction."""
+        return any(axis.damping.viscous or axis.damping.coulomb for axis in self.combined)
+
+
+def split_joint_laws(chain: Chain, springs: JointSprings, law: SphericalLaw) -> JointLaws:
     """Split the springs of a joint.
 
     Args:
         chain: chain of the joint.
         springs: springs of the joint.
-        joining: rule that joins the axes of several rotations.
+        law: law of joints of several rotations.
 
     Raises:
         InputError: a spring is about or along an axis that the joint does not have.
@@ -131,66 +189,33 @@ def split_joint_laws(chain: Chain, springs: JointSprings, joining: Joining) -> J
     alone: dict[int, AxisSpring] = {}
     combined: tuple[AxisSpring, ...] = ()
     if len(chain.rotations) == 1 and springs.axes:
-        alone[chain.rotations[0]] = _in_axis_sense(springs.axes[0], chain, chain.rotations[0])
-    elif joining is Joining.COORDINATES and springs.axes:
+        (place,) = chain.rotations
+        alone[place] = in_axis_sense(springs.axes[0], chain.joint_axes[place].axis)
+    elif law is SphericalLaw.COORDINATES and springs.axes:
         try:
-            law = rotation_law(springs, joining, chain.rotation_axes)
+            coordinates = rotation_law(springs, law, chain.rotation_axes)
         except ValueError as failure:
             raise InputError([error(f"joint `{springs.joint}`: {failure}")]) from None
-        assert isinstance(law, CoordinateLaw)
-        own = zip(chain.rotations, law.springs, strict=True)
+        assert isinstance(coordinates, CoordinateLaw)
+        own = zip(chain.rotations, coordinates.springs, strict=True)
         alone = {index: spring for index, spring in own if spring is not None}
     else:
         combined = springs.axes
+    axes = {k: unit_axis(chain.joint_axes[k].axis) for k in chain.translations}
     for spring in springs.translations:
-        place = next(
-            (k for k in chain.translations if _is_parallel_to_axis(spring, chain, k)), None
-        )
-        if place is None:
+        places = [k for k, axis in axes.items() if parallel_sign(spring.direction, axis)]
+        if not places:
             message = (
                 f"joint `{springs.joint}` has a spring along an axis on which it does not translate"
             )
             raise InputError([error(message)])
-        alone[place] = _in_axis_sense(spring, chain, place)
-    return JointLaws(alone, combined)
+        alone[places[0]] = in_axis_sense(spring, axes[places[0]])
+    return JointLaws(chain, law, alone, combined)
 
 
-def is_ball(chain: Chain, springs: JointSprings, joining: Joining) -> bool:
-    """Return whether a joint is written as a ball: three rotations whose springs do not part them.
-
-    Hinges are exact, but near the pole of their axes inaccurate: a joint whose springs are not
-    functions of its displacements stays a ball.
-    """
-    parted = joining is Joining.COORDINATES and bool(springs.axes)
-    return len(chain.rotations) == 3 and not parted
-
-
-def _is_parallel_to_axis(spring: AxisSpring, chain: Chain, index: int) -> bool:
-    across = np.cross(unit_vector(chain.joint_axes[index].axis), spring.direction)
-    return float(np.linalg.norm(across)) < PERPENDICULAR_TOLERANCE
-
-
-def _in_axis_sense(spring: AxisSpring, chain: Chain, index: int) -> AxisSpring:
-    same = float(np.dot(spring.direction, chain.joint_axes[index].axis)) > 0.0
-    return spring if same else spring.with_opposite_axis()
-
-
-def tree_joint_springs(
-    model: ExportModel, springs: SpringSet
-) -> Iterator[tuple[str, JointSprings]]:
-    """Yield the springs of the tree's joints, in the order of the figure."""
-    branches = {branch.joint.name for branch in model.tree.joints}
-    for name in model.figure.joints:
-        if name in springs.joints and name in branches:
-            yield name, springs.joints[name]
-
-
-def are_perpendicular(axes: tuple[AxisSpring, ...]) -> bool:
-    """Return True for springs about three mutually perpendicular axes."""
-    if len(axes) != 3:
-        return False
-    rows: Array = np.array([axis.direction for axis in axes])
-    return bool(np.abs(rows @ rows.T - np.eye(3)).max() < _ORTHOGONALITY_TOLERANCE)
+def in_axis_sense(spring: AxisSpring, axis: Vector) -> AxisSpring:
+    """Return a spring about or along an axis, or its opposite, as one in the sense of the axis."""
+    return spring if np.dot(spring.direction, axis) > 0.0 else spring.with_opposite_axis()
 
 
 def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
@@ -198,7 +223,11 @@ def common_damping(axes: tuple[AxisSpring, ...]) -> float | None:
     viscous = {axis.damping.viscous for axis in axes}
     if viscous == {0.0}:
         return 0.0
-    return viscous.pop() if are_perpendicular(axes) and len(viscous) == 1 else None
+    if len(axes) != 3 or len(viscous) > 1:
+        return None
+    rows: Array = np.array([axis.direction for axis in axes])
+    across = np.abs(rows @ rows.T - np.eye(3)).max() < _ORTHOGONALITY_TOLERANCE
+    return viscous.pop() if across else None
 
 
 def has_friction(spring: AxisSpring) -> bool:
@@ -206,25 +235,8 @@ def has_friction(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
-def is_in_tree(model: ExportModel, spring: CoupledSpring) -> bool:
-    """Return True for a law over joints of which none closes a loop."""
-    joints = {branch.joint.name for branch in model.tree.joints}
-    return all(axis.joint in joints for axis in spring.axes)
-
-
-def _has_loads(site: Site) -> bool:
-    """Return True if constant forces or moments act at a site."""
-    loads = (site.global_force, site.local_force, site.global_moment, site.local_moment)
-    return any(any(load) for load in loads if load is not None)
-
-
 def add_common_losses(
-    model: ExportModel,
-    springs: SpringSet,
-    losses: Losses,
-    *,
-    has_coupled: bool = False,
-    has_loops: bool = False,
+    model: ExportModel, losses: Losses, *, has_coupled: bool = False, has_loops: bool = False
 ) -> None:
     """Report the parts that no format holds, laws over several joints and springs of loops.
 
@@ -238,10 +250,10 @@ def add_common_losses(
         if set(attribute.fields) - {"rgb"}:
             losses.add("attributes other than a colour", name)
     for joint in model.tree.closures:
-        if joint.name in springs.joints and not has_loops:
+        if joint.name in model.springs.joints and not has_loops:
             losses.add("springs of joints that close loops", joint.name)
-    for spring in springs.coupled:
-        if has_coupled and is_in_tree(model, spring):
+    for spring in model.springs.coupled:
+        if has_coupled and model.is_in_tree(spring):
             continue
         joints = dict.fromkeys(axis.joint for axis in spring.axes)
         losses.add("laws over several joints", " and ".join(joints))
@@ -256,7 +268,8 @@ def add_tree_losses(model: ExportModel, losses: Losses) -> None:
     if moved:
         losses.add("the pose in which the figure is drawn: all displacements are 0", *moved)
     for name, segment in figure.segments.items():
-        if name not in figure.ground and any(_has_loads(site) for site in segment.sites.values()):
+        loads = [load for site in segment.sites.values() for load in site_loads(site).values()]
+        if name not in figure.ground and any(map(any, loads)):
             losses.add("forces and moments at sites", name)
 
 

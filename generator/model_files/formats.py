@@ -31,7 +31,7 @@ from generator.model_files.opensim import write as osim
 from generator.model_files.opensim.read import figure_from_osim
 from generator.model_files.urdf import write as urdf
 from generator.model_files.urdf.read import figure_from_urdf
-from generator.model_files.xml import XmlElement, parse_xml
+from generator.model_files.xml import parse_xml
 from generator.springs_file.read import FIGURE_ORIGIN, WITHIN_FIGURE
 from generator.text_io import load_text
 from springs import SpringSet
@@ -99,18 +99,15 @@ def parse_model(
         if root is not None:
             reader = READERS.get(root.tag)
             if reader is None:
-                _report_unknown_root(root, collector)
+                near = spelling_hint(root.tag, READERS)
+                known = "mujoco (MJCF), robot (URDF) or OpenSimDocument"
+                hint = near if near.startswith("did") else f"the root element of a model is {known}"
+                message = f"`{shorten(root.tag)}` is not a model that can be read"
+                collector.error(message, root.span, hint)
             else:
                 imported = reader(root, directory, collector, separate=separate)
     diagnostics = collector.sorted_by_position()
     return Parsed(None if collector.has_errors else imported, diagnostics)
-
-
-def _report_unknown_root(root: XmlElement, diagnostics: Diagnostics) -> None:
-    near = spelling_hint(root.tag, READERS)
-    known = "mujoco (MJCF), robot (URDF) or OpenSimDocument"
-    hint = near if near.startswith("did") else f"the root element of a model is {known}"
-    diagnostics.error(f"`{shorten(root.tag)}` is not a model that can be read", root.span, hint)
 
 
 ModelFormatter = Callable[[Figure, SpringSet, Path], ModelFiles]

@@ -62,11 +62,6 @@ def imported_files(imported: Imported, path: Path) -> ModelFiles:
     if imported.springs is not None:
         springs[springs_path(path)] = format_imported_springs(imported.springs, path)
     files = figure_files(imported.figure, path, imported.surfaces, springs)
-    return ModelFiles(path, files, import_losses(imported, path))
-
-
-def import_losses(imported: Imported, path: Path) -> Losses:
-    """Return the losses of an import to the figure file at `path`."""
-    losses = imported.losses
     stale = older_springs_loss(path) if imported.springs is None else None
-    return losses if stale is None else Losses.collect(losses.format, (*losses.entries, stale))
+    losses = Losses.collect(imported.losses.format, (*imported.losses.entries, stale))
+    return ModelFiles(path, files, losses)

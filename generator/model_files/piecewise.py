@@ -146,7 +146,8 @@ def fit_piecewise_cubic(laws: Sequence[Elastic], ends: Range) -> PiecewiseCubic 
     joined = _join_pieces(pieces, corners)
     if joined is None:
         constant = float(np.asarray(total_torque(laws, pieces[len(pieces) // 2].low)))
-        joined = _join_pieces([piece.minus(constant) for piece in pieces], corners)
+        moved = [replace(piece, cubic=piece.cubic - constant) for piece in pieces]
+        joined = _join_pieces(moved, corners)
         joined = joined and replace(joined, constant=constant)
     return joined
 
@@ -175,11 +176,8 @@ def _join_pieces(pieces: Sequence["_Piece"], corners: Sequence[float]) -> Piecew
 
 def _distinct_breakpoints(breakpoints: list[float]) -> list[float]:
     """Return the breakpoints in order, without those that coincide except for rounding."""
-    kept = breakpoints[:1]
-    kept += [
-        later for one, later in pairwise(breakpoints) if later - one > _MIN_BREAKPOINT_DISTANCE
-    ]
-    return kept
+    steps = pairwise([-np.inf, *breakpoints])
+    return [later for one, later in steps if later - one > _MIN_BREAKPOINT_DISTANCE]
 
 
 _CHEBYSHEV_NODES: Array = np.cos(pi * (np.arange(_SAMPLES_PER_PIECE) + 0.5) / _SAMPLES_PER_PIECE)
@@ -232,10 +230,6 @@ class _Piece:
         line = Polynomial([torque + slope * (0.5 * (low + high) - start), slope * half])
         return _Piece(low, high, line, max(abs(torque), abs(torque + slope * (end - start))), 0.0)
 
-    def minus(self, constant: float) -> "_Piece":
-        """Return the piece without a constant torque [N m]."""
-        return replace(self, cubic=self.cubic - constant)
-
     @property
     def base_rank(self) -> tuple[bool, float, float]:
         """Sort key of the piece that becomes the base, the lowest first.
@@ -273,11 +267,5 @@ class _Piece:
         terms[: len(moved)] = moved
         reach = max(abs(self.low - point), abs(self.high - point))
         small = np.abs(terms) * reach ** np.arange(4) < _NEGLIGIBLE_TERM * self.max_torque
-        return np.array(
-            [0.0 if none else _round_digits(a) for a, none in zip(terms, small, strict=True)]
-        )
-
-
-def _round_digits(number: float) -> float:
-    """Return the number without its last digits, which are rounding errors."""
-    return float(f"{number:.{_DIGITS}g}")
+        # The last digits are rounding errors.
+        return np.where(small, 0.0, [float(f"{term:.{_DIGITS}g}") for term in terms.tolist()])

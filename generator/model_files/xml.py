@@ -74,6 +74,24 @@ class XmlElement:
         written = self.attributes.get(name)
         return self.span if written is None else written.span
 
+    def numbers(
+        self, name: str, diagnostics: Diagnostics, least: int, most: int | None = None
+    ) -> tuple[float, ...] | None:
+        """Parse the numbers of an attribute; None without it, or, with an error, if it is wrong."""
+        written = self.attributes.get(name)
+        return None if written is None else parse_numbers(written, diagnostics, least, most)
+
+    def is_first_of_name(
+        self, name: str, known: dict[str, "XmlElement"], diagnostics: Diagnostics
+    ) -> bool:
+        """Return whether no other element has the name of this one; report a second one."""
+        first = known.setdefault(name, self)
+        if first is not self:
+            message = f"a second {self.tag} named `{shorten(name)}`"
+            hint = f"the first is in line {first.span.line}"
+            diagnostics.error(message, self.span_of("name"), hint)
+        return first is self
+
     def walk(self) -> Iterator["XmlElement"]:
         """This element and all below it, in the order of the file."""
         waiting: list[XmlElement] = [self]
@@ -247,6 +265,7 @@ def parse_numbers(
         allow_infinite: accept `Inf`.
     """
     max_count = min_count if max_count is None else max_count
+    count = f"{min_count}" if min_count == max_count else f"{min_count} to {max_count}"
     values: list[float] = []
     for match in _WORD.finditer(source_text.text):
         word = match[0]
@@ -257,7 +276,7 @@ def parse_numbers(
             diagnostics.error(
                 f"`{shorten(word)}` is not a number",
                 _word_span(source_text, match),
-                _count_hint(min_count, max_count),
+                "one number stands here" if count == "1" else f"{count} numbers stand here",
             )
             return None
         values.append(float(word))
@@ -270,9 +289,7 @@ def parse_numbers(
             return None
     if not min_count <= len(values) <= max_count:
         has = "1 number" if len(values) == 1 else f"{len(values)} numbers"
-        diagnostics.error(
-            f"{has} instead of {_format_count(min_count, max_count)}", source_text.span
-        )
+        diagnostics.error(f"{has} instead of {count}", source_text.span)
         return None
     return tuple(values)
 
@@ -281,18 +298,16 @@ def parse_vector(
     element: XmlElement, name: str, diagnostics: Diagnostics, default: Vector = (0.0, 0.0, 0.0)
 ) -> Vector:
     """Parse three numbers of an attribute; `default` if it is missing or wrong."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 3)
-    return default if read is None else (read[0], read[1], read[2])
+    x, y, z = element.numbers(name, diagnostics, 3) or default
+    return x, y, z
 
 
 def parse_number(
     element: XmlElement, name: str, diagnostics: Diagnostics, default: float = 0.0
 ) -> float:
     """Parse one number of an attribute; `default` if it is missing or wrong."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 1)
-    return default if read is None else read[0]
+    (value,) = element.numbers(name, diagnostics, 1) or (default,)
+    return value
 
 
 def unit_direction(axis: Sequence[float], span: Span, diagnostics: Diagnostics) -> Vector:
@@ -312,29 +327,6 @@ def _word_span(source_text: SourceText, match: re.Match[str]) -> Span:
     part = Span(span.source, start, start + len(match[0]))
     return part if part.text == match[0] else span
 
-
-def _format_count(min_count: int, max_count: int) -> str:
-    return f"{min_count}" if min_count == max_count else f"{min_count} to {max_count}"
-
-
-def _count_hint(min_count: int, max_count: int) -> str:
-    few = min_count == max_count == 1
-    return (
-        "one number stands here"
-        if few
-        else f"{_format_count(min_count, max_count)} numbers stand here"
-    )
-
-
-__all__ = [
-    "Element",
-    "add_element",
-    "body_fixed_angles",
-    "format_document",
-    "format_numbers",
-    "nesting_depth",
-    "roll_pitch_yaw",
-]
 
 _XYZ = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

@@ -37,7 +37,7 @@ class Header:
         stop: time of the last frame [s].
         frame_interval: interval between frames [s]; None where there is only one.
         springs: where the springs are from.
-        law: how the axes of spherical joints join.
+        law: law of spherical joints.
         outcome: how the run ended.
         message: the sentence that says it.
     """

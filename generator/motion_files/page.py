@@ -32,7 +32,7 @@ from generator.rotations import Array, matrix_from_rotation_vector
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
-from springs import SpringSet
+from springs import SphericalLaw, SpringSet
 
 MAX_PAGE_FRAMES = 6_000
 """Frames of a page; of a longer motion every second, third ... is kept."""
@@ -238,7 +238,16 @@ def _curve_row(motion: FigureMotion, frames: Frames, curve: PassiveCurve) -> dic
 
 
 def _recorded_moments(recording: Recording, curve: PassiveCurve) -> Array:
-    """Moments of a run about the axis of a curve in the half-way frame, shape (n,) [N m]."""
+    """Moments of a run about the axis of a curve, shape (n,) [N m].
+
+    In the half-way frame, or for a law of coordinates the generalized force of the displacement.
+    """
+    if curve.law is SphericalLaw.COORDINATES and len(curve.chain.rotations) > 1:
+        along = [float(np.dot(axis, curve.spring.direction)) for axis in curve.chain.rotation_axes]
+        k = int(np.argmax(np.abs(along)))
+        twists = curve.chain.twists(recording.displacements[curve.joint])
+        axes = np.sign(along[k]) * twists[:, curve.chain.rotations[k], :3]
+        return np.sum(recording.passive_torques[curve.joint] * axes, axis=1)
     half_turns = matrix_from_rotation_vector(0.5 * recording.rotation_vectors[curve.joint])
     axes = half_turns @ np.array(curve.spring.direction)
     return np.sum(recording.passive_torques[curve.joint] * axes, axis=1)

@@ -26,7 +26,7 @@ from generator.person.sources import DataFile, Origin, SourcedNumber, load_data_
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
-from springs import Damping, Joining
+from springs import Damping, SphericalLaw
 from springs.elastic import Elastic, Range
 from springs.exponential import Exponential
 from springs.interpolated import Interpolated
@@ -151,7 +151,7 @@ def person_springs(axes: Iterable[PassiveAxis], leg: SpringsFile) -> SpringsFile
     """Return the passive springs of a person: those of `leg_springs`, and one curve an axis."""
     own = {(entry.joints, entry.axis): entry for entry in leg.entries}
     entries = [own.get((axis.names, axis.axis)) or _entry(axis) for axis in axes]
-    return SpringsFile(tuple(entries), joining=Joining.CONSERVATIVE, coupled=leg.coupled)
+    return SpringsFile(tuple(entries), law=SphericalLaw.CONSERVATIVE, coupled=leg.coupled)
 
 
 def leg_springs(

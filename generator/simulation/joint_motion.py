@@ -69,7 +69,7 @@ def coupled_motion(model: ExudynModel, joints: Mapping[str, JointMotion]) -> Cou
             else motion.rotation_vectors
         )
     chains = model.placement.tree.chains
-    return CoupledMotion(chains, model.spring_set.joining, rotations)
+    return CoupledMotion(chains, model.spring_set, rotations)
 
 
 class SegmentMotion:
@@ -131,8 +131,8 @@ class SegmentMotion:
             for name, motion in joints.items()
         }
         chains = self._model.placement.tree.chains
-        moved = coupled_motion(self._model, joints)
         for coupled in self._model.coupled:
+            moved = coupled_motion(self._model, joints)
             for name, torque in moved.torques(coupled.spring).items():
                 if torque.ndim == 1:
                     torques[name] += np.outer(torque, unit_vector(chains[name].rotation_axes[0]))
@@ -159,7 +159,7 @@ class SegmentMotion:
         r = joint_motion.rotation_vectors
         half = matrix_from_rotation_vector(0.5 * r)
         rate = (np.swapaxes(half, -1, -2) @ joint_motion.relative_velocity[:, :3, None])[..., 0]
-        law = rotation_law(springs, self._model.spring_set.joining, chain.rotation_axes)
+        law = rotation_law(springs, self._model.spring_set.law, chain.rotation_axes)
         torque = law.torque(r) + law.damping(r, rate)
         return (half @ torque[..., None])[..., 0]
 

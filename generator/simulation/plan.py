@@ -16,7 +16,7 @@ from generator.loads import TimedLoad
 from generator.model import Model
 from generator.run_options import RUN_OPTIONS, Integrator
 from generator.toml_file.rows import Number
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 
 Vector = tuple[float, float, float]
 
@@ -47,7 +47,7 @@ class Plan:
             file, or for its own `stiff`, `rest`, `damp` and limits.
         spring_choice: source of the springs if `springs` is None: a path, a NAME beside the
             figure's file, "none" or "printed".
-        joining: law that joins the axes of a spherical joint; None uses that of the springs.
+        law: law of spherical joints; None uses that of the springs.
         gravity: acceleration in world axes [m/s^2].
         free_root: whether the joints to the ground are removed.
         height: initial height of the lowest point of a figure with a free root, measured upwards
@@ -77,7 +77,7 @@ class Plan:
     step: float | None = None
     springs: SpringSet | None = None
     spring_choice: str | Path | None = None
-    joining: Joining | None = None
+    law: SphericalLaw | None = None
     gravity: Vector = STANDARD_GRAVITY
     free_root: bool = False
     height: float | None = None
@@ -263,7 +263,7 @@ def resolve_model(model: Model | Figure, plan: Plan) -> tuple[Model, Plan]:
     if isinstance(model, Figure):
         springs = plan.springs
         model = (
-            Model.of(model, plan.spring_choice, plan.joining)
+            Model.of(model, plan.spring_choice, plan.law)
             if springs is None
             else Model(model, springs)
         )
@@ -272,9 +272,9 @@ def resolve_model(model: Model | Figure, plan: Plan) -> tuple[Model, Plan]:
             "both the model and the plan have springs: leave them out of the plan, or simulate "
             "the model's figure"
         )
-    if plan.joining is not None:
-        model = replace(model, springs=replace(model.springs, joining=plan.joining))
-    return model, replace(plan, springs=None, spring_choice=None, joining=None)
+    if plan.law is not None:
+        model = replace(model, springs=replace(model.springs, law=plan.law))
+    return model, replace(plan, springs=None, spring_choice=None, law=None)
 
 
 @dataclass(frozen=True)

@@ -37,9 +37,10 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from springs import AxisSpring, CoupledSpring, Joining, JointSprings, SpringSet, rotation_law
+from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
 from springs.coordinates import LARGEST_SINE
 from springs.elastic import Frictional
+from springs.joint import Direction
 
 _HALF_TURN_TOLERANCE = 1e-6
 """A rotation nearer than this to 180 deg has the sign of its vector from its rounding [rad]."""
@@ -183,13 +184,14 @@ def placement_obstacles(
         chain = placement.tree.chains[name]
         several = len(chain.rotations) > 1
         obstacle = _translation_obstacle(placement, joint, own)
-        coordinates = _coordinate_obstacle(joint, chain, own, springs.joining)
+        axes = [a.direction for s in springs.coupled for a in s.axes if a.joint == name]
+        coordinates = _coordinate_obstacle(joint, chain, own, axes, springs.law)
         if obstacle is not None:
             yield obstacle
         elif coordinates is not None:
             yield coordinates
-        elif elastic and several:
-            where = singular_orientation(placement, joint, springs.joining)
+        elif several and (elastic or (own.axes and springs.law is SphericalLaw.COORDINATES)):
+            where = singular_orientation(placement, joint, springs.law)
             if where is not None:
                 yield error(
                     f"joint {name} starts {where}, where the torque of its springs is not defined",
@@ -198,28 +200,35 @@ def placement_obstacles(
 
 
 def _coordinate_obstacle(
-    joint: Joint, chain: Chain, springs: JointSprings, joining: Joining
+    joint: Joint,
+    chain: Chain,
+    springs: JointSprings,
+    coupled_axes: Sequence[Direction],
+    law: SphericalLaw,
 ) -> Diagnostic | None:
     """Check that a law of coordinates has the axes that it needs."""
-    if len(chain.rotations) < 2 or joining is not Joining.COORDINATES:
+    if len(chain.rotations) < 2 or law is not SphericalLaw.COORDINATES:
         return None
     try:
-        rotation_law(springs, joining, chain.rotation_axes)
+        rotation_law(springs, law, chain.rotation_axes).angles(coupled_axes, np.zeros(3))
     except ValueError as failure:
         return error(f"joint {joint.name}: {failure}", origin_span(joint.origins, "type"))
     return None
 
 
-def singular_orientation(placement: Placement, joint: Joint, joining: Joining) -> str | None:
+def singular_orientation(placement: Placement, joint: Joint, law: SphericalLaw) -> str | None:
     """Return where a joint is if the torque of its springs is not defined there, else None."""
     chain = placement.tree.chains[joint.name]
-    if joining is not Joining.COORDINATES:
+    if law is not SphericalLaw.COORDINATES:
         return "at 180 deg" if _is_at_half_turn(placement, joint) else None
     if len(chain.rotations) < 3:
         return None
+    middle = float(placement.displacements[joint.name][chain.rotations[1]])
     inner, _, outer = (np.asarray(axis) for axis in chain.rotation_axes)
     along = float(outer @ placement.pose_in_parent(joint)[:3, :3] @ inner)
-    return "at its pole, 90 deg of its middle rotation" if abs(along) > LARGEST_SINE else None
+    if abs(along) > LARGEST_SINE or np.cos(middle) < 0.0:
+        return "at its pole or beyond, 90 deg of its middle rotation"
+    return None
 
 
 def _is_at_half_turn(placement: Placement, joint: Joint) -> bool:

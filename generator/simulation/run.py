@@ -45,6 +45,7 @@ from generator.simulation.projection import (
     project_to_constraints,
 )
 from generator.simulation.trace import RefinedRun, Trace, frame_times, mean_position
+from springs.coordinates import CoordinateLaw
 
 MAX_JOINT_GAP = 0.01
 """Largest gap between a joint's sites; a larger one is a failure of the run [m]."""
@@ -233,6 +234,8 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
     truncated = (
         _truncate_at_separation(refined, gaps, constraint_drifts) if len(trace) > 1 else None
     )
+    if truncated is None and refined.outcome.succeeded:
+        truncated = _truncate_at_half_turn(refined, model, joints)
     if truncated is not None:
         return _build_recording(runner, truncated)
     if model.prescribed:
@@ -281,7 +284,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         wall_time=refined.wall_time,
         build_time=runner.build_time,
         springs=model.spring_set.origin,
-        law=model.spring_set.joining.value,
+        law=model.spring_set.law.value,
         contact=_contact_record(model, trace, motion.poses)
         if model.contacts is not None and RecordingPart.CONTACT in record
         else None,
@@ -323,6 +326,47 @@ def _joint_gaps(model: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[s
 
 def _max_over_joints(by_joint: Mapping[str, Array]) -> float:
     return max((float(np.max(drift)) for drift in by_joint.values()), default=0.0)
+
+
+def _truncate_at_half_turn(
+    refined: RefinedRun, model: ExudynModel, joints: Mapping[str, JointMotion]
+) -> RefinedRun | None:
+    """Truncate a run where a law of coordinates passes half a turn from the middle of its range.
+
+    There its angle jumps by a turn, and its torque with it. None if none does.
+    """
+    first: tuple[int, str] | None = None
+    for name, connectors in model.springs.items():
+        chain = model.placement.tree.chains[name]
+        for connector in connectors:
+            law = connector.law
+            if not isinstance(law, CoordinateLaw):
+                continue
+            read = law.angles(chain.rotation_axes, joints[name].rotation_vectors)
+            moved = joints[name].displacements[:, list(chain.rotations)].T
+            matters = [spring is not None and bool(spring.elastic) for spring in law.springs]
+            beyond = np.abs(np.array(read) - moved)[matters].max(axis=0, initial=0.0) > 1.0
+            if np.any(beyond):
+                found = int(np.argmax(beyond)), name
+                first = found if first is None else min(first, found)
+    if first is None:
+        return None
+    count = max(1, first[0])
+    last = float(refined.trace.times[count - 1])
+    message = (
+        f"joint {first[1]} turned by more than half a turn from the middle of its range after "
+        f"{last:.4g} s, where the torque of its springs is not defined"
+    )
+    return replace(
+        refined,
+        trace=refined.trace.first_frames(count),
+        outcome=Outcome(Ending.TURNED_OVER, message, last, first[1]),
+        accuracy=replace(
+            refined.accuracy,
+            by_frame=refined.accuracy.by_frame[:count],
+            tolerance_met_until=min(last, refined.accuracy.tolerance_met_until),
+        ),
+    )
 
 
 def _truncate_at_separation(

@@ -22,8 +22,8 @@ from springs import (
     Cubic,
     Damping,
     Elastic,
-    Joining,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
 )
@@ -234,7 +234,7 @@ def format_changes(
     base: SpringSet,
     springs: SpringSet,
     extends: str | None = None,
-    joining: Joining | None = None,
+    law: SphericalLaw | None = None,
 ) -> str:
     """Return the springs file that turns springs into others; "" where nothing differs.
 
@@ -243,7 +243,7 @@ def format_changes(
         base: the extended springs.
         springs: those about axes that differ are stated; laws over several joints stay.
         extends: name of the base in the file; None for what stands beside the figure.
-        joining: stated law of spherical joints; None for that of the base.
+        law: stated law of spherical joints; None for that of the base.
 
     Raises:
         ModelError: a springs file cannot state a law.
@@ -258,7 +258,7 @@ def format_changes(
     if not entries:
         return ""
     stem = None if figure.path is None else figure.path.stem
-    return write_springs(SpringsFile(tuple(entries), stem, joining, extends=extends))
+    return write_springs(SpringsFile(tuple(entries), stem, law, extends=extends))
 
 
 def format_all(figure: Figure, springs: SpringSet) -> str:
@@ -269,7 +269,7 @@ def format_all(figure: Figure, springs: SpringSet) -> str:
             if elastic_law(spring) is not None or spring.damping != Damping():
                 _add_entry(entries, _entry(figure.joints[name], spring, None))
     stem = None if figure.path is None else figure.path.stem
-    file = SpringsFile(tuple(entries), stem, springs.joining, stands_alone=True)
+    file = SpringsFile(tuple(entries), stem, springs.law, stands_alone=True)
     return write_springs(file) if entries else ""
 
 
@@ -293,14 +293,14 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     coupled = tuple(_coupled_entry(figure, spring) for spring in springs.coupled)
     text = ""
     if entries or coupled:
-        joining = None if springs.joining is own.joining else springs.joining
+        law = None if springs.law is own.law else springs.law
         try:
-            text = write_springs(SpringsFile(tuple(entries), None, joining, coupled))
+            text = write_springs(SpringsFile(tuple(entries), None, law, coupled))
         except ValueError as failure:
             raise ModelError(f"a springs file cannot state these springs: {failure}") from None
     made = springs_from_text(text, bare, Path(f"model{SPRINGS_FILE.suffix}"))
     if (made.joints, made.coupled) != (springs.joints, springs.coupled) or (
-        text and made.joining is not springs.joining
+        text and made.law is not springs.law
     ):
         raise ModelError("a springs file cannot state these springs beside the figure's own")
     return text
@@ -506,8 +506,8 @@ def springs_and_text(
     extends = _name_of_base(figure, choice, file.parent)
     text = format_changes(figure, springs, changed, extends)
     made = springs_from_text(text, figure, file)
-    if made.joining is not springs.joining:  # another one was chosen than the base has
-        text = format_changes(figure, springs, changed, extends, springs.joining)
+    if made.law is not springs.law:  # another one was chosen than the base has
+        text = format_changes(figure, springs, changed, extends, springs.law)
         made = springs_from_text(text, figure, file)
     return made, text
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from generator.diagnostics import Diagnostics, shorten
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import BoundSpring
-from springs import CoupledSpring, Damping, Joining
+from springs import CoupledSpring, Damping, SphericalLaw
 from springs.joint import Direction
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
@@ -23,14 +23,14 @@ class FileSprings:
         origin: the file's name, followed by those that it extends.
         springs: springs about one axis of one joint each.
         coupled: coupled over several joints.
-        joining: law of spherical joints.
+        law: law of spherical joints.
         replaced: laws over several joints that stand for others.
     """
 
     origin: str
     springs: tuple[BoundSpring, ...] = ()
     coupled: tuple[CoupledSpring, ...] = ()
-    joining: Joining | None = None
+    law: SphericalLaw | None = None
     replaced: "tuple[LawReplacement, ...]" = ()
 
     def extend(self, base: "FileSprings", diagnostics: Diagnostics) -> "FileSprings":
@@ -64,7 +64,7 @@ class FileSprings:
             f"{self.origin} over {base.origin}",
             tuple(_merge(self.springs, base.springs, own_axes)),
             (*self.coupled, *kept_coupled),
-            self.joining or base.joining,
+            self.law or base.law,
             (*self.replaced, *(one for one in base.replaced if one.law in kept_laws)),
         )
 

@@ -37,7 +37,7 @@ from generator.toml_file.rows import (
     read_rows,
 )
 from generator.toml_file.spans import TomlSpans, locate_keys
-from springs import Damping, Joining
+from springs import Damping, SphericalLaw
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.short_repr import short_repr
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
@@ -57,7 +57,7 @@ FILE_ROWS = TableRows(
         Text("figure"),
         Text(EXTENDS_KEY),
         Choice(BASE_KEY, (NO_BASE,)),
-        Choice("law", tuple(Joining), attribute="joining"),
+        Choice("law", tuple(SphericalLaw)),
     ),
     (SPRING_TABLE, COUPLED_TABLE),
 )
@@ -159,7 +159,7 @@ class SpringsFile:
     Attributes:
         entries: springs about one axis.
         figure: the figure that it was written for.
-        joining: law of spherical joints; None for that of the file that is extended.
+        law: law of spherical joints; None for that of the file that is extended.
         coupled: laws over several joints.
         extends: name or path of the springs file whose other springs stay; None for the figure's
             own file.
@@ -169,7 +169,7 @@ class SpringsFile:
 
     entries: tuple[SpringEntry, ...]
     figure: str | None = None
-    joining: Joining | None = None
+    law: SphericalLaw | None = None
     coupled: tuple[CoupledEntry, ...] = ()
     extends: str | None = None
     stands_alone: bool = False

@@ -46,9 +46,9 @@ from springs import (
     AxisSpring,
     Damping,
     Elastic,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
     rotation_law,
@@ -179,7 +179,7 @@ def load_springs(
     directory: Path | None = None,
     stem: str | None = None,
     choice: str | Path | None = None,
-    joining: Joining | None = None,
+    law: SphericalLaw | None = None,
     *,
     with_base: bool = True,
     text: str | None = None,
@@ -199,13 +199,13 @@ def load_springs(
             figure itself says; "none" for no springs and no stops; "printed" for `STEM.optional`
             with every moment as printed; NAME for `STEM.NAME.springs.toml` beside the figure; else
             the path of a springs file (`.toml`) or of an `optional` file.
-        joining: how the axes of a spherical joint join; None for what the file says, else
+        law: law of spherical joints; None for what the file says, else
             conservative.
         with_base: whether the springs of an extended file and of the figure's fields stay.
         text: text of the springs file `choice`, which need not exist; None to read the file.
     """
     if choice is not None and str(choice) == NO_SPRINGS:
-        none = SpringSet({}, joining or Joining.CONSERVATIVE, NO_SPRINGS)
+        none = SpringSet({}, law or SphericalLaw.CONSERVATIVE, NO_SPRINGS)
         return Parsed(LoadedSprings(none), ())
     path, fault = find_springs_file(directory, stem, choice)
     if fault is not None and fault.severity is Severity.ERROR:
@@ -225,14 +225,14 @@ def load_springs(
             binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts)
             bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
         fields = figure if with_base else _without_fields(figure)
-        springs = _build_spring_set(fields, bound, joining, diagnostics)
+        springs = _build_spring_set(fields, bound, law, diagnostics)
     if diagnostics.has_errors or springs is None:
         return Parsed(None, diagnostics.sorted_by_position())
     return Parsed(LoadedSprings(springs, bound.replaced), diagnostics.sorted_by_position())
 
 
 def read_springs(
-    path_or_name: str | Path | None, figure: Figure, joining: Joining | None = None
+    path_or_name: str | Path | None, figure: Figure, law: SphericalLaw | None = None
 ) -> SpringSet:
     """Read a springs file and bind it to the joints of a figure.
 
@@ -244,7 +244,7 @@ def read_springs(
             `FIGURE.NAME.springs.toml` beside the figure's file, "printed" or "none"; None for the
             springs that a run of the figure has without a choice.
         figure: figure to which they are bound.
-        joining: how the axes of a spherical joint join; None for what the file says.
+        law: law of spherical joints; None for what the file says.
 
     Raises:
         InputError: anything is wrong; it holds all faults. Warnings pass.
@@ -254,7 +254,7 @@ def read_springs(
     def load(figure: Figure) -> SpringSet:
         file = figure.path
         folder, stem = (None, None) if file is None else (file.parent, file.stem)
-        return load_springs(figure, folder, stem, path_or_name, joining).require_value().springs
+        return load_springs(figure, folder, stem, path_or_name, law).require_value().springs
 
     springs = load(figure)
     if springs.origin not in (NO_SPRINGS, FIGURE_ORIGIN):
@@ -368,7 +368,7 @@ class _FileBinder:
             path.name,
             tuple(bind_springs_file(self.figure, content, self.diagnostics)),
             bind_coupled_springs(self.figure, content, self.diagnostics),
-            content.joining,
+            content.law,
             replaced_laws(content),
         )
         return springs, content
@@ -404,7 +404,7 @@ class _FileBinder:
 
 
 def _build_spring_set(
-    figure: Figure, bound: FileSprings, joining: Joining | None, diagnostics: Diagnostics
+    figure: Figure, bound: FileSprings, law: SphericalLaw | None, diagnostics: Diagnostics
 ) -> SpringSet:
     """The springs that a file gives and the figure's own."""
     joints = {
@@ -412,8 +412,8 @@ def _build_spring_set(
         for name, joint in figure.joints.items()
         if (springs := _combine_springs(joint, bound.springs, diagnostics)) is not None
     }
-    law = joining or bound.joining or Joining.CONSERVATIVE
-    if law is Joining.COORDINATES:
+    law = law or bound.law or SphericalLaw.CONSERVATIVE
+    if law is SphericalLaw.COORDINATES:
         for name in joints:
             _check_coordinates(figure.joints[name], joints[name], diagnostics)
     named = NamedMapping(joints, "the springs have no joint")
@@ -430,7 +430,9 @@ def _check_coordinates(joint: Joint, springs: JointSprings, diagnostics: Diagnos
     if len(turns) < 2:
         return
     try:
-        rotation_law(springs, Joining.COORDINATES, [unit_axis(joint.chain[k].axis) for k in turns])
+        rotation_law(
+            springs, SphericalLaw.COORDINATES, [unit_axis(joint.chain[k].axis) for k in turns]
+        )
     except ValueError as failure:
         diagnostics.error(f"joint `{joint.name}`: {failure}", origin_span(joint.origins, "type"))
         return
@@ -571,8 +573,8 @@ def _figure_spring(
         return []
     if not laws and not viscous:
         return []
-    middle = _middle_of_range(joint, k)
-    return [AxisSpring(axis, tuple(laws), Damping(viscous), middle=middle)]
+    spring = AxisSpring(axis, tuple(laws), middle=_middle_of_range(joint, k))
+    return [replace(spring, damping=Damping(viscous)) if viscous else spring]
 
 
 def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[Stop]:
@@ -656,4 +658,4 @@ def _springs_without_figure(
     coupled = build_coupled_springs(
         content, lambda binding, _: _AXIS_DIRECTIONS[binding.axis], diagnostics
     )
-    return SpringSet(joints, content.joining or Joining.CONSERVATIVE, origin, coupled)
+    return SpringSet(joints, content.law or SphericalLaw.CONSERVATIVE, origin, coupled)

@@ -401,7 +401,7 @@ def build_case(study: Study, values: Sequence[float]) -> Case:
         datum = radians(own.pop("hip_datum", degrees(study.person.hip_datum)))
         person = replace(study.person, stature=stature, mass=mass, hip_datum=datum)
         model = make_person(
-            person, own, case.springs.joining, with_spheres=bool(study.plan.scene.props)
+            person, own, case.springs.law, with_spheres=bool(study.plan.scene.props)
         )
         case = Case(model, study.plan)
     others = [each for each in assigned if each[0].quantity is not Quantity.PERSON]

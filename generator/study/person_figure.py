@@ -19,13 +19,13 @@ from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
 from generator.study.study import PersonArguments
-from springs import Joining
+from springs import SphericalLaw
 
 
 def make_person(
     person: PersonArguments,
     measured: Mapping[str, float] | None = None,
-    joining: Joining | None = None,
+    law: SphericalLaw | None = None,
     *,
     with_spheres: bool,
 ) -> Model:
@@ -37,7 +37,7 @@ def make_person(
     Args:
         person: sex, stature, mass, springs and hip datum.
         measured: dimensions by name [m].
-        joining: law that joins the axes of a spherical joint; None for that of a springs file.
+        law: law of spherical joints; None for that of a springs file.
         with_spheres: whether the segments get contact spheres, which takes about half the time.
 
     Raises:
@@ -54,7 +54,7 @@ def make_person(
         kind = "riener" if person.springs == "riener" else "published"
         content = person_springs(axes, leg_springs(body, axes, kind, person.hip_datum))
         file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
-    loaded = load_springs(figure, choice=file, joining=joining, text=text).require_value()
+    loaded = load_springs(figure, choice=file, law=law, text=text).require_value()
     if not with_spheres:
         return Model(figure, loaded.springs)
     from generator.contact.spheres import fit_spheres

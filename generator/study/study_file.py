@@ -78,7 +78,7 @@ from generator.study.study_tables import (
 from generator.text_io import is_file, path_exists
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.spans import locate_keys
-from springs import Joining
+from springs import SphericalLaw
 
 _FILE_KIND = "study file"
 _OTHER_OPTIONS = tuple(key for key, option in RUN_OPTIONS.items() if not option.in_study)
@@ -155,8 +155,8 @@ STUDY_FILE = FileKind("study", STUDY_SUFFIX, _parse_study, is_shipped=True)
 
 def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
     """Return the figure of the file, or of its person."""
-    joining = RUN_OPTIONS["law"].row.read(top)
-    person = _parse_person(top, joining)
+    law = RUN_OPTIONS["law"].row.read(top)
+    person = _parse_person(top, law)
     if "person" in top.content:
         for key in ("figure", "springs"):
             if key in top.content:
@@ -184,7 +184,7 @@ def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
         return None
     choice = _springs_choice(top, folder)
     key = "figure" if choice is None else "springs"
-    loaded = value_of_file(top, key, load_springs(figure, path.parent, path.stem, choice, joining))
+    loaded = value_of_file(top, key, load_springs(figure, path.parent, path.stem, choice, law))
     if loaded is None:
         return None
     return _Subject(figure.name or path.stem, Model(figure, loaded.springs))
@@ -200,7 +200,7 @@ def _springs_choice(top: TableReader, folder: Path) -> str | Path | None:
     return path if is_path or is_file(path) else choice
 
 
-def _parse_person(top: TableReader, joining: Joining | None) -> _Subject | None:
+def _parse_person(top: TableReader, law: SphericalLaw | None) -> _Subject | None:
     """Return the person of `[person]`; None if it is absent or, with errors, wrong."""
     table = parse_table(top, "person")
     if table is None:
@@ -212,7 +212,7 @@ def _parse_person(top: TableReader, joining: Joining | None) -> _Subject | None:
         return None
     person = PersonArguments(**values)
     try:
-        model = make_person(person, joining=joining, with_spheres=_has_props(top))
+        model = make_person(person, law=law, with_spheres=_has_props(top))
     except UsageError as failure:
         words = {"a stature": "stature_m", "the hip datum": "hip_datum_deg"}
         keys = (key for start, key in words.items() if str(failure).startswith(start))

@@ -257,7 +257,7 @@ class LivePanel(Panel):
         figure, content = self.viewer.figure, self.viewer.content
         start = live.LiveStart(
             springs=None if content.springs_choice is None else str(content.springs_choice),
-            law=content.springs.joining,
+            law=content.springs.law,
             gravity=self._gravity_change().gravity,
             free_root=self._free.value,
             pose=pose_text(figure, self._start_shown.displacements),

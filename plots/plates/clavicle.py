@@ -39,13 +39,7 @@ _INMAN = (
 
 @dataclass(frozen=True)
 class ClavicleRhythms:
-    """Elevations of the clavicle.
-
-    Attributes:
-        lines: The thesis's, by plane.
-        sets: Measured ones, by plane and name.
-        regression: That of de Groot and Brand.
-    """
+    """Elevations of the clavicle: the thesis's by plane, measured ones by plane and name."""
 
     lines: Mapping[str, PublishedRhythm]
     sets: Mapping[str, Mapping[str, PublishedRhythm]]

@@ -86,13 +86,7 @@ _STRIP = Strip(
 
 @dataclass(frozen=True)
 class Fall:
-    """The fall here, and those of the other programs at the same times.
-
-    Attributes:
-        body: the figure.
-        run: here.
-        measured: displacements in the other programs.
-    """
+    """The fall here, and the displacements in the other programs at the same times."""
 
     body: Body
     run: Recording
@@ -118,7 +112,7 @@ class Fall:
         """Largest distance of a site from its place here, by frame [m]."""
         return np.max(
             [
-                np.linalg.norm(_site_places(poses, site) - _site_places(own, site), axis=-1)
+                np.linalg.norm((poses @ site - own @ site)[:, :3, 3], axis=-1)
                 for name, segment in self.body.bodies.items()
                 for poses, own in [(self.poses[program][name], self.run.poses[name])]
                 for site in (site.pose_in_segment for site in segment.sites.values())
@@ -137,10 +131,6 @@ class Fall:
         between = np.swapaxes(turns[0], -1, -2) @ turns[1]
         trace = np.trace(between, axis1=1, axis2=2)
         return np.degrees(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)))
-
-
-def _site_places(poses: Array, site: Array) -> Array:
-    return (poses @ site)[:, :3, 3]
 
 
 def simulate_fall() -> Fall:

@@ -59,14 +59,7 @@ _GROUP_TIME = 0.08
 
 @dataclass(frozen=True)
 class Collapse:
-    """The fall with two tolerances.
-
-    Attributes:
-        body: the figure.
-        run: that is drawn.
-        fine_run: fine run with `FINE_TOLERANCE`.
-        scene: the floor.
-    """
+    """A fall on the floor of a scene, with `TOLERANCE` and with `FINE_TOLERANCE`."""
 
     body: Body
     run: Recording
@@ -114,16 +107,11 @@ class Collapse:
         """Change of momentum less the impulses of the floor and the weight, largest part [N s]."""
         floor = np.sum([one.impulse for one in self.contact.segments.values()], axis=0)
         fall = np.array([0.0, -self.weight * (self.run.times[-1] - self.run.times[0]), 0.0])
-        momentum = _momentum(self.body, self.run)
+        motion, momentum = motion_from_recording(self.run), np.zeros((len(self.run.times), 3))
+        velocities = centre_velocities(motion, self.run.poses, self.run.velocities)
+        for name, _, _, linear in velocities:
+            momentum += (self.body.segments[name].mass or 0.0) * linear
         return float(np.abs(momentum[-1] - momentum[0] - floor - fall).max())
-
-
-def _momentum(body: Body, run: Recording) -> Array:
-    """Linear momentum of a figure, shape (n, 3) [N s]."""
-    motion, momentum = motion_from_recording(run), np.zeros((len(run.times), 3))
-    for name, _, _, linear in centre_velocities(motion, run.poses, run.velocities):
-        momentum += (body.segments[name].mass or 0.0) * linear
-    return momentum
 
 
 def simulate_collapse() -> Collapse:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from generator import Plan, Recording, read_figure, simulate
+from generator import Plan, read_figure, simulate
 from generator.contact.scene import Scene, floor_prop
 from plots.canvas import BLACK, GREY, LINE_STYLES, PALE, LineStyle, Look, create_canvas, draw_line
 from plots.literature import Measurements, read_measurements
@@ -46,16 +46,7 @@ CARRIED = "carried at rest [m g]"
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that is read off each fall, in the unit in which it is drawn.
-
-    Attributes:
-        header: header in the table.
-        name: name above its panel.
-        description: description in claims.
-        unit: unit of the axis.
-        factor: factor from the table's unit.
-        remark: remark on its comparison.
-    """
+    """A number that is read off each fall, in the unit in which it is drawn."""
 
     header: str
     name: str
@@ -111,10 +102,6 @@ class FallTables:
     starts: Measurements
 
 
-def _read_tables() -> FallTables:
-    return FallTables(*map(read_measurements, ("falls", "falls_heights", "falls_starts")))
-
-
 def contacts(falls: Measurements) -> list[tuple[str, str]]:
     """Engines and their contacts, in the order of the table."""
     return list(dict.fromkeys((row["engine"], row["contact"]) for row in falls.rows))
@@ -132,7 +119,9 @@ def _rerun_claims(heights: Measurements, starts: Measurements) -> Iterator[Claim
         joint: tuple(first.select_rows(joint=joint).column("angle [rad]").tolist())
         for joint in first.values("joint")
     }
-    run = _simulate_start(angles)
+    scene = Scene((floor_prop((0.0, 1.0, 0.0)),))
+    plan = Plan(stop=COMPARED_TIME, displacements=angles, free_root=True, height=0.0, scene=scene)
+    run = simulate(read_figure("prototype"), plan)
     own = contacts(heights)[0]
     table = heights.select_rows(engine=own[0], contact=own[1])
     times = table.column("time [s]")
@@ -145,18 +134,6 @@ def _rerun_claims(heights: Measurements, starts: Measurements) -> Iterator[Claim
         "m",
         at_most=HEIGHT_TOLERANCE,
     )
-
-
-def _simulate_start(angles: Mapping[str, tuple[float, ...]]) -> Recording:
-    """Simulate the prototype on the floor from its angles [rad]."""
-    plan = Plan(
-        stop=COMPARED_TIME,
-        displacements=angles,
-        free_root=True,
-        height=0.0,
-        scene=Scene((floor_prop((0.0, 1.0, 0.0)),)),
-    )
-    return simulate(read_figure("prototype"), plan)
 
 
 def _claims(falls: Measurements) -> Iterator[Claim]:
@@ -213,7 +190,7 @@ def _pushed_falls(falls: Measurements) -> list[str]:
 def _draw(data: FallTables) -> Figure:
     falls = data.falls
     every = contacts(falls)
-    styles = _engine_styles(falls)
+    styles = dict(zip(falls.values("engine"), LINE_STYLES, strict=False))
     figure = create_canvas(7.4)
     grid = figure.add_gridspec(2, 1, height_ratios=(1.2, 1.0))
     upper, lower = (figure.add_subfigure(grid[row, 0]) for row in range(2))
@@ -228,10 +205,6 @@ def _draw(data: FallTables) -> Figure:
         axes.set_xlabel(f"[{quantity.unit}]")
         _set_rows(axes, every, named=quantity is QUANTITIES[0])
     return figure
-
-
-def _engine_styles(falls: Measurements) -> dict[str, LineStyle]:
-    return dict(zip(falls.values("engine"), LINE_STYLES, strict=False))
 
 
 def _draw_heights(axes: Axes, heights: Measurements, styles: Mapping[str, LineStyle]) -> None:
@@ -312,7 +285,7 @@ floor_falls = PlateDefinition(
     "s; drift: horizontal. The largest force in the collapse is averaged over 10 ms, that on "
     "pelvis and thigh, of the side with the larger one, is at any step.",
     references=(str(HIP_FORCE),),
-    collect=_read_tables,
+    collect=lambda: FallTables(*map(read_measurements, ("falls", "falls_heights", "falls_starts"))),
     caption=lambda data: _CAPTION + data.falls.origin,
     draw=_draw,
     claims=lambda data: (*_rerun_claims(data.heights, data.starts), *_claims(data.falls)),

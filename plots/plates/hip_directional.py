@@ -185,11 +185,6 @@ def hysteresis_law() -> Hysteresis:
     return Hysteresis(Transformed(thesis, constant=-HYSTERESIS_WIDTH), thesis)
 
 
-def simulate_cycle() -> Cycle:
-    """Simulate a cycle of the hip in Exudyn."""
-    return drive_hip(hysteresis_law(), np.radians(MIN_ANGLE), np.radians(MAX_ANGLE))
-
-
 def _caption(cycle: Cycle) -> str:
     known = published.curve("otani_1989/hip_y").valid_range
     return _CAPTION.format(known=describe_extrapolation(known, cycle.low, cycle.high))
@@ -311,7 +306,7 @@ hip_directional = PlateDefinition(
         YOON_MANSOUR,
         str(published.curve("silder_2007/hip_knee_15").reference),
     ),
-    collect=simulate_cycle,
+    collect=lambda: drive_hip(hysteresis_law(), np.radians(MIN_ANGLE), np.radians(MAX_ANGLE)),
     caption=_caption,
     draw=_draw,
     claims=_claims,

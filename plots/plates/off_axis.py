@@ -22,7 +22,7 @@ from plots.canvas import (
 from plots.literature import thesis_reference
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
-from springs import AxisSpring, Cubic, Joining, SpringSet, total_torque
+from springs import AxisSpring, Cubic, SphericalLaw, SpringSet, total_torque
 from springs.backends import Array
 from springs.coupled import gauss_nodes
 from springs.cubic import polynomial
@@ -85,23 +85,23 @@ class ObliqueHip:
         """The spring about one axis: `abduction`, `flexion` or `medial rotation`."""
         return next(spring for spring in self.axes if spring.motion == motion)
 
-    def torques(self, rotation_vectors: Array, joining: Joining) -> Array:
+    def torques(self, rotation_vectors: Array, law: SphericalLaw) -> Array:
         """Torque on the leg [N m] at rotation vectors [rad] in axes of the pelvis, (n, 3) each."""
         matrices = matrix_from_rotation_vector(rotation_vectors)
         poses = [{HIP_JOINT: self._sequence.angles(matrix)} for matrix in matrices]
-        plan = Plan(springs=SpringSet({HIP_JOINT: self._springs}, joining))
+        plan = Plan(springs=SpringSet({HIP_JOINT: self._springs}, law))
         return static_torques(self._body, poses, plan)[HIP_JOINT]
 
-    def oblique_torques(self, angle: float, directions: Array, joining: Joining) -> ObliqueTorques:
+    def oblique_torques(self, angle: float, directions: Array, law: SphericalLaw) -> ObliqueTorques:
         """Torques at an angle [rad] about axes at `directions` from abduction to flexion [rad]."""
         axes = np.stack([np.cos(directions), np.sin(directions)], axis=1) @ self._plane
         across = np.stack([-np.sin(directions), np.cos(directions)], axis=1) @ self._plane
         half = matrix_from_rotation_vector(0.5 * angle * axes)
-        torques = np.einsum("nji,nj->ni", half, self.torques(angle * axes, joining))
+        torques = np.einsum("nji,nj->ni", half, self.torques(angle * axes, law))
         return ObliqueTorques(np.sum(torques * axes, axis=1), np.sum(torques * across, axis=1))
 
     def work_along_path(
-        self, vertices: Sequence[tuple[float, float]], joining: Joining
+        self, vertices: Sequence[tuple[float, float]], law: SphericalLaw
     ) -> PathWork:
         """Work on the leg along straight sides between vertices [rad].
 
@@ -119,7 +119,7 @@ class ObliqueHip:
                 path.append(path[-1] + (high - low) * float(np.linalg.norm(end - start)))
         at = np.concatenate(vectors)
         rotations = np.einsum("nij,nj->ni", _rotation_jacobian(at), np.concatenate(steps))
-        work = np.sum(self.torques(at, joining) * rotations, axis=1)
+        work = np.sum(self.torques(at, law) * rotations, axis=1)
         pieces = np.sum(work.reshape(-1, _GAUSS_NODES), axis=1)
         return PathWork(np.array(path), np.concatenate([[0.0], np.cumsum(pieces)]))
 
@@ -164,7 +164,7 @@ WORK_BOUND = 1e-6
 
 _DIRECTIONS = np.radians(np.linspace(0.0, 90.0, 37))
 _ON_AXIS_ANGLES = np.radians(np.arange(-90.0, 91.0, 15.0))
-_LINE_STYLES = {Joining.CONSERVATIVE: LINE_STYLES[0], Joining.WEIGHTED: LINE_STYLES[1]}
+_LINE_STYLES = {SphericalLaw.CONSERVATIVE: LINE_STYLES[0], SphericalLaw.WEIGHTED: LINE_STYLES[1]}
 _CAPTION = (
     "Left: the leg is rotated by 60 deg about axes from abduction (0 deg) to flexion (90 deg). All "
     "points were read out of Exudyn with the prototype at rest; the thin line is eq. 4.4 of the "
@@ -180,19 +180,12 @@ _CAPTION = (
 
 @dataclass(frozen=True)
 class ObliqueRotations:
-    """Torques about oblique axes and work round the loop, by law.
-
-    Attributes:
-        hip: Hip with its springs.
-        torques: Torques at `_DIRECTIONS`.
-        as_printed: The same by eq. 4.4.
-        path_work: Work along `LOOP`.
-    """
+    """Torques at `_DIRECTIONS`, read and by eq. 4.4, and work along `LOOP`, by law."""
 
     hip: ObliqueHip
-    torques: Mapping[Joining, ObliqueTorques]
+    torques: Mapping[SphericalLaw, ObliqueTorques]
     as_printed: ObliqueTorques
-    path_work: Mapping[Joining, PathWork]
+    path_work: Mapping[SphericalLaw, PathWork]
 
 
 def rotate_hip() -> ObliqueRotations:
@@ -228,36 +221,36 @@ def _printed_cubic_torque(spring: AxisSpring) -> float:
     return cubic.sense * float(polynomial(cubic.coefficients, ROTATION_ANGLE))
 
 
-def max_on_axis_difference(hip: ObliqueHip, joining: Joining) -> float:
+def max_on_axis_difference(hip: ObliqueHip, law: SphericalLaw) -> float:
     """Largest difference from the axes' own laws, for rotations about single axes [N m]."""
     differences: list[float] = []
     for spring in hip.axes:
         direction = np.array(spring.direction)
-        about = hip.torques(np.outer(_ON_AXIS_ANGLES, direction), joining) @ direction
+        about = hip.torques(np.outer(_ON_AXIS_ANGLES, direction), law) @ direction
         own = np.asarray(total_torque(spring.elastic, _ON_AXIS_ANGLES))
         differences.append(float(np.abs(about - own).max()))
     return max(differences)
 
 
 def _claims(made: ObliqueRotations) -> Iterator[Claim]:
-    for joining in _LINE_STYLES:
+    for law in _LINE_STYLES:
         yield Claim(
-            f"Rotated by -90 to 90 deg about each of its axes, the hip with the {joining.value} "
+            f"Rotated by -90 to 90 deg about each of its axes, the hip with the {law.value} "
             "law in Exudyn has the torque of the axis's own law",
-            max_on_axis_difference(made.hip, joining),
+            max_on_axis_difference(made.hip, law),
             "N m",
             at_most=TORQUE_BOUND,
         )
     yield Claim(
         "The conservative law does no work round a closed loop of orientations",
-        float(made.path_work[Joining.CONSERVATIVE].work[-1]),
+        float(made.path_work[SphericalLaw.CONSERVATIVE].work[-1]),
         "J",
         at_least=-WORK_BOUND,
         at_most=WORK_BOUND,
     )
     yield Claim(
         "The weighted law is not the gradient of an energy: round the same loop it does work",
-        float(made.path_work[Joining.WEIGHTED].work[-1]),
+        float(made.path_work[SphericalLaw.WEIGHTED].work[-1]),
         "J",
         at_least=1.0,
         remark="the other way round it removes as much",
@@ -288,15 +281,15 @@ def _draw(made: ObliqueRotations) -> Figure:
 def _draw_torques(axes: Axes, made: ObliqueRotations, name: str) -> None:
     at, label = np.degrees(_DIRECTIONS), "thesis, eq. 4.4 as printed"
     draw_line(axes, at, getattr(made.as_printed, name), THESIS_STYLE, label, lw=0.9)
-    for joining, pen in _LINE_STYLES.items():
-        torque, label = getattr(made.torques[joining], name), f"{joining.value}, Exudyn"
+    for law, pen in _LINE_STYLES.items():
+        torque, label = getattr(made.torques[law], name), f"{law.value}, Exudyn"
         draw_line(axes, at, torque, pen, label, markevery=3, lw=1.6)
     axes.set_ylabel(f"torque {name} [N m]")
 
 
-def _draw_difference(axes: Axes, torques: Mapping[Joining, ObliqueTorques]) -> None:
+def _draw_difference(axes: Axes, torques: Mapping[SphericalLaw, ObliqueTorques]) -> None:
     at = np.degrees(_DIRECTIONS)
-    weighted, conservative = torques[Joining.WEIGHTED], torques[Joining.CONSERVATIVE]
+    weighted, conservative = torques[SphericalLaw.WEIGHTED], torques[SphericalLaw.CONSERVATIVE]
     along = weighted.along - conservative.along
     across = weighted.across - conservative.across
     axes.plot(at, along, "-", color=GREY, label="along")
@@ -323,10 +316,10 @@ def _draw_loop(axes: Axes) -> None:
     axes.set(xlabel="abduction [deg]", ylabel="flexion [deg]", title="loop of rotation vectors")
 
 
-def _draw_work(axes: Axes, path_work: Mapping[Joining, PathWork]) -> None:
-    for joining, pen in _LINE_STYLES.items():
-        path, work = np.degrees(path_work[joining].path_length), path_work[joining].work
-        label = f"{joining.value}, Exudyn:\n{_format_total_work(float(work[-1]))}"
+def _draw_work(axes: Axes, path_work: Mapping[SphericalLaw, PathWork]) -> None:
+    for law, pen in _LINE_STYLES.items():
+        path, work = np.degrees(path_work[law].path_length), path_work[law].work
+        label = f"{law.value}, Exudyn:\n{_format_total_work(float(work[-1]))}"
         draw_line(axes, path, work, pen, label, ms=3.5, lw=1.6)
     for number, end in enumerate(np.degrees(ROTATION_ANGLE) * np.arange(1, len(LOOP)), start=1):
         axes.axvline(end, color=GREY, lw=0.8)
@@ -343,19 +336,14 @@ def _format_total_work(work: float) -> str:
 
 
 def _tables(made: ObliqueRotations) -> dict[str, dict[str, Array]]:
-    loop = {"way [deg]": np.degrees(made.path_work[Joining.CONSERVATIVE].path_length)}
+    loop = {"way [deg]": np.degrees(made.path_work[SphericalLaw.CONSERVATIVE].path_length)}
     oblique = {"axis from abduction to flexion [deg]": np.degrees(_DIRECTIONS)}
     rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in _LINE_STYLES}}
     for name, torques in rows.items():
         oblique |= {f"{name} along [N m]": torques.along, f"{name} across [N m]": torques.across}
-    for joining in _LINE_STYLES:
-        loop[f"work, {joining.value} [J]"] = made.path_work[joining].work
+    for law in _LINE_STYLES:
+        loop[f"work, {law.value} [J]"] = made.path_work[law].work
     return {"oblique": oblique, "loop": loop}
-
-
-def _springs_references() -> tuple[str, ...]:
-    hip = ObliqueHip()
-    return tuple(hip.spring_about(motion).reference for motion in ("flexion", "abduction"))
 
 
 off_axis = PlateDefinition(
@@ -366,7 +354,7 @@ off_axis = PlateDefinition(
     "positive if the joint drives the leg. Left hip; abduction is about x, flexion about y.",
     references=(
         thesis_reference("eq. 4.4, and appendix A, records of the left hip"),
-        *_springs_references(),
+        *(ObliqueHip().spring_about(motion).reference for motion in ("flexion", "abduction")),
     ),
     collect=rotate_hip,
     caption=_caption,

@@ -50,14 +50,7 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class Case:
-    """A person with its springs.
-
-    Attributes:
-        figure: name of the figure.
-        words: words for the person.
-        springs: choice of its springs; None for those of the figure.
-        style: style of its curves.
-    """
+    """A person with its springs (None for those of the figure), and the style of its curves."""
 
     figure: str
     words: str
@@ -143,12 +136,7 @@ SETUPS: Mapping[str, tuple[Setup, tuple[Case, ...]]] = {
 
 @dataclass(frozen=True)
 class Swings:
-    """Simulated swings.
-
-    Attributes:
-        man: the figure that is drawn.
-        swings: swings by name of the setup and words of the case.
-    """
+    """Simulated swings by name of the setup and words of the case."""
 
     man: Body
     swings: Mapping[tuple[str, str], Swing]

@@ -83,13 +83,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """A person at rest without gravity.
-
-    Attributes:
-        body: the figure.
-        displacements: displacements of its joints [rad].
-        poses: poses of its segments.
-    """
+    """A person at rest without gravity; displacements of its joints in rad."""
 
     body: Body
     displacements: Mapping[str, Array]
@@ -114,12 +108,7 @@ class Relaxed:
 
 @dataclass(frozen=True)
 class Postures:
-    """Both postures.
-
-    Attributes:
-        standing: standing by name of the figure.
-        relaxed: relaxed by words of the case.
-    """
+    """Standing persons by name of the figure, relaxed ones by words of the case."""
 
     standing: Mapping[str, Standing]
     relaxed: Mapping[str, Relaxed]

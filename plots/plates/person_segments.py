@@ -59,10 +59,6 @@ def differences(sex: Sex, means: SegmentMeans) -> Differences:
     return found
 
 
-def _collect() -> Mapping[Sex, Differences]:
-    return {sex: differences(sex, means) for sex, means in person_facts().segments.items()}
-
-
 def _caption(_: Mapping[Sex, Differences]) -> str:
     factors = [
         f"{100.0 * abs(factor - 1.0):.1f} % {'longer' if factor > 1.0 else 'shorter'} in the {word}"
@@ -165,7 +161,7 @@ person_segments = PlateDefinition(
     title="A person's segments beside measured ones",
     sign="A difference is that of a person from the published mean, positive where it is larger.",
     references=person_facts().references("zatsiorsky_2002"),
-    collect=_collect,
+    collect=lambda: {sex: differences(sex, one) for sex, one in person_facts().segments.items()},
     caption=_caption,
     draw=_draw,
     claims=lambda found: (claim for sex in found for claim in claims(sex, found[sex])),

@@ -18,16 +18,21 @@ from generator.study.run_case import run_case
 from generator.study.sensitivity import INDICES_NAME, IndexKind, StudyIndices, read_indices
 from generator.study.study_file import STUDY_FILE, read_study
 from plots.canvas import BLUE, GREY, create_panels
-from plots.plate import Claim, Plate
+from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
-from plots.study_plate import StudyRuns, read_runs, sensitivity_plates
+from plots.study_plate import (
+    SOBOL_REFERENCES,
+    StudyRuns,
+    draw_rankings,
+    ranking_tables,
+    rankings_caption,
+    read_runs,
+    varied_quantities,
+)
 from springs.backends import Array
 
 DATA = Path(__file__).parents[1] / "data"
 """Folder of the tables."""
-
-PEOPLE = "falls"
-"""Name of the study of people."""
 
 SHOWN = ("pelvis_force", "head_force", "damped_energy")
 """Measures on the plates. The indices of times are uncertain: some falls take another course."""
@@ -68,35 +73,30 @@ _ASSUMED = (
 )
 
 
-def study_falls() -> Plate:
-    """Rank differences between people by how much they change a fall."""
-    folder = DATA / "study_falls"
-    indices, runs = read_indices(folder / INDICES_NAME), read_runs(folder)
-    shown = replace(indices, measures={name: indices.measures[name] for name in SHOWN})
-    (plate,) = sensitivity_plates(shown, PEOPLE)
-    return replace(
-        plate,
-        name="study_falls",
-        title="Which differences between people change a fall",
-        caption=(
-            "A man stands, lets go of all muscles and falls backwards on a floor, 640 times. "
-            "Stature and body mass index vary as in a survey (ANSUR II), stiffness and damping by "
-            "a factor of 1.5 a standard deviation, which was measured at the elbow only. "
-            f"5 % to 95 % of the runs: {_range_text(runs, 'pelvis_force')} on the pelvis, "
-            f"{_range_text(runs, 'head_force')} on the head. The indices of the times of impact, "
-            "in the table of the study, are not determined by so few runs. "
-            f"{plate.caption}"
-        ),
-        claims=(*_index_claims(indices), _repeated_run(PEOPLE, runs)),
+Ranking = tuple[StudyIndices, StudyRuns]
+"""Indices of the study of people, and its runs."""
+
+
+def _shown(data: Ranking) -> StudyIndices:
+    indices, _ = data
+    return replace(indices, measures={name: indices.measures[name] for name in SHOWN})
+
+
+def _ranking_caption(data: Ranking) -> str:
+    _, runs = data
+    return (
+        "A man stands, lets go of all muscles and falls backwards on a floor, 640 times. "
+        "Stature and body mass index vary as in a survey (ANSUR II), stiffness and damping by "
+        "a factor of 1.5 a standard deviation, which was measured at the elbow only. "
+        f"5 % to 95 % of the runs: {_range_text(runs, 'pelvis_force')} on the pelvis, "
+        f"{_range_text(runs, 'head_force')} on the head. The indices of the times of impact, "
+        "in the table of the study, are not determined by so few runs. "
+        f"{rankings_caption(_shown(data))}"
     )
 
 
 Studies = tuple[StudyRuns, StudyRuns]
 """Runs of the mean man with softer and stiffer joints, and those of people."""
-
-
-def _read_studies() -> Studies:
-    return read_runs(DATA / "study_falls_stiffness"), read_runs(DATA / "study_falls")
 
 
 def _draw_stiffness(studies: Studies) -> Figure:
@@ -162,10 +162,10 @@ def _index_claims(indices: StudyIndices) -> Iterator[Claim]:
         )
 
 
-def _repeated_run(name: str, runs: StudyRuns) -> Claim:
+def _repeated_run(runs: StudyRuns) -> Claim:
     """Compute the first run again."""
     values = [float(column[0]) for column in runs.parameters.values()]
-    result = run_case(read_study(STUDY_FILE.find(name)), values)
+    result = run_case(read_study(STUDY_FILE.find("falls")), values)
     differences = [
         abs((result.measures[measure] or np.nan) / column[0] - 1.0)
         for measure, column in runs.measures.items()
@@ -178,12 +178,27 @@ def _repeated_run(name: str, runs: StudyRuns) -> Claim:
     )
 
 
+study_falls = PlateDefinition(
+    name="study_falls",
+    title="Which differences between people change a fall",
+    sign=lambda data: varied_quantities(data[0]),
+    references=SOBOL_REFERENCES,
+    collect=lambda: (
+        read_indices(DATA / "study_falls" / INDICES_NAME),
+        read_runs(DATA / "study_falls"),
+    ),
+    caption=_ranking_caption,
+    draw=lambda data: draw_rankings(_shown(data)),
+    claims=lambda data: (*_index_claims(data[0]), _repeated_run(data[1])),
+    tables=lambda data: ranking_tables(_shown(data)),
+)
+
 study_falls_stiffness = PlateDefinition(
     name="study_falls_stiffness",
     title="The mean man falls with softer and stiffer joints",
     sign="Band: 5 % to 95 % of the men of the study of differences between people.",
     references=(),
-    collect=_read_studies,
+    collect=lambda: (read_runs(DATA / "study_falls_stiffness"), read_runs(DATA / "study_falls")),
     caption="The fall of `male50` with all passive springs from a quarter of the published "
     "stiffness to four times as stiff; damping and limits stay. The forces change where the fall "
     "takes another course, and more than they follow the stiffness.",

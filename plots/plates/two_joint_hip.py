@@ -107,16 +107,10 @@ class HipMoments:
     at_sample_angles: Mapping[float, Array]
 
 
-def hip_knee_law() -> CoupledExponential:
-    """Riener & Edrich's law of hip and knee, with the ankle at 0 deg."""
-    return published.coupled_law("riener_edrich_1999/leg").law.hold_coordinate(
-        "ankle dorsiflexion", 0.0
-    )
-
-
 def collect_hip_moments() -> HipMoments:
     """Collect Silder's points, and the moments of a leg at the same angles."""
-    law = hip_knee_law()
+    whole = published.coupled_law("riener_edrich_1999/leg").law
+    law = whole.hold_coordinate("ankle dorsiflexion", 0.0)
     leg = TwoJointLeg(law)
     silder = {
         knee: np.array(published.curve(f"silder_2007/hip_knee_{knee:.0f}").printed.points)

@@ -73,11 +73,6 @@ _JOINT_DASHES = {
 """Joints whose angles are drawn, and their dashes."""
 
 
-def _caption(_: Measurements) -> str:
-    runs = read_measurements("verification")
-    return _CAPTION + _agreement_text(runs) + runs.origin
-
-
 def _claims(motion: Measurements) -> Iterator[Claim]:
     """Compare runs made now with the motions that the other engines had."""
     engines = [name for name in motion.values("engine") if name != _OWN_ENGINE]
@@ -116,8 +111,8 @@ def _angle_magnitudes(run: Recording, joint: str) -> Array:
     return np.degrees(np.abs(run.displacements[joint][:, 0]))
 
 
-def _agreement_text(runs: Measurements) -> str:
-    """Largest differences of the stored finest runs from the reference, as a sentence."""
+def _caption(_: Measurements) -> str:
+    runs = read_measurements("verification")
     quantities = (("joints", "rad"), ("centre of mass", "m"), ("energy", "J"))
     worst = [
         max(
@@ -131,7 +126,10 @@ def _agreement_text(runs: Measurements) -> str:
         f"{value:.1e} {unit} ({quantity})"
         for value, (quantity, unit) in zip(worst, quantities, strict=True)
     )
-    return f"The finest runs of all engines differ from the reference by at most {listed}. "
+    return (
+        f"{_CAPTION}The finest runs of all engines differ from the reference by at most {listed}. "
+        f"{runs.origin}"
+    )
 
 
 def _draw(motion: Measurements) -> Figure:

@@ -89,19 +89,13 @@ def _reverse_sense(law: object) -> Cubic:
     return Cubic(law.coefficients, -law.sense)
 
 
-def simulate_falls(start: str, stop: float = STOP_TIME, tolerance: float = TOLERANCE) -> WaistFalls:
-    """Simulate the fall from one of `START_POSES` with each reading.
-
-    Args:
-        start: name of the pose.
-        stop: end of the runs [s].
-        tolerance: tolerance of the runs [rad].
-    """
+def simulate_falls(start: str) -> WaistFalls:
+    """Simulate the fall from one of `START_POSES` with each reading."""
     body = read_figure("prototype")
     plan = Plan(
-        stop=stop,
+        stop=STOP_TIME,
         frame=FRAME_INTERVAL,
-        tolerance=tolerance,
+        tolerance=TOLERANCE,
         displacements=posture_in_radians(START_POSES[start]),
     )
     model = Model.of(body)

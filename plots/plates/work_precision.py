@@ -87,11 +87,6 @@ class BenchmarkTables:
     python_shares: Measurements
 
 
-def _read_tables() -> BenchmarkTables:
-    names = ("work_precision", "chains", "startup", "python_share")
-    return BenchmarkTables(*map(read_measurements, names))
-
-
 def cheapest_wall_time(costs: Measurements, target: float) -> float:
     """Wall time of the fastest run with an error of at most `target` [rad]; nan if none [s]."""
     fit = costs.column("wall [s]")[costs.column("error [rad]") <= target]
@@ -258,7 +253,9 @@ work_precision = PlateDefinition(
     "the end. The cost at an error is that of the fastest run with at most this error. Ratios are "
     "this program's cost over the other's.",
     references=(),
-    collect=_read_tables,
+    collect=lambda: BenchmarkTables(
+        *map(read_measurements, ("work_precision", "chains", "startup", "python_share"))
+    ),
     caption=lambda data: _CAPTION + _ratios_text(data) + data.costs.origin,
     draw=_draw,
     claims=_claims,

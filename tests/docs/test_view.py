@@ -16,5 +16,5 @@ def test_the_live_file_is_read_and_written_again() -> None:
 
 
 def test_the_page_names_every_key_of_a_change() -> None:
-    for key in live._CHANGE_FORMS:
+    for key in live._CHANGE_PARSERS:
         assert f"`{key}" in PAGE, key

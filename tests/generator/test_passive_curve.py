@@ -24,7 +24,7 @@ from generator.passive_curve import (
 )
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
 from generator.springs_file.read import read_springs
-from springs import Joining, conservative_energy
+from springs import SphericalLaw, conservative_energy
 
 FIGURE = read_figure("prototype")
 SPRINGS = read_springs(None, FIGURE)
@@ -118,7 +118,7 @@ def test_the_angle_about_an_axis_is_the_component_of_the_rotation_vector(vector)
     pose[:3, :3] = matrix_from_rotation_vector(vector)
     displacements = chain.displacements(pose)
     for one in CURVES["left_shoulder"]:
-        angle = angle_about(chain, Joining.CONSERVATIVE, one.spring.direction, displacements)
+        angle = angle_about(chain, SphericalLaw.CONSERVATIVE, one.spring.direction, displacements)
         assert angle == pytest.approx(float(vector @ one.spring.direction), abs=1e-9)
 
 

@@ -43,7 +43,7 @@ def test_numbers_that_vary_are_fields_of_a_plan():
     assert {RUN_OPTIONS[key].field for key in VARYING_OPTIONS} <= names
 
 
-ELSEWHERE = {"law", "floor", "friction"}
+ELSEWHERE = {"floor", "friction"}
 """Options that are no field of a plan: a law belongs to the springs, a floor is a prop."""
 
 

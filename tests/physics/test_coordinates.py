@@ -10,7 +10,18 @@ from generator.model import Model
 from generator.recording import Ending
 from generator.simulation.plan import Integrator, Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
+from springs import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Cubic,
+    Damping,
+    JointSprings,
+    Linear,
+    SphericalLaw,
+    SpringSet,
+)
+from springs.coupled import CoupledExponential, CoupledTerm
 from tests.chains import BALL, X, Y, Z, body, chain, one_body
 from tests.command import run as run_command
 
@@ -21,7 +32,7 @@ def springs(axes, *, damping=0.0) -> SpringSet:
     about = tuple(
         AxisSpring(axis, (law,), Damping(damping)) for axis, law in zip(axes, CURVES, strict=False)
     )
-    return SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    return SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +73,7 @@ def test_a_run_ends_at_the_pole(integrator):
     if integrator is Integrator.EXUDYN:
         plan = replace(plan, step=1e-3)
     about = tuple(AxisSpring(axis, (Linear(5.0),)) for axis in (X, Y, Z))
-    law = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
+    law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
     run = simulate(Model(figure, law), plan)
     assert run.outcome.ending is Ending.POLE
     assert run.outcome.joint == "pin"
@@ -70,27 +81,88 @@ def test_a_run_ends_at_the_pole(integrator):
     assert abs(run.displacements["pin"][-1, 1]) < np.pi / 2
 
 
-def test_a_start_at_the_pole_is_refused():
-    figure = one_body(BALL, (0.1, np.pi / 2, 0.1))
-    with pytest.raises(ModelError, match="starts at its pole"):
-        simulate(Model(figure, springs((X, Y, Z))), Plan(stop=0.1))
-
-
-def test_turns_past_180_deg_do_not_end_a_run():
-    """Of the inner rotation alone, which under the other laws ends at a half turn."""
+def test_a_run_ends_where_the_angle_of_a_law_jumps():
+    """Half a turn from the middle of the range, which only weak springs let a joint pass."""
     link = body("link", centre=(0.0, -0.05, 0.0), inertia=(0.03, 0.03, 0.03))
-    about = (AxisSpring(X, (Linear(0.5),)),)
-    soft = SpringSet({"pin": JointSprings("pin", about)}, Joining.COORDINATES)
-    plan = Plan(stop=0.1, velocities={"pin": (40.0, 0.0, 0.0)})
-    run = simulate(Model(one_body(BALL, (0.1, 0.0, 0.0), link), soft), plan)
-    assert run.outcome.ending is Ending.DONE
-    assert run.displacements["pin"][-1, 0] > 3.5
+    plan = Plan(stop=0.2, velocities={"pin": (40.0, 0.0, 0.0)})
+
+    def run(about):
+        law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
+        return simulate(Model(one_body(BALL, (0.1, 0.0, 0.0), link), law), plan)
+
+    ended = run((AxisSpring(X, (Linear(0.5, 0.3),)),))
+    assert ended.outcome.ending is Ending.TURNED_OVER
+    assert "half a turn from the middle of its range" in ended.outcome.message
+    assert ended.displacements["pin"][-1, 0] < np.pi
+    free = run((AxisSpring(Y, (Linear(0.5),)),))
+    assert free.outcome.ending is Ending.DONE
+    assert free.displacements["pin"][-1, 0] > 3.5
+
+
+def test_exudyn_s_steps_do_not_jump_over_the_pole():
+    """At 6 deg a step; the two degrees around the pole are narrower."""
+    about = tuple(AxisSpring(axis, (Linear(0.5),)) for axis in (X, Y, Z))
+    law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
+    link = body("link", centre=(0.0, -0.05, 0.0))
+    plan = Plan(
+        stop=0.1,
+        step=1e-3,
+        gravity=(0.0, 0.0, 0.0),
+        velocities={"pin": (0.0, 100.0, 0.0)},
+        integrator=Integrator.EXUDYN,
+    )
+    run = simulate(Model(one_body(BALL, (0.0, 1.0, 0.0), link), law), plan)
+    assert run.outcome.ending is Ending.POLE
+
+
+COUPLED = CoupledExponential(
+    ("one", "other"), (CoupledTerm((-0.4, -0.3), (0.4, 0.3)),), (0.0, 0.0), (None, None)
+)
+
+
+def coupled(*axes) -> tuple[CoupledSpring, ...]:
+    return (CoupledSpring(COUPLED, tuple(CoupledAxis("pin", axis) for axis in axes)),)
+
+
+@pytest.mark.parametrize("integrator", Integrator)
+def test_a_law_over_several_joints_ends_at_the_pole_as_well(integrator):
+    law = SpringSet(law=SphericalLaw.COORDINATES, coupled=coupled(Y, X))
+    plan = Plan(
+        stop=0.1,
+        gravity=(0.0, 0.0, 0.0),
+        velocities={"pin": (0.0, 20.0, 0.0)},
+        integrator=integrator,
+        step=5e-4 if integrator is Integrator.EXUDYN else None,
+    )
+    link = body("link", centre=(0.0, -0.05, 0.0))
+    run = simulate(Model(one_body(BALL, (0.0, 1.0, 0.0), link), law), plan)
+    assert run.outcome.ending is Ending.POLE
+
+
+def test_a_law_over_several_joints_reads_the_angle_of_the_joint_s_own_law():
+    """Half a turn from the middle of its range, in compiled code as in Exudyn's model."""
+    own = AxisSpring(X, (Linear(1e-3),), middle=1.5)
+    law = SpringSet(
+        {"pin": JointSprings("pin", (own,))}, SphericalLaw.COORDINATES, "", coupled(X, Y)
+    )
+    run = simulate(Model(one_body(BALL, (3.6, 0.1, 0.0)), law), Plan(stop=0.1))
+    assert run.integrator_reason == ""
+    assert run.agreement_with_exudyn is not None
+    assert run.agreement_with_exudyn < 1e-10
+    assert np.ptp(run.energy_balance) < 1e-4
+
+
+@pytest.mark.parametrize("middle", [np.pi / 2, 2.0])
+def test_a_start_at_the_pole_or_beyond_is_refused(middle):
+    figure = one_body(BALL, (0.1, middle, 0.1))
+    with pytest.raises(ModelError, match="at its pole or beyond"):
+        simulate(Model(figure, springs((X, Y, Z))), Plan(stop=0.1))
 
 
 def test_springs_of_a_skew_axis_are_refused():
     skew = SpringSet(
         {"pin": JointSprings("pin", (AxisSpring((0.6, 0.8, 0.0), (Linear(1.0),)),))},
-        Joining.COORDINATES,
+        SphericalLaw.COORDINATES,
     )
     with pytest.raises(ModelError, match="springs about axes of the joint's chain"):
         simulate(Model(one_body(BALL), skew), Plan(stop=0.1))

@@ -10,7 +10,7 @@ from generator.recording import Ending
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
-from springs import CoupledAxis, CoupledSpring, Joining, SpringSet
+from springs import CoupledAxis, CoupledSpring, SphericalLaw, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.published import tables as published
 from tests.chains import BALL, SKEW, X, Y, chain, negative, row, two_bodies
@@ -37,7 +37,7 @@ def legs(law) -> tuple[CoupledSpring, ...]:
 
 
 def prototype(law, **plan):
-    springs = read_springs(None, PROTOTYPE, Joining.CONSERVATIVE)
+    springs = read_springs(None, PROTOTYPE, SphericalLaw.CONSERVATIVE)
     springs = replace(springs, coupled=legs(law))
     return simulate(PROTOTYPE, Plan(springs=springs, displacements=BENT, **plan))
 

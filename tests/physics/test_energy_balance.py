@@ -10,7 +10,7 @@ import pytest
 from generator import read_figure
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import Joining
+from springs import SphericalLaw
 from tests.chains import BALL, chain, row
 from tests.runs import energy_error
 
@@ -25,7 +25,7 @@ def exchanged(run) -> float:
 
 def test_three_seconds_of_the_prototype() -> None:
     """Constant to 1e-4 of what is exchanged, with a fixed step of 0.5 ms."""
-    plan = Plan(stop=3.0, step=5e-4, joining=Joining.CONSERVATIVE)
+    plan = Plan(stop=3.0, step=5e-4, law=SphericalLaw.CONSERVATIVE)
     run = simulate(PROTOTYPE, plan)
     assert run.outcome.succeeded
     assert exchanged(run) > 100.0

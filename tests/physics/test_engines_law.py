@@ -37,7 +37,7 @@ def expected(case, springs, quaternions, angles, spins, rates):
         r = turn.as_rotvec()
         half = Rotation.from_rotvec(0.5 * r)
         rate = half.apply(spin)
-        torque = elastic_torque(springs.joining, axes, r) + damping_torque(axes, r, rate)
+        torque = elastic_torque(springs.law, axes, r) + damping_torque(axes, r, rate)
         balls.append(half.inv().apply(torque))
         energy += float(conservative_energy(axes, r))
     for link, angle, rate in zip(case.tree.hinges, angles, rates, strict=True):

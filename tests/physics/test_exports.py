@@ -1,5 +1,6 @@
 """Exported models move as we do in OpenSim and MuJoCo, but for the stated errors of their laws."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from benchmarks.exported import (
     stated_errors,
 )
 from benchmarks.exports import Case, our_fall
-from springs import SpringSet
+from springs import SphericalLaw, SpringSet
 
 pytestmark = pytest.mark.verify
 
@@ -86,6 +87,27 @@ def test_figures_with_springs_fall_in_opensim_as_here(name: str, tmp_path: Path)
     distance, angle = difference(CASES[name].figure, model.fall(times, 1e-6), expected)
     assert distance < 1e-5
     assert angle < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("name", "engine", "bound"),
+    [
+        ("prototype", "MuJoCo", 1e-4),
+        ("prototype", "OpenSim", 2e-5),
+        ("male50", "MuJoCo", 5e-4),
+        ("male50", "OpenSim", 2e-5),
+    ],
+)
+def test_figures_under_a_law_of_coordinates_fall_as_here(
+    name: str, engine: str, bound: float, tmp_path: Path
+):
+    """From a bent start; the files of the other laws differ by 96 and 28 mm in MuJoCo."""
+    case = CASES[name]
+    springs = replace(case.springs, law=SphericalLaw.COORDINATES)
+    model = loaded(engine, case, springs, tmp_path)
+    times, expected = our_fall(case.figure, springs, 0.4)
+    found = model.fall(times, exports.ACCURACIES[engine][0])
+    assert difference(case.figure, found, expected)[0] < bound
 
 
 @pytest.mark.parametrize("name", SPRUNG)

@@ -16,11 +16,11 @@ STIFF = tuple(AxisSpring(axis, (Linear(60.0),)) for axis in (X, Y, Z))
 
 
 @pytest.mark.parametrize("axes", [SOFT, STIFF])
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("given", [{"step": 1e-3}, {"step": 5e-3}, {}])
-def test_a_ball_driven_through_half_a_turn(given, joining, axes) -> None:
+def test_a_ball_driven_through_half_a_turn(given, law, axes) -> None:
     link = body("link", centre=(0.0, -0.05, 0.0), inertia=(0.03, 0.03, 0.03))
-    springs = SpringSet({"pin": JointSprings("pin", axes)}, joining)
+    springs = SpringSet({"pin": JointSprings("pin", axes)}, law)
     speed = 20.0 if axes is SOFT else 200.0
     plan = Plan(
         stop=2.0,

@@ -5,7 +5,7 @@ import pytest
 
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Damping, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, Damping, JointSprings, Linear, SphericalLaw, SpringSet
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Y, Z, body, chain, one_body
@@ -18,8 +18,8 @@ WHEEL = body("link", centre=(0.0, 0.0, 0.0), inertia=(0.03, 0.03, 0.03))
 STILL = (0.0, 0.0, 0.0)
 
 
-def swing(axes, factors, start, joining=Joining.CONSERVATIVE, slides=(), **plan):
-    springs = SpringSet({"pin": JointSprings("pin", axes, slides)}, joining)
+def swing(axes, factors, start, law=SphericalLaw.CONSERVATIVE, slides=(), **plan):
+    springs = SpringSet({"pin": JointSprings("pin", axes, slides)}, law)
     plan = {"stop": 3.0, "step": 5e-4, "gravity": STILL, **plan}
     return simulate(one_body(factors, start, WHEEL), Plan(springs=springs, **plan))
 
@@ -42,11 +42,11 @@ def test_a_hinge_loses_what_lies_between_the_curves(direction, python) -> None:
     assert energy_error(run) < 1e-5
 
 
-@pytest.mark.parametrize("joining", list(Joining))
-def test_a_ball_loses_the_same_about_one_of_its_axes(joining) -> None:
+@pytest.mark.parametrize("law", list(SphericalLaw))
+def test_a_ball_loses_the_same_about_one_of_its_axes(law) -> None:
     axes = tuple(AxisSpring(a, (LAW if a is Y else Linear(3.0),)) for a in (X, Y, Z))
     hinge = swing((AxisSpring(Y, (LAW,)),), chain("Ry"), (1.2,))
-    ball = swing(axes, BALL, (0.0, 1.2, 0.0), joining)
+    ball = swing(axes, BALL, (0.0, 1.2, 0.0), law)
     assert np.allclose(ball.displacements["pin"][:, 1], hinge.displacements["pin"][:, 0], atol=1e-4)
     for kind in ("dissipated", "spring"):
         change = [run.energy[kind] - run.energy[kind][0] for run in (ball, hinge)]

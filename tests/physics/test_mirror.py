@@ -11,7 +11,7 @@ from generator.rotations import pose_matrix
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
-from springs import CoupledAxis, CoupledSpring, Joining, JointSprings, SpringSet
+from springs import CoupledAxis, CoupledSpring, JointSprings, SphericalLaw, SpringSet
 from springs.published import tables as published
 
 PROTOTYPE = read_figure("prototype")
@@ -135,7 +135,7 @@ def test_the_mirror_image_of_the_prototype() -> None:
     """
     image = mirrored(PROTOTYPE)
     assert image != PROTOTYPE
-    springs = read_springs(None, PROTOTYPE, Joining.CONSERVATIVE)
+    springs = read_springs(None, PROTOTYPE, SphericalLaw.CONSERVATIVE)
     springs = replace(springs, coupled=(LEG,))
     common = {"stop": 0.5, "step": 1e-3}
     run = simulate(PROTOTYPE, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))

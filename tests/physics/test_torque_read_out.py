@@ -31,9 +31,9 @@ from springs import (
     CoupledSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     elastic_torque,
     total_torque,
@@ -64,16 +64,16 @@ def turned(made: Joint, vector: Sequence[float]) -> np.ndarray:
     return build_chain(made.chain).displacements(pose_matrix(matrix, np.zeros(3)))
 
 
-def in_parent(joining: Joining, name: str, vector: Sequence[float]) -> np.ndarray:
+def in_parent(law: SphericalLaw, name: str, vector: Sequence[float]) -> np.ndarray:
     """The law's torque, from its half-way frame turned into the parent's [N m]."""
     r = np.asarray(vector)
-    return matrix_from_rotation_vector(0.5 * r) @ elastic_torque(joining, axes(name), r)
+    return matrix_from_rotation_vector(0.5 * r) @ elastic_torque(law, axes(name), r)
 
 
 @cache
-def swept(joining: Joining, python: bool) -> tuple[list[dict[str, np.ndarray]], Mapping]:
+def swept(law: SphericalLaw, python: bool) -> tuple[list[dict[str, np.ndarray]], Mapping]:
     """Every joint of the prototype at once, turned about its first, second and third axis."""
-    plan = Plan(joining=joining, python_torques=python)
+    plan = Plan(law=law, python_torques=python)
     poses = []
     for k in range(3):
         for angle in angles():
@@ -102,10 +102,10 @@ def angles() -> tuple[float, ...]:
 
 
 @BOTH_KINDS
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("name", SPRINGS.joints)
-def test_a_turn_about_an_axis_reads_the_law_of_that_axis(name, joining, python) -> None:
-    _, torques = swept(joining, python)
+def test_a_turn_about_an_axis_reads_the_law_of_that_axis(name, law, python) -> None:
+    _, torques = swept(law, python)
     read = torques[name].reshape(3, len(angles()), 3)
     for k in range(3):
         springs = axes(name)
@@ -114,10 +114,7 @@ def test_a_turn_about_an_axis_reads_the_law_of_that_axis(name, joining, python) 
         # An axis that has a torque at rest keeps it, whichever way the joint is turned.
         if len(springs) == 3:
             expected = np.array(
-                [
-                    in_parent(joining, name, angle * np.asarray(about.direction))
-                    for angle in angles()
-                ]
+                [in_parent(law, name, angle * np.asarray(about.direction)) for angle in angles()]
             )
             own = np.asarray(total_torque(about.elastic, np.array(angles())))
             assert np.max(np.abs(expected @ about.direction - own)) < AGREED
@@ -128,7 +125,7 @@ def test_a_turn_about_an_axis_reads_the_law_of_that_axis(name, joining, python) 
 @BOTH_KINDS
 def test_torques_between_the_segments_add_up_to_none_on_the_whole(python) -> None:
     """`root_torso` has no spring: what the whole figure gets through it is nothing."""
-    _, torques = swept(Joining.CONSERVATIVE, python)
+    _, torques = swept(SphericalLaw.CONSERVATIVE, python)
     assert np.max(np.abs(torques["root_torso"])) < AGREED
 
 
@@ -141,21 +138,21 @@ rotation_vectors = st.tuples(
 
 
 @BOTH_KINDS
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @given(
     vectors=st.lists(rotation_vectors, min_size=len(BALLS) + 1, max_size=len(BALLS) + 1),
     bend=st.floats(-2.6, 2.6),
 )
 @settings(max_examples=10)
-def test_turns_about_any_axis_read_the_joined_law(joining, python, vectors, bend) -> None:
+def test_turns_about_any_axis_read_the_joined_law(law, python, vectors, bend) -> None:
     pose = {
         name: turned(PROTOTYPE.joints[name], vector)
         for name, vector in zip([*BALLS, "root_torso"], vectors, strict=True)
     }
     pose.update({name: np.array([bend]) for name in SPRINGS.joints if name not in BALLS})
-    read = static_torques(PROTOTYPE, [pose], Plan(joining=joining, python_torques=python))
+    read = static_torques(PROTOTYPE, [pose], Plan(law=law, python_torques=python))
     for name, vector in zip(BALLS, vectors, strict=False):
-        expected = in_parent(joining, name, vector)
+        expected = in_parent(law, name, vector)
         assert np.max(np.abs(read[name][0] - expected)) < AGREED, name
     for name in ("left_elbow", "right_knee"):
         (spring,) = axes(name)
@@ -221,7 +218,7 @@ def test_the_torque_is_that_on_the_child_whichever_is_nearer_to_the_root(text, r
     else:
         vector = rotation_vector_from_matrix(r)
         half = matrix_from_rotation_vector(0.5 * vector)
-        expected = half @ elastic_torque(Joining.CONSERVATIVE, (spring,), vector)
+        expected = half @ elastic_torque(SphericalLaw.CONSERVATIVE, (spring,), vector)
     assert read["tested"][0] == pytest.approx(expected, abs=1e-9)
     assert read["ball"][0] == pytest.approx(np.zeros(3), abs=1e-9)
 

@@ -11,7 +11,7 @@ from generator.simulation.exudyn_model.springs import JointKind
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet, Stop
+from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SphericalLaw, SpringSet, Stop
 from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
 
 PROTOTYPE = read_figure("prototype")
@@ -31,13 +31,13 @@ def torques(assembly) -> np.ndarray:
     return np.concatenate(given)
 
 
-@pytest.mark.parametrize("joining", list(Joining))
+@pytest.mark.parametrize("law", list(SphericalLaw))
 @pytest.mark.parametrize("seed", range(5))
-def test_every_joint_of_the_prototype(joining, seed) -> None:
-    springs = read_springs(None, PROTOTYPE, joining)
+def test_every_joint_of_the_prototype(law, seed) -> None:
+    springs = read_springs(None, PROTOTYPE, law)
     rng = np.random.default_rng(seed)
     plan = {
-        "joining": joining,
+        "law": law,
         "displacements": {
             n: rng.uniform(-1.2, 1.2, j.degrees_of_freedom) for n, j in PROTOTYPE.joints.items()
         },
@@ -73,15 +73,15 @@ def test_every_branch_of_the_laws(text, value) -> None:
     assert abs(abs(both[0][-1]) - abs(expected)) < 1e-9
 
 
-@pytest.mark.parametrize("joining", list(Joining))
-def test_a_short_run(joining) -> None:
+@pytest.mark.parametrize("law", list(SphericalLaw))
+def test_a_short_run(law) -> None:
     runs = [
         simulate(
             PROTOTYPE,
             Plan(
                 stop=0.02,
                 step=1e-3,
-                joining=joining,
+                law=law,
                 python_torques=python,
                 displacements={"waist": (0.3, 0.7, 0.4), "left_elbow": (1.9,)},
             ),

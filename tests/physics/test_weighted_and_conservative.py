@@ -13,9 +13,9 @@ from springs import (
     AxisSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
 )
 from tests.chains import BALL, X, Y, Z, body, one_body
@@ -28,16 +28,16 @@ AXES = (
 )
 
 
-def springs(joining: Joining) -> SpringSet:
-    return SpringSet({"pin": JointSprings("pin", AXES)}, joining)
+def springs(law: SphericalLaw) -> SpringSet:
+    return SpringSet({"pin": JointSprings("pin", AXES)}, law)
 
 
 class Rig:
     """One ball joint in Exudyn, put into any orientation; the torque of its connector."""
 
-    def __init__(self, joining: Joining) -> None:
+    def __init__(self, law: SphericalLaw) -> None:
         figure = one_body(BALL, segment=body("link", centre=(0.0, 0.0, 0.0)))
-        self.assembly = build_model(Model(figure, springs(joining)), Plan())
+        self.assembly = build_model(Model(figure, springs(law)), Plan())
         (connector,) = self.assembly.springs["pin"]
         self._item = connector.item
 
@@ -60,12 +60,12 @@ def half_way_rate(r: np.ndarray, rate: np.ndarray) -> np.ndarray:
     return matrix_from_rotation_vector(-0.5 * r) @ left @ rate
 
 
-def loop_work(joining: Joining, count: int = 200) -> float:
+def loop_work(law: SphericalLaw, count: int = 200) -> float:
     """Work of the torque once round a closed, smooth loop of orientations [J].
 
     The rectangle rule converges faster than any power on a smooth loop.
     """
-    rig = Rig(joining)
+    rig = Rig(law)
     centre, one, other = (
         np.array([0.5, 0.3, 0.6]),
         np.array([0.3, 0.2, 0.0]),
@@ -80,11 +80,11 @@ def loop_work(joining: Joining, count: int = 200) -> float:
 
 
 def test_the_conservative_law_does_no_work_on_a_closed_loop() -> None:
-    assert abs(loop_work(Joining.CONSERVATIVE)) < 1e-10
+    assert abs(loop_work(SphericalLaw.CONSERVATIVE)) < 1e-10
 
 
 def test_the_weighted_law_does() -> None:
-    coarse, fine = (loop_work(Joining.WEIGHTED, count) for count in (400, 800))
+    coarse, fine = (loop_work(SphericalLaw.WEIGHTED, count) for count in (400, 800))
     assert abs(fine) > 0.01
     assert coarse == pytest.approx(fine, rel=1e-2)
 
@@ -93,11 +93,11 @@ def test_a_swing_keeps_its_energy_under_the_conservative_law_only() -> None:
     """In motion: the stored energy of the one law, the work against the other."""
     figure = one_body(BALL, (0.3, -0.2, 0.5), body("link", centre=(0.0, -0.2, 0.1)))
     plan = {"stop": 1.0, "step": 2.5e-4, "velocities": {"pin": (2.0, 3.0, -1.0)}}
-    for joining in (Joining.CONSERVATIVE, Joining.WEIGHTED):
-        run = simulate(figure, Plan(springs=springs(joining), **plan))
+    for law in (SphericalLaw.CONSERVATIVE, SphericalLaw.WEIGHTED):
+        run = simulate(figure, Plan(springs=springs(law), **plan))
         exchanged = np.ptp(run.energy["kinetic"])
         assert energy_error(run) < 1e-4 * exchanged
-        assert run.law == joining.value
+        assert run.law == law.value
 
 
 def test_damping_acts_on_the_components_of_the_relative_spin() -> None:

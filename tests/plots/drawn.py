@@ -5,9 +5,7 @@ from importlib import import_module
 from typing import Any
 
 from plots import run
-from plots.joint_plate import JointPlate
 from plots.plate import Plate
-from plots.plate_definition import PlateDefinition
 
 
 def maker(name: str) -> Any:
@@ -24,5 +22,5 @@ def data(name: str) -> Any:
 
 @cache
 def plate(name: str) -> Plate:
-    made = maker(name)
-    return made.build(data(name)) if isinstance(made, JointPlate | PlateDefinition) else made()
+    """A plate drawn."""
+    return maker(name).build(data(name))

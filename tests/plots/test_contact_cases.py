@@ -65,12 +65,6 @@ def test_an_impact_without_damping_gives_all_back() -> None:
     assert restitution(1e-3, 1.0) == pytest.approx(1.0 - 2e-3 / 3.0, abs=1e-6)
 
 
-def test_creep() -> None:
-    surface = Surface(friction=0.6, friction_speed=0.02)
-    assert creep_speed(radians(10.0), surface) == pytest.approx(6.149e-3, abs=1e-6)
-    assert creep_speed(radians(28.0), surface) == pytest.approx(38.252e-3, abs=1e-6)
-
-
 @given(surfaces, st.floats(0.01, 0.95))
 def test_creep_balances_weight_and_friction(surface: Surface, share: float) -> None:
     slope = share * surface.friction / sqrt(1.0 + surface.friction**2)
@@ -79,11 +73,19 @@ def test_creep_balances_weight_and_friction(surface: Surface, share: float) -> N
     assert friction * cos(slope) == pytest.approx(sin(slope), rel=1e-9)
 
 
-def test_slip() -> None:
-    surface = Surface(friction=0.6)
-    assert slip_acceleration(radians(40.0), surface) == pytest.approx(1.7968, abs=1e-4)
-    assert ball_acceleration(radians(70.0), surface) == pytest.approx(7.2053, abs=1e-4)
-    assert ball_acceleration(radians(30.0), surface) == pytest.approx(3.50357, abs=1e-5)
+@pytest.mark.parametrize(
+    ("number", "slope", "expected", "off"),
+    [
+        (creep_speed, 10.0, 6.149e-3, 1e-6),
+        (creep_speed, 28.0, 38.252e-3, 1e-6),
+        (slip_acceleration, 40.0, 1.7968, 1e-4),
+        (ball_acceleration, 70.0, 7.2053, 1e-4),
+        (ball_acceleration, 30.0, 3.50357, 1e-5),
+    ],
+)
+def test_numbers_on_a_slope(number, slope: float, expected: float, off: float) -> None:
+    surface = Surface(friction=0.6, friction_speed=0.02)
+    assert number(radians(slope), surface) == pytest.approx(expected, abs=off)
 
 
 def test_rolling_ends_where_both_accelerations_are_equal() -> None:

@@ -86,12 +86,6 @@ def test_the_figure_stands_on_the_floor_before_nothing() -> None:
     assert pixel(picture(strip=replace(STRIP, floor=None)), (0.6, 0.0, 0.0))[3] == 0.0
 
 
-def test_a_box_before_the_figure_hides_it() -> None:
-    size = (0.6, 0.6, 0.1)
-    assert not is_skin(pixel(picture(Box((0.0, 1.4, 0.6), size)), (0.0, 1.45, 0.0)))
-    assert is_skin(pixel(picture(Box((0.0, 1.4, -0.6), size)), (0.0, 1.45, 0.0)))
-
-
 @pytest.mark.parametrize("turn", [0.0, 90.0, 180.0, 270.0])
 @pytest.mark.parametrize("tilt", [10.0, 80.0])
 def test_the_outer_faces_of_a_box_are_seen(turn: float, tilt: float) -> None:

@@ -1,6 +1,6 @@
 """The plates of the joints' curves: what they claim, what they draw and what they write."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -44,34 +44,24 @@ def claim(name: str, words: str) -> Claim:
     return found
 
 
-@dataclass(frozen=True)
-class Expected:
-    """A claim by its words; its outcome, what it measures, and how far that may be off."""
-
-    plate: str
-    words: str
-    outcome: Outcome
-    measured: float
-    off: float
-
-
 AGREES, DIFFERS = Outcome.AGREES, Outcome.DIFFERS
 EXPECTED = (
+    # Plate, words of the claim, outcome, what it measures, and how far that may be off.
     # M(a) - M(edge) = 10 N m, worked by hand from the coefficients, and the published end.
-    Expected("elbow", "elbow flexion ends", DIFFERS, 144.6 - 97.71, 0.05),
-    Expected("knee", "knee flexion ends", DIFFERS, 137.7 - 97.06, 0.05),
-    Expected("knee", "hyperextension ends", AGREES, 5.86 - 1.0, 0.05),
-    Expected("hip_abduction", "hip adduction ends", DIFFERS, 46.2 - 30.0, 0.05),
-    Expected("hip_abduction", "hip abduction ends", AGREES, 48.3 - 45.0, 0.05),
+    ("elbow", "elbow flexion ends", DIFFERS, 144.6 - 97.71, 0.05),
+    ("knee", "knee flexion ends", DIFFERS, 137.7 - 97.06, 0.05),
+    ("knee", "hyperextension ends", AGREES, 5.86 - 1.0, 0.05),
+    ("hip_abduction", "hip adduction ends", DIFFERS, 46.2 - 30.0, 0.05),
+    ("hip_abduction", "hip abduction ends", AGREES, 48.3 - 45.0, 0.05),
     # Standing upright the hip has 33 N m.
-    Expected("hip_flexion", "hip extension ends", DIFFERS, 17.4, 1e-6),
+    ("hip_flexion", "hip extension ends", DIFFERS, 17.4, 1e-6),
     # From -10.8 to 63.8 and from -100.1 to 31.3 deg; 62 + 168.8 and 104 + 69 deg.
-    Expected("shoulder_flexion", "From one end", DIFFERS, 230.8 - 74.6, 0.2),
-    Expected("shoulder_rotation", "From one end", DIFFERS, 173.0 - 131.4, 0.2),
+    ("shoulder_flexion", "From one end", DIFFERS, 230.8 - 74.6, 0.2),
+    ("shoulder_rotation", "From one end", DIFFERS, 173.0 - 131.4, 0.2),
     # The cubic is zero at 23.19 deg; 0.045 at 23 and -0.101 at 24 deg are zero at 23.31.
-    Expected("hip_flexion", "vanishes", AGREES, 0.115, 0.005),
-    Expected("hip_abduction", "5 N m are reached", DIFFERS, 47.3 - 30.0, 0.05),
-    Expected("hip_rotation", "5 N m are reached", AGREES, 39.6 - 35.0, 0.05),
+    ("hip_flexion", "vanishes", AGREES, 0.115, 0.005),
+    ("hip_abduction", "5 N m are reached", DIFFERS, 47.3 - 30.0, 0.05),
+    ("hip_rotation", "5 N m are reached", AGREES, 39.6 - 35.0, 0.05),
 )
 
 
@@ -162,11 +152,11 @@ def test_the_torque_read_out_of_exudyn_is_that_of_the_law_on_both_sides(name) ->
     assert rest[0].holds or name.startswith("waist")
 
 
-@pytest.mark.parametrize("expected", EXPECTED, ids=lambda e: f"{e.plate}-{e.words}")
-def test_what_is_claimed_of_a_joint(expected) -> None:
-    found = claim(expected.plate, expected.words)
-    assert found.measured == pytest.approx(expected.measured, abs=expected.off)
-    assert found.outcome is expected.outcome
+@pytest.mark.parametrize(("name", "words", "outcome", "measured", "off"), EXPECTED)
+def test_what_is_claimed_of_a_joint(name, words, outcome, measured, off) -> None:
+    found = claim(name, words)
+    assert found.measured == pytest.approx(measured, abs=off)
+    assert found.outcome is outcome
 
 
 @EVERY

@@ -1,6 +1,8 @@
 """Published curves as drawn: where they are given, where they are known, what is told of them."""
 
+from importlib.resources import files
 from math import radians
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,11 +12,13 @@ from plots.literature import (
     literature_from_points,
     mirror_to_both_sides,
     published_curve,
+    read_measurements,
     single_angle_curve,
 )
 from springs.published import tables as published
 from springs.published.reference import Reference, Sample, Sureness
 
+DATA = Path(str(files("plots"))) / "data"
 SOURCE = Reference("invented for this test", Sureness.PAGE)
 
 
@@ -90,3 +94,15 @@ def test_the_band_ends_with_the_measured_range() -> None:
     assert edges[1] == pytest.approx([np.nan, 7.294 + 2.5, np.nan], nan_ok=True)
     assert published_curve("saul_2015/elbow_flexion", "Saul").band(np.array([0.0])) is None
     assert silder.obstacle == ""
+
+
+@pytest.mark.parametrize("path", sorted(DATA.glob("*.csv")), ids=lambda path: path.stem)
+def test_a_table_tells_where_it_is_from(path: Path) -> None:
+    """The command is named as the table, or as the first word of several tables."""
+    table = read_measurements(path.stem)
+    assert table.rows
+    first, said = table.provenance["command"].rsplit(" ", 1)
+    assert first == "python -m benchmarks"
+    assert path.stem.startswith(said.replace("-", "_"))
+    assert "exudyn 1." in table.origin
+    assert "mujoco " in table.origin

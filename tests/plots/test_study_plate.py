@@ -341,7 +341,7 @@ def test_damaged_files_are_input_errors(tmp_path: Path, name: str, text: str) ->
         study_plates(path)
 
 
-def test_name_of_a_plate_comes_before_a_folder_without_runs(
+def test_name_of_a_plate_comes_between_folders_with_and_without_runs(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "elbow").mkdir()
@@ -350,13 +350,7 @@ def test_name_of_a_plate_comes_before_a_folder_without_runs(
     assert "in separate commands" in as_plate.stderr
     as_folder = mover("plots", "./elbow", folder, "-o", "out")
     assert "`elbow` has no table of runs" in as_folder.stderr
-
-
-def test_folder_with_runs_comes_before_the_name_of_a_plate(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
     made = study(DesignKind.LATIN_HYPERCUBE, 20)
     write_folder(tmp_path / "knee", made, rows_of(design_points(made)))
-    monkeypatch.chdir(tmp_path)
     assert mover("plots", "knee", "-o", "out").exit_code == 0
     assert (tmp_path / "out" / "knee_runs.svg").exists()

@@ -10,9 +10,9 @@ from springs import (
     CoupledSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
     total_energy,
@@ -79,9 +79,9 @@ def test_references_are_told_once_in_order_and_slides_count():
 
 def test_an_empty_set_is_conservative_and_has_no_origin():
     springs = SpringSet()
-    assert (dict(springs.joints), springs.joining, springs.origin) == (
+    assert (dict(springs.joints), springs.law, springs.origin) == (
         {},
-        Joining.CONSERVATIVE,
+        SphericalLaw.CONSERVATIVE,
         "none",
     )
     assert springs.references == ()
@@ -104,12 +104,12 @@ def test_all_springs_of_a_set_are_scaled():
     law = CoupledExponential(("a", "b"), (CoupledTerm((1.0, 2.0), (1.0, 2.0)),), (0.5, 0.0), RANGES)
     axes = (CoupledAxis("knee", (0.0, 0.0, 1.0)), CoupledAxis("hip", (0.0, 0.0, 1.0)))
     joint = JointSprings("knee", (SPRING,), (SPRING,))
-    whole = SpringSet({"knee": joint}, Joining.WEIGHTED, "a file", (CoupledSpring(law, axes),))
+    whole = SpringSet({"knee": joint}, SphericalLaw.WEIGHTED, "a file", (CoupledSpring(law, axes),))
     scaled = whole.scaled(2.0, 0.5)
     assert scaled.joints["knee"].axes == scaled.joints["knee"].translations
     assert scaled.joints["knee"].axes == (SPRING.scaled(2.0, 0.5),)
     assert scaled.coupled[0].law == law.scaled(2.0)
-    assert (scaled.joining, scaled.origin) == (whole.joining, whole.origin)
+    assert (scaled.law, scaled.origin) == (whole.law, whole.origin)
     assert whole.of_joints({"knee", "hip"}) == whole
     assert whole.of_joints({"knee"}).coupled == ()
     assert whole.of_joints({"hip"}).joints == {}

@@ -1,4 +1,4 @@
-"""The spherical joinings on the rotation group: passivity, work on closed loops, mirror images."""
+"""The spherical laws on the rotation group: passivity, work on closed loops, mirror images."""
 
 from itertools import pairwise
 
@@ -14,8 +14,8 @@ from springs import (
     AxisSpring,
     Cubic,
     Damping,
-    Joining,
     Linear,
+    SphericalLaw,
     Stop,
     conservative_energy,
     conservative_torque,
@@ -45,7 +45,7 @@ OBLIQUE = (
     AxisSpring((0.0, -0.6, 0.8), (Linear(25.0, 0.3), Stop(-0.4, 0.9))),
 )
 JOINTS = {"left": LEFT_HIP, "oblique": OBLIQUE}
-LAWS = {Joining.CONSERVATIVE: conservative_torque, Joining.WEIGHTED: weighted_torque}
+LAWS = {SphericalLaw.CONSERVATIVE: conservative_torque, SphericalLaw.WEIGHTED: weighted_torque}
 
 components = st.floats(-1.6, 1.6)
 rotation_vectors = st.tuples(components, components, components).map(np.array)
@@ -129,16 +129,16 @@ def test_the_small_angle_series_meets_the_formula(joint, r):
     assert np.allclose(below, above, rtol=0.0, atol=2e-5)
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("joint", JOINTS)
 @pytest.mark.parametrize("angle", [-2.5, -0.8, -1e-3, 0.0, 1e-3, 0.8, 2.5])
-def test_both_joinings_reduce_to_the_law_of_the_axis_in_both_directions(joining, joint, angle):
+def test_both_laws_reduce_to_the_law_of_the_axis_in_both_directions(law, joint, angle):
     axes = JOINTS[joint]
     if joint == "oblique":
         axes = axes[:1]
     for axis in axes:
         direction = np.array(axis.direction)
-        torque = elastic_torque(joining, axes, angle * direction)
+        torque = elastic_torque(law, axes, angle * direction)
         assert torque @ direction == pytest.approx(total_torque(axis.elastic, angle), abs=1e-12)
 
 
@@ -166,35 +166,35 @@ def test_round_a_closed_loop_the_weighted_law_does_work():
     assert coarse == pytest.approx(fine, rel=1e-2)
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @given(rotation_vectors)
-def test_the_right_joint_is_the_mirror_image_of_the_left(joining, r):
+def test_the_right_joint_is_the_mirror_image_of_the_left(law, r):
     # Reflected in the xz plane, turns about x and z change sign and turns about y do not.
     mirror = np.array([-1.0, 1.0, -1.0])
-    left = elastic_torque(joining, LEFT_HIP, r)
-    right = elastic_torque(joining, RIGHT_HIP, mirror * r)
+    left = elastic_torque(law, LEFT_HIP, r)
+    right = elastic_torque(law, RIGHT_HIP, mirror * r)
     assert np.allclose(right, mirror * left, rtol=1e-12, atol=1e-11)
     energies = [conservative_energy(LEFT_HIP, r), conservative_energy(RIGHT_HIP, mirror * r)]
     assert energies[0] == pytest.approx(energies[1], rel=1e-12, abs=1e-11)
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("joint", JOINTS)
 @given(rotation_vectors)
-def test_a_joint_told_about_the_opposite_axes_is_the_same_joint(joining, joint, r):
+def test_a_joint_told_about_the_opposite_axes_is_the_same_joint(law, joint, r):
     axes = JOINTS[joint]
     turned = tuple(axis.with_opposite_axis() for axis in axes)
-    torque = elastic_torque(joining, axes, r)
-    assert np.allclose(elastic_torque(joining, turned, r), torque, rtol=1e-12, atol=1e-11)
+    torque = elastic_torque(law, axes, r)
+    assert np.allclose(elastic_torque(law, turned, r), torque, rtol=1e-12, atol=1e-11)
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("joint", JOINTS)
 @given(st.lists(rotation_vectors, min_size=1, max_size=4))
-def test_arrays_and_floats_agree(joining, joint, rows):
+def test_arrays_and_floats_agree(law, joint, rows):
     axes = JOINTS[joint]
-    together = elastic_torque(joining, axes, np.array(rows))
-    single = [elastic_torque(joining, axes, r, FLOATS) for r in rows]
+    together = elastic_torque(law, axes, np.array(rows))
+    single = [elastic_torque(law, axes, r, FLOATS) for r in rows]
     assert np.allclose(together, single, rtol=1e-12, atol=1e-11)
     energies = conservative_energy(axes, np.array(rows))
     assert np.allclose(energies, [conservative_energy(axes, r, FLOATS) for r in rows], atol=1e-11)
@@ -220,10 +220,10 @@ def test_a_known_oblique_value_of_the_weighted_law():
 
 @example(np.array([0.0, 0.0, 1.15e-13]))
 @given(rotation_vectors)
-def test_an_isotropic_linear_spring_is_one_spring_in_both_joinings(r):
+def test_an_isotropic_linear_spring_is_one_spring_in_both_laws(r):
     axes = tuple(AxisSpring(axis, (Linear(20.0),)) for axis in (X, Y, Z))
-    for joining in VECTOR_LAWS:
-        assert np.allclose(elastic_torque(joining, axes, r), -20.0 * r, rtol=1e-12, atol=1e-12)
+    for law in VECTOR_LAWS:
+        assert np.allclose(elastic_torque(law, axes, r), -20.0 * r, rtol=1e-12, atol=1e-12)
 
 
 @given(rotation_vectors, rotation_vectors, rotation_vectors)
@@ -265,12 +265,12 @@ def test_a_joint_with_slides_only_has_no_torque_and_no_energy():
     r = np.array([0.1, 0.2, 0.3])
     assert conservative_energy((), r) == 0.0
     assert conservative_energy((), np.stack([r, r])).tolist() == [0.0, 0.0]
-    for joining in VECTOR_LAWS:
-        assert elastic_torque(joining, (), r).tolist() == [0.0, 0.0, 0.0]
+    for law in VECTOR_LAWS:
+        assert elastic_torque(law, (), r).tolist() == [0.0, 0.0, 0.0]
 
 
-def test_each_joining_has_its_law():
+def test_each_law_has_its_form():
     r = np.array([0.9, -0.7, 0.5])
-    for joining, law in LAWS.items():
-        assert elastic_torque(joining, LEFT_HIP, r).tolist() == law(LEFT_HIP, r).tolist()
+    for law, torque in LAWS.items():
+        assert elastic_torque(law, LEFT_HIP, r).tolist() == torque(LEFT_HIP, r).tolist()
     assert not np.allclose(conservative_torque(LEFT_HIP, r), weighted_torque(LEFT_HIP, r), atol=1.0)

@@ -16,7 +16,6 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from generator.figure import Joint
-from generator.joint_chain import Chain
 from generator.model_files.displacement_torques import (
     NEGLIGIBLE_TORQUE,
     SampledTorque,
@@ -26,7 +25,7 @@ from generator.model_files.displacement_torques import (
 from generator.model_files.export_model import JointLaws
 from generator.model_files.fit_error import FitError
 from generator.rotations import Array
-from springs import AxisSpring, Joining, Linear
+from springs import AxisSpring, Linear
 from springs.elastic import Range
 
 _RATES = (0.7, 2.0, 5.0, 12.0, 30.0)
@@ -138,36 +137,26 @@ class JointTorques:
     coupling_error: FitError | None
 
 
-def passive_torques(
-    joint: Joint, chain: Chain, laws: JointLaws, joining: Joining, ranges: tuple[Range, ...]
-) -> JointTorques:
+def passive_torques(joint: Joint, laws: JointLaws, ranges: tuple[Range, ...]) -> JointTorques:
     """Return the passive torques of a joint's displacements.
 
     Args:
         joint: the joint.
-        chain: its chain.
         laws: its springs.
-        joining: the law that joins the axes of several rotations.
         ranges: ranges of the displacements, over which laws are fitted [rad or m].
     """
     fitted: dict[int, FittedTorque] = {}
-    wider = sampled_torques(joint, chain, laws, joining, _with_margins(chain, ranges))
-    for k, sampled in sampled_torques(joint, chain, laws, joining, ranges).items():
+    margins = [_ANGLE_MARGIN if one.units.is_angle else _DISTANCE_MARGIN for one in joint.chain]
+    ends = [(low - by, high + by) for (low, high), by in zip(ranges, margins, strict=True)]
+    wider = sampled_torques(joint, laws, tuple(ends))
+    for k, sampled in sampled_torques(joint, laws, ranges).items():
         exact = _linear_law(laws.uncoupled[k]) if k in laws.uncoupled else None
         if exact is None:
             fitted[k] = _fit(wider[k], sampled)
         else:
             fitted[k] = FittedTorque(exact, None, ranges[k])
     torques = {k: one.torque.torque for k, one in fitted.items()}
-    return JointTorques(fitted, coupling_error(chain, laws, joining, ranges, torques))
-
-
-def _with_margins(chain: Chain, ranges: tuple[Range, ...]) -> tuple[Range, ...]:
-    """Return ranges with a margin at both ends."""
-    margins = [
-        _ANGLE_MARGIN if k in chain.rotations else _DISTANCE_MARGIN for k in range(len(ranges))
-    ]
-    return tuple((low - by, high + by) for (low, high), by in zip(ranges, margins, strict=True))
+    return JointTorques(fitted, coupling_error(laws, ranges, torques))
 
 
 def _linear_law(spring: AxisSpring) -> LinearTorque | None:
@@ -184,19 +173,15 @@ def _fit(sampled: SampledTorque, in_range: SampledTorque) -> FittedTorque:
 
     Its error is that in the range, without the margins.
     """
-    best: PassiveTorque = _fit_line(sampled)
+    x = sampled.displacements
+    at_zero, slope = sampled.solve(np.stack([np.ones_like(x), x], axis=1)).tolist()
+    best: PassiveTorque = LinearTorque(at_zero, slope)
     if sampled.range[1] > sampled.range[0]:
         curve = _fit_exponentials(sampled)
         if sampled.misfit_of(curve.torque) < 0.99 * sampled.misfit_of(best.torque):
             best = curve
     error = in_range.error_of(best.torque)
     return FittedTorque(best, None if error.largest < NEGLIGIBLE_TORQUE else error, in_range.range)
-
-
-def _fit_line(sampled: SampledTorque) -> LinearTorque:
-    x = sampled.displacements
-    at_zero, slope = sampled.solve(np.stack([np.ones_like(x), x], axis=1)).tolist()
-    return LinearTorque(at_zero, slope)
 
 
 def _fit_exponentials(sampled: SampledTorque) -> ExponentialTorque:

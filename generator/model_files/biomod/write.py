@@ -34,8 +34,6 @@ from generator.model_files.export_model import (
     add_tree_losses,
     build_export_model,
     has_friction,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import FitErrors, format_range, joint_ranges
 from generator.model_files.model_files import (
@@ -51,7 +49,7 @@ from generator.rotations import (
     rotation_with_z_axis,
     unit_vector,
 )
-from springs import JointSprings, SpringSet, Stop
+from springs import SpringSet, Stop
 
 WORLD = "root"
 """Name of the world in the format."""
@@ -92,10 +90,10 @@ def format_biomod(
         meshes: meshes by segment; None for a model without.
     """
     losses = Losses("biorbd model")
-    model = build_export_model(figure, losses)
-    lines = _SegmentWriter(model, springs, meshes or {}, losses).lines()
+    model = build_export_model(figure, springs, losses)
+    lines = _SegmentWriter(model, meshes or {}, losses).lines()
     text = "\n".join((*_HEADER, *lines)) + "\n"
-    _add_losses(model, springs, losses)
+    _add_losses(model, losses)
     return text, losses
 
 
@@ -112,17 +110,9 @@ _HEADER = (
 class _SegmentWriter:
     """Segments, from the world outwards."""
 
-    def __init__(
-        self,
-        model: ExportModel,
-        springs: SpringSet,
-        meshes: Mapping[str, MeshFile],
-        losses: Losses,
-    ) -> None:
+    def __init__(self, model: ExportModel, meshes: Mapping[str, MeshFile], losses: Losses) -> None:
         self._model, self._meshes = model, meshes
         self._losses, self._fits = losses, FitErrors()
-        self._springs = dict(tree_joint_springs(model, springs))
-        self._joining = springs.joining
         taken = {WORLD}
         self._segments = {
             name: reserve_name(_not_world(plain), taken) for name, plain in model.segments.items()
@@ -147,17 +137,12 @@ class _SegmentWriter:
     def _tree_joint_lines(self, branch: TreeJoint) -> Iterator[str]:
         """Yield the segments of a joint's displacements, and the one that it moves after them."""
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        pose, tip = (model.site(ref) for ref in ends)
-        laws = split_joint_laws(
-            model.tree.chains[joint.name],
-            self._springs.get(joint.name, JointSprings(joint.name)),
-            self._joining,
-        )
+        pose, tip = model.branch_sites(branch)
+        laws = model.laws(joint.name)
         torques = self._passive_torques(branch, laws)
         torque_lines: list[str] = []
         parent = self._segments[branch.inboard]
-        groups = list(_groups(_outward_steps(branch)))
+        groups = _groups(_outward_steps(branch))
         for group in groups:
             name = _not_world(model.joints[joint.name])
             if len(groups) > 1:
@@ -169,7 +154,8 @@ class _SegmentWriter:
             turn = pose_matrix(group.frame, np.zeros(3))
             yield from _segment(name, parent, pose @ turn, motion, ["mass 0"])
             for place, dof in zip(group.places, group.dofs, strict=True):
-                torque_lines += _torque_lines(name, dof, torques.get(place))
+                if place in torques:
+                    torque_lines += _torque_lines(name, dof, torques[place])
             parent, pose = name, inverse_pose(turn)
         moved, rest = self._segments[branch.outboard], inverse_pose(tip)
         body = [*self._body_lines(branch.outboard), *self._mesh_lines(branch.outboard)]
@@ -180,11 +166,8 @@ class _SegmentWriter:
     def _passive_torques(self, branch: TreeJoint, laws: JointLaws) -> dict[int, FittedTorque]:
         """Return the passive torques by place in the chain, and report their errors."""
         joint = branch.joint
-        own = self._springs.get(joint.name)
-        if own is None:
-            return {}
-        chain, ranges = self._model.tree.chains[joint.name], joint_ranges(joint, own)
-        torques = passive_torques(joint, chain, laws, self._joining, ranges)
+        ranges = joint_ranges(joint, self._model.joint_springs(joint.name))
+        torques = passive_torques(joint, laws, ranges)
         for k, fitted in torques.fitted.items():
             if fitted.error is not None:
                 name = self._model.coordinates[joint.name][k]
@@ -215,15 +198,12 @@ class _SegmentWriter:
 
     def _body_lines(self, name: str) -> Iterator[str]:
         """Yield the mass of a segment."""
-        segment = self._model.figure.segments[name]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
-        yield f"mass {_numbers(segment.mass)}"
+        mass, centre, moments = self._model.mass_properties(name)
+        yield f"mass {_numbers(mass)}"
         yield "inertia"
-        for row in np.diag(segment.inertia):
+        for row in np.diag(moments):
             yield f"  {_numbers(row)}"
-        yield f"com {_numbers(segment.centre_of_mass)}"
+        yield f"com {_numbers(centre)}"
 
     def _mesh_lines(self, name: str) -> Iterator[str]:
         mesh = self._meshes.get(name)
@@ -234,13 +214,12 @@ class _SegmentWriter:
     def _marker_lines(self, name: str) -> Iterator[str]:
         """Yield the sites of a segment but its centre of mass."""
         own = self._segments[name]
-        sites = [site for site in self._model.figure.segments[name].sites]
-        plain = plain_names(sites)
-        for site in sites:
+        sites = self._model.figure.segments[name].sites
+        for site, plain in plain_names(sites).items():
             if site != CENTRE_OF_MASS_SITE:
-                pose = self._model.figure.segments[name].sites[site].pose_in_segment
+                pose = sites[site].pose_in_segment
                 yield ""
-                yield f"marker {own}.{plain[site]}"
+                yield f"marker {own}.{plain}"
                 yield f"  parent {own}"
                 yield f"  position {_numbers(pose[:3, 3])}"
                 yield "endmarker"
@@ -256,12 +235,8 @@ def _outward_steps(branch: TreeJoint) -> list[tuple[int, JointAxis]]:
     steps = list(enumerate(branch.joint.chain))
     if branch.parent_is_inboard:
         return steps[::-1]
-    return [(k, JointAxis(axis.kind, _negative(axis))) for k, axis in steps]
-
-
-def _negative(axis: JointAxis) -> tuple[float, float, float]:
-    x, y, z = axis.axis
-    return -x, -y, -z
+    backwards = [(k, one.kind, *(-part for part in one.axis)) for k, one in steps]
+    return [(k, JointAxis(kind, (x, y, z))) for k, kind, x, y, z in backwards]
 
 
 @dataclass(frozen=True)
@@ -289,16 +264,11 @@ class _Group:
         )
 
 
-def _groups(steps: list[tuple[int, JointAxis]]) -> Iterator[_Group]:
-    """Yield the displacements of a joint by segment: all united, or each alone."""
+def _groups(steps: list[tuple[int, JointAxis]]) -> list[_Group]:
+    """Return the displacements of a joint by segment: all united, or each alone."""
     united = _group(steps)
-    if united is not None:
-        yield united
-        return
-    for step in steps:
-        alone = _group([step])
-        assert alone is not None
-        yield alone
+    groups = [united] if united is not None else map(_group, ([step] for step in steps))
+    return [group for group in groups if group is not None]
 
 
 def _group(steps: list[tuple[int, JointAxis]]) -> _Group | None:
@@ -375,10 +345,8 @@ def _segment(
     yield "endsegment"
 
 
-def _torque_lines(segment: str, dof: str, fitted: FittedTorque | None) -> Iterator[str]:
+def _torque_lines(segment: str, dof: str, fitted: FittedTorque) -> Iterator[str]:
     """Yield the passive torque of a displacement."""
-    if fitted is None:
-        return
     kind = "linear" if isinstance(fitted.torque, LinearTorque) else "exponential"
     yield ""
     yield f"passivetorque {segment}"
@@ -394,10 +362,10 @@ def _numbers(values: ArrayLike) -> str:
     return " ".join(format(Decimal(repr(value + 0.0)), "f") for value in flat)
 
 
-def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
+def _add_losses(model: ExportModel, losses: Losses) -> None:
     """Report the parts that the format cannot hold."""
-    for name, own in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], own, springs.joining)
+    for name, own in model.tree_springs.items():
+        laws = model.laws(name)
         if any(has_friction(spring) for spring in (*own.axes, *own.translations)):
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
@@ -405,13 +373,13 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
         alone = (law for spring in laws.uncoupled.values() for law in spring.elastic)
         if any(isinstance(law, Stop) for law in alone):
             losses.add("stops at limits: the ranges of the file do not stop a joint", name)
-        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
+        if laws.combined_resist:
             losses.add("damping and friction of several rotations", name)
     for branch in model.tree.joints:
         joint = branch.joint
         limited = joint.lower_limit is not None or joint.upper_limit is not None
         if limited and model.tree.chains[joint.name].rotations[1:]:
             losses.add(LIMITS_LOSS, joint.name)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, losses)
     add_tree_losses(model, losses)
     losses.add("the orientations of sites: a marker is a point")

@@ -12,7 +12,7 @@ from typing import assert_never
 import numpy as np
 
 from generator.diagnostics import ModelError
-from generator.figure import AxisKind, JointAxis, Vector, is_rotation
+from generator.figure import AxisKind, Joint, JointAxis, Vector, is_rotation
 from generator.joint_chain import build_chain
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Curve, DegreeOfFreedom
@@ -188,8 +188,6 @@ UNLIMITED_ANGLE = 200.0 * pi
 UNLIMITED_LENGTH = 1000.0
 """The same for a translation [m]."""
 
-FieldValues = tuple[float, ...] | None
-
 
 def with_reachable_limits(dof: DegreeOfFreedom, losses: Losses) -> DegreeOfFreedom:
     """Return the degree of freedom without limits that stand for none, such as 1e16."""
@@ -214,35 +212,28 @@ def _unlimited(kind: AxisKind) -> float:
             assert_never(kind)
 
 
-@dataclass(frozen=True)
-class JointFields:
-    """The fields of a joint in a figure file, each in the order of its chain, or None."""
+def with_group(joint: Joint, group: JointGroup, losses: Losses) -> Joint:
+    """Return a joint with the chain and the fields of a group.
 
-    stiff: FieldValues
-    rest: FieldValues
-    damp: FieldValues
-    lower_limit: FieldValues
-    upper_limit: FieldValues
-
-
-def joint_fields(group: JointGroup, joint: str, losses: Losses) -> JointFields:
-    """Return the fields of a joint; report the laws of translations that fields cannot hold."""
-    freedoms = [_field_part(freedom, joint, losses) for freedom in reversed(group.dofs)]
+    Reports the laws of translations that fields cannot hold.
+    """
+    freedoms = [_field_part(freedom, joint.name, losses) for freedom in reversed(group.dofs)]
     stiff = tuple(freedom.stiffness for freedom in freedoms)
     rest = tuple(freedom.rest if freedom.stiffness else 0.0 for freedom in freedoms)
     damp = tuple(freedom.damping for freedom in freedoms)
     bounded = any(one.lower is not None or one.upper is not None for one in freedoms)
-    return JointFields(
-        stiff if any(stiff) else None,
-        rest if any(rest) else None,
-        damp if any(damp) else None,
-        tuple(_limit_or_unlimited(one, one.lower, -1.0) for one in freedoms) if bounded else None,
-        tuple(_limit_or_unlimited(one, one.upper, 1.0) for one in freedoms) if bounded else None,
+    lower = tuple(-_unlimited(dof.kind) if dof.lower is None else dof.lower for dof in freedoms)
+    upper = tuple(_unlimited(dof.kind) if dof.upper is None else dof.upper for dof in freedoms)
+    return replace(
+        joint,
+        chain=group.chain,
+        displacement=tuple(freedom.value for freedom in freedoms),
+        stiff=stiff if any(stiff) else None,
+        rest=rest if any(rest) else None,
+        damp=damp if any(damp) else None,
+        lower_limit=lower if bounded else None,
+        upper_limit=upper if bounded else None,
     )
-
-
-def _limit_or_unlimited(dof: DegreeOfFreedom, bound: float | None, sign: float) -> float:
-    return sign * _unlimited(dof.kind) if bound is None else bound
 
 
 def _field_part(dof: DegreeOfFreedom, joint: str, losses: Losses) -> DegreeOfFreedom:
@@ -295,27 +286,17 @@ def _axis_name(dof: DegreeOfFreedom, group: JointGroup) -> str | None:
 def _entry(
     dof: DegreeOfFreedom, axis: str | None, joint: str, max_points: int, losses: Losses
 ) -> SpringEntry:
-    entry = SpringEntry(
-        (joint,),
-        axis,
-        damping=Damping(dof.damping, dof.friction),
-        motion=dof.name,
-    )
-    laws = _laws(dof)
+    damping = Damping(dof.damping, dof.friction)
+    entry = SpringEntry((joint,), axis, damping=damping, motion=dof.name)
+    laws = list(dof.laws)
+    if any(dof.cubic):
+        laws.insert(0, Cubic((0.0, dof.stiffness, *dof.cubic), -1, None, dof.rest))
+    elif dof.stiffness:
+        laws.insert(0, Linear(dof.stiffness, dof.rest))
     if not laws:
         return entry
     law = _stated_law(laws[0]) if len(laws) == 1 else None
     return replace(entry, law=law or _sampled_law(dof, laws, max_points, losses))
-
-
-def _laws(dof: DegreeOfFreedom) -> list[Curve]:
-    """Return the laws of a degree of freedom, its polynomial as one of them."""
-    laws: list[Curve] = []
-    if any(dof.cubic):
-        laws.append(Cubic((0.0, dof.stiffness, *dof.cubic), -1, None, dof.rest))
-    elif dof.stiffness:
-        laws.append(Linear(dof.stiffness, dof.rest))
-    return [*laws, *dof.laws]
 
 
 def _stated_law(law: Curve) -> EntryLaw | None:

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import InputError
+from generator.diagnostics import Diagnostics, InputError
 from generator.figure import Attribute, Figure
 from generator.geometry.psurf import MAX_LINES
 from generator.geometry.read import FORMAT_UNITS, read_mesh
 from generator.geometry.surface import Surface, join_surfaces
 from generator.identifiers import reserve_name
 from generator.losses import Losses
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array
 
 Colour = tuple[float, float, float]
@@ -35,9 +36,6 @@ class Shape:
         """Return the shape in another frame, in which its own has the affine map `pose`, (4, 4)."""
         return replace(self, surface=self.surface.transformed(pose))
 
-
-NO_SIZE = "shapes of size zero"
-"""Sentence of the loss."""
 
 MAX_LEVELS = 8
 """Folders, from that of the model upwards, in which mesh files are looked for."""
@@ -103,6 +101,24 @@ def _exists(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):  # a name that no file can have
         return False
+
+
+def clipped_colour(parts: Iterable[float]) -> Colour:
+    """Return the colour of numbers, the first three of which are its parts."""
+    red, green, blue = np.clip([*parts][:3], 0.0, 1.0).tolist()
+    return red, green, blue
+
+
+def has_size(
+    element: XmlElement, name: str, sizes: Iterable[float], diagnostics: Diagnostics, losses: Losses
+) -> bool:
+    """Return whether all sizes of a shape are positive; report an element that has others."""
+    smallest = min(sizes)
+    if smallest < 0.0:
+        diagnostics.error(f"a size of this {element.tag.lower()} is negative", element.span)
+    elif smallest == 0.0:
+        losses.add("shapes of size zero", name)
+    return smallest > 0.0
 
 
 def scaled(surface: Surface, scale: Iterable[float]) -> Surface:

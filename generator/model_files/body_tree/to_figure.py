@@ -29,20 +29,18 @@ from generator.identifiers import free_name, plain_name
 from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import (
-    JointFields,
     JointGroup,
     group_dofs,
-    joint_fields,
     max_table_points,
     spring_entries,
+    with_group,
     with_reachable_limits,
 )
-from generator.model_files.body_tree.shapes import Shape, join_shapes, with_colours
+from generator.model_files.body_tree.shapes import join_shapes, with_colours
 from generator.model_files.body_tree.tree import (
-    CHANGED_NAMES,
     Body,
     BodyTree,
-    format_new_name,
+    add_new_names,
     merge_massless_bodies,
     merge_rigid_bodies,
     swap_massless_parents,
@@ -123,16 +121,14 @@ def principal_frame(mass: MassProperties) -> Array:
     if np.abs(tensor - np.diag(np.diag(tensor))).max() <= MAX_OFF_DIAGONAL * np.abs(tensor).max():
         return np.eye(3)
     axes = np.linalg.eigh(tensor)[1]
-    best = max(permutations(range(3)), key=lambda order: float(_axis_alignment(axes, order).sum()))
+    best = max(
+        permutations(range(3)), key=lambda order: float(np.abs(np.diag(axes[:, list(order)])).sum())
+    )
     chosen = axes[:, list(best)]
     chosen = chosen * np.where(np.diag(chosen) < 0.0, -1.0, 1.0)
     if np.linalg.det(chosen) < 0.0:
         chosen[:, int(np.argmin(np.abs(np.diag(chosen))))] *= -1.0
     return chosen
-
-
-def _axis_alignment(axes: Array, order: tuple[int, ...]) -> Array:
-    return np.abs(axes[[0, 1, 2], list(order)])
 
 
 CARRIER_SHARE = 1e-9
@@ -150,8 +146,6 @@ NOISE = 1e-15
 """Rounding errors [rad or m]: smaller values are written as zero."""
 
 HINGES_AS_ONE = "laws of hinges that form one joint act on its rotation vector, not on each angle"
-
-_FREE = JointFields(None, None, None, None, None)
 
 
 @dataclass
@@ -205,7 +199,8 @@ class _FigureDraft:
             moments = x, y, z
         self.segments[label] = Segment(label, None if mass is None else mass.mass, moments)
         for site, pose in ((FRAME, np.eye(4)), *sites.items()):
-            if not (site == CENTRE_OF_MASS_SITE and mass is not None and _is_at(pose, mass.centre)):
+            off = np.inf if mass is None else np.abs(pose[:3, 3] - mass.centre).max()
+            if site != CENTRE_OF_MASS_SITE or off >= _SAME_PLACE:
                 self.add_site(label, turn, site, pose)
         return label, turn
 
@@ -238,10 +233,6 @@ class _FigureDraft:
 
 _SAME_PLACE = 1e-6
 """Distance of a site called `CM` from the centre of mass at which it is that one [m]."""
-
-
-def _is_at(pose: Array, place: Array) -> bool:
-    return bool(np.abs(pose[:3, 3] - place).max() < _SAME_PLACE)
 
 
 def figure_from_tree(
@@ -283,7 +274,11 @@ def figure_from_tree(
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
-    whole = replace(whole, bodies=tuple(_with_reachable_limits(b, losses) for b in whole.bodies))
+    bodies = [
+        replace(body, dofs=tuple(with_reachable_limits(dof, losses) for dof in body.dofs))
+        for body in whole.bodies
+    ]
+    whole = replace(whole, bodies=tuple(bodies))
     max_points = max_table_points(dof for body in whole.bodies for dof in body.dofs)
     draft = _FigureDraft(losses, separate, max_points)
     draft.segment_names.protect(body.name for body in whole.bodies)
@@ -299,25 +294,15 @@ def figure_from_tree(
     _add_name_losses(draft)
     name = None if tree.name is None else Names().assign(tree.name)
     tables = tuple(draft.springs_tables)
-    springs = SpringsFile(tables, joining=tree.joining) if tables or tree.joining else None
-    shapes = {ground: whole.shapes, **_segment_shapes(draft, whole.bodies)}
-    surfaces, colours = join_shapes(shapes, losses)
-    figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
-    return Imported(figure, springs, losses, draft.coordinates, surfaces)
-
-
-def _with_reachable_limits(body: Body, losses: Losses) -> Body:
-    return replace(body, dofs=tuple(with_reachable_limits(dof, losses) for dof in body.dofs))
-
-
-def _segment_shapes(draft: _FigureDraft, bodies: Iterable[Body]) -> dict[str, tuple[Shape, ...]]:
-    """Return the shapes of bodies in the frames of their segments."""
-    shapes: dict[str, tuple[Shape, ...]] = {}
-    for body in bodies:
+    springs = SpringsFile(tables, law=tree.law) if tables or tree.law else None
+    shapes = {ground: whole.shapes}
+    for body in whole.bodies:
         segment, turn = draft.segment_frames[body.name]
         pose = pose_matrix(turn.T, np.zeros(3))
         shapes[segment] = tuple(shape.transformed(pose) for shape in body.shapes)
-    return shapes
+    surfaces, colours = join_shapes(shapes, losses)
+    figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
+    return Imported(figure, springs, losses, draft.coordinates, surfaces)
 
 
 def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
@@ -357,9 +342,8 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
     groups = group_dofs(body.dofs, separate=draft.separate)
     carrier = _carrier_mass(whole)
     mass = whole.with_mass(whole.mass - max(len(groups) - 1, 0) * carrier.mass)
-    asked = [_group_joint_name(body, group, len(groups)) for group in groups] or [
-        body.joint or body.name
-    ]
+    asked = [_group_joint_name(body, group, len(groups)) for group in groups]
+    asked = asked or [body.joint or body.name]
     own, joint_names = _model_joint_names(body), draft.joint_names
     names = [
         joint_names.assign(name) if name in own else joint_names.assign_new(name) for name in asked
@@ -407,34 +391,19 @@ def _add_joint(
     frame = np.eye(4) if group is None else pose_matrix(group.frame, np.asarray(group.centre))
     parent = draft.add_joint_site(ends[0], name, pose_in_parent @ frame)
     child = draft.add_joint_site(ends[1], f"to_{name}", frame)
+    joint = Joint(name, parent, child)
     if group is None:
-        draft.joints[name] = Joint(name, parent, child)
+        draft.joints[name] = joint
         return
-    fields = joint_fields(group, name, draft.losses)
+    draft.joints[name] = with_group(joint, group, draft.losses)
     draft.springs_tables += spring_entries(group, name, draft.max_points, draft.losses)
-    inner_first = tuple(reversed(group.dofs))
-    draft.joints[name] = Joint(
-        name,
-        parent,
-        child,
-        chain=group.chain,
-        displacement=tuple(freedom.value for freedom in inner_first),
-        stiff=fields.stiff,
-        rest=fields.rest,
-        damp=fields.damp,
-        lower_limit=fields.lower_limit,
-        upper_limit=fields.upper_limit,
-    )
-    for place, freedom in enumerate(inner_first):
+    for place, freedom in enumerate(reversed(group.dofs)):
         draft.coordinates[freedom.name] = CoordinateMapping(
             name, place, freedom.offset, freedom.scale
         )
     hinges = [freedom for freedom in group.rotations if not freedom.joint]
     if len(group.rotations) > 1 and any(freedom.is_passive for freedom in hinges):
-        draft.losses.add(
-            f"{HINGES_AS_ONE} (--apart keeps them exact)",
-            name,
-        )
+        draft.losses.add(f"{HINGES_AS_ONE} (--apart keeps them exact)", name)
 
 
 def _model_joint_names(body: Body) -> set[str]:
@@ -457,25 +426,18 @@ def _group_joint_name(body: Body, group: JointGroup, count: int) -> str:
 
 def _add_name_losses(draft: _FigureDraft) -> None:
     """Report changed names, and the displacement that each coordinate became."""
-    sites = [names.renamed for names in draft.site_names.values()]
     renamed = {**draft.segment_names.renamed, **draft.joint_names.renamed}
-    for changed in sites:
-        renamed |= changed
+    for names in draft.site_names.values():
+        renamed |= names.renamed
     if renamed:
-        draft.losses.add(
-            CHANGED_NAMES, *(format_new_name(name, word) for name, word in renamed.items())
-        )
+        add_new_names(draft.losses, renamed)
     for name, joint in draft.joints.items():
         if len(joint.chain) > 1:
-            inside = [key for key, where in draft.coordinates.items() if where.joint == name]
+            own = {at.index: key for key, at in draft.coordinates.items() if at.joint == name}
             draft.losses.add(
                 "coordinates that form one joint, in the order of its displacements",
-                f"{name} ({', '.join(sorted(inside, key=lambda key: _chain_index(draft, key)))})",
+                f"{name} ({', '.join(own[k] for k in sorted(own))})",
             )
-
-
-def _chain_index(draft: _FigureDraft, key: str) -> int:
-    return draft.coordinates[key].index
 
 
 def location_from_pose(pose: Array) -> Location:

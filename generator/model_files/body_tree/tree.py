@@ -5,11 +5,12 @@ A row of degrees of freedom connects a body with its parent. At values q its pos
 body's own frame: the first is outermost, next to the parent.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol, assert_never
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.diagnostics import Span, shorten
 from generator.figure import AxisKind, Vector
@@ -18,7 +19,7 @@ from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
-from springs import Joining
+from springs import SphericalLaw
 
 
 class Curve(Protocol):
@@ -127,6 +128,27 @@ class DegreeOfFreedom:
         return replace(self, axis=(x, y, z), point=(p, q, r))
 
 
+_OUTERMOST_FIRST = (("z", (0.0, 0.0, 1.0)), ("y", (0.0, 1.0, 0.0)), ("x", (1.0, 0.0, 0.0)))
+"""Axes of several degrees of freedom, so that a chain is written x, y, z."""
+
+
+def ball_dofs(name: str, point: Vector = (0.0, 0.0, 0.0)) -> list[DegreeOfFreedom]:
+    """Return the rotations of a ball joint about a point [m], outermost first."""
+    return [
+        DegreeOfFreedom(f"{name}_{letter}", AxisKind.ROTATION, axis, point, joint=name)
+        for letter, axis in _OUTERMOST_FIRST
+    ]
+
+
+def free_dofs(name: str) -> list[DegreeOfFreedom]:
+    """Return the translations and the rotations of a free joint, outermost first."""
+    slides = [
+        DegreeOfFreedom(f"{name}_t{letter}", AxisKind.TRANSLATION, axis, joint=name)
+        for letter, axis in _OUTERMOST_FIRST
+    ]
+    return [*slides, *ball_dofs(name)]
+
+
 @dataclass(frozen=True)
 class Body:
     """A rigid body.
@@ -167,6 +189,12 @@ class Body:
         )
 
 
+def inertia_tensor(numbers: Iterable[float]) -> Array:
+    """Return the tensor of the numbers xx, yy, zz, xy, xz, yz, shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = numbers
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
 def split_extra_inertia(
     mass: float, centre: Array, inertia: Array, pose: Array
 ) -> tuple[MassProperties | None, Array]:
@@ -194,8 +222,7 @@ class BodyTree:
         name: name of the model, or None.
         span: where the model begins.
         shapes: fixed to the world, in its frame.
-        joining: joining of the laws of joints of several rotations, where the model has another
-            than usual.
+        law: law of joints of several rotations, where the model has another than usual.
     """
 
     bodies: tuple[Body, ...]
@@ -204,7 +231,7 @@ class BodyTree:
     name: str | None = None
     span: Span | None = None
     shapes: tuple[Shape, ...] = ()
-    joining: Joining | None = None
+    law: SphericalLaw | None = None
 
 
 Y_UP_FROM_Z_UP = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -298,17 +325,14 @@ def _merge_sites(
         word = free_name(name, joined)
         joined[word] = pose
         if word != name:
-            losses.add(CHANGED_NAMES, format_new_name(name, word))
+            add_new_names(losses, {name: word})
     return joined
 
 
-CHANGED_NAMES = "changed names"
-"""Sentence of the loss."""
-
-
-def format_new_name(name: str, word: str) -> str:
-    """Return the place in the loss of a changed name."""
-    return f"`{shorten(name)}` is `{shorten(word)}`"
+def add_new_names(losses: Losses, renamed: Mapping[str, str]) -> None:
+    """Report changed names."""
+    places = [f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()]
+    losses.add("changed names", *places)
 
 
 def own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:
@@ -351,12 +375,28 @@ _GRAVITY_TOLERANCE = 1e-7
 """Difference of a gravity from the standard one that is not reported [m/s^2]."""
 
 
-def rotation_to_y_up(gravity: Array) -> Array:
+def rotation_to_y_up(gravity: ArrayLike, losses: Losses) -> Array:
     """Return the rotation from the model's world to a figure's, (3, 3), for a gravity [m/s^2].
 
     The identity if y is up. Without gravity z counts as up. From a direction between the axes it is
-    the shortest rotation from z.
+    the shortest rotation from z. Reports a rotation, and a gravity that is not the standard one.
     """
+    up = _rotation_to_y_up(np.asarray(gravity))
+    columns = [_axis_name(axis) for axis in up.T]
+    if not all(columns):
+        losses.add("the world is turned so that gravity points against y")
+    elif columns != ["x", "y", "z"]:
+        new = ", ".join(columns)
+        losses.add(
+            f"the world is turned so that y is up: x, y, z of the model are {new} of the figure"
+        )
+    size = float(np.linalg.norm(gravity))
+    if abs(size - STANDARD_GRAVITY) > _GRAVITY_TOLERANCE:
+        losses.add(f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size + 0.0:.8g},0`")
+    return up
+
+
+def _rotation_to_y_up(gravity: Array) -> Array:
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
         return Y_UP_FROM_Z_UP
@@ -367,21 +407,6 @@ def rotation_to_y_up(gravity: Array) -> Array:
         return Y_UP_FROM_Z_UP
     x, y, z = up.tolist()
     return Y_UP_FROM_Z_UP @ rotation_from_z_to((x, y, z)).T
-
-
-def gravity_losses(gravity: Array, up: Array) -> Iterator[str]:
-    """Yield the losses of the rotation, and of a gravity that is not the standard one."""
-    columns = [_axis_name(axis) for axis in up.T]
-    if columns == ["x", "y", "z"]:
-        pass
-    elif all(columns):
-        new = ", ".join(columns)
-        yield f"the world is turned so that y is up: x, y, z of the model are {new} of the figure"
-    else:
-        yield "the world is turned so that gravity points against y"
-    size = float(np.linalg.norm(gravity))
-    if abs(size - STANDARD_GRAVITY) > _GRAVITY_TOLERANCE:
-        yield f"gravity of {size:.8g} m/s^2: simulate with `--gravity 0,{-size + 0.0:.8g},0`"
 
 
 def _axis_name(axis: Array) -> str:

@@ -13,6 +13,7 @@ figure positive; otherwise they stay the sites. A curve of `optional` is then ab
 the figure declares, on the right side as on the left.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -31,12 +32,14 @@ Row4 = tuple[float, float, float, float]
 Triad = tuple[Row4, Row4, Row4]
 """A joint's frame in a body: a row for each axis of the body, turn and position [m]."""
 
-LOAD_KINDS = (
-    LoadKind.GLOBAL_FORCE,
-    LoadKind.LOCAL_FORCE,
-    LoadKind.GLOBAL_MOMENT,
-    LoadKind.LOCAL_MOMENT,
-)
+
+def triad_from_rows(rows: Iterable[Sequence[float]]) -> Triad:
+    """Return the triad of three rows of four numbers."""
+    first, second, third = ((a, b, c, d) for a, b, c, d in rows)
+    return first, second, third
+
+
+LOAD_KINDS = tuple(LoadKind)
 """The order in which `structure` counts loads and `jackforce` lists them."""
 
 ANGLE_AXES = (3, 2, 1)
@@ -154,9 +157,6 @@ class Mechanism:
     springs: tuple[LinearSpring, ...] = ()
 
 
-_SUPPORTED_JOINTS_HINT = "DYSPAM's files hold one rotation or three: revolutes and sphericals"
-
-
 @dataclass(frozen=True, eq=False)
 class JointTriad:
     """The triad of a figure's joint.
@@ -186,33 +186,28 @@ class JointTriad:
 
 def joint_triad(joint: Joint) -> JointTriad | Diagnostic:
     """Return the triad of a joint, or the diagnostic that DYSPAM has no such joint."""
-    place = origin_span(joint.origins, "type", "connect")
-    who = f"joint `{joint.name}`"
+    reason = ""
     try:
         chain = build_chain(joint.chain)
     except ModelError as failure:
-        return error(
-            f"{who} cannot be written for DYSPAM: {failure}", place, _SUPPORTED_JOINTS_HINT
-        )
-    if not joint.chain:
-        return error(
-            f"{who} cannot be written for DYSPAM: it is rigid", place, _SUPPORTED_JOINTS_HINT
-        )
-    if chain.translations:
-        return error(
-            f"{who} cannot be written for DYSPAM: it has a translation",
-            place,
-            _SUPPORTED_JOINTS_HINT,
-        )
-    if len(chain.rotations) == 2:
-        return error(
-            f"{who} cannot be written for DYSPAM: it turns about two axes",
-            place,
-            _SUPPORTED_JOINTS_HINT,
-        )
-    if len(chain.rotations) == 1:
-        return JointTriad(JointType.REVOLUTE, rotation_with_z_axis(chain.rotation_axes[0]))
-    return JointTriad(JointType.SPHERICAL, np.diag(_axis_signs(joint)))
+        chain, reason = None, str(failure)
+    if chain is not None:
+        match len(chain.translations), len(chain.rotations):
+            case 0, 1:
+                return JointTriad(JointType.REVOLUTE, rotation_with_z_axis(chain.rotation_axes[0]))
+            case 0, 3:
+                return JointTriad(JointType.SPHERICAL, np.diag(_axis_signs(joint)))
+            case 0, 0:
+                reason = "it is rigid"
+            case 0, _:
+                reason = "it turns about two axes"
+            case _:
+                reason = "it has a translation"
+    return error(
+        f"joint `{joint.name}` cannot be written for DYSPAM: {reason}",
+        origin_span(joint.origins, "type", "connect"),
+        "DYSPAM's files hold one rotation or three: revolutes and sphericals",
+    )
 
 
 def _axis_signs(joint: Joint) -> Array:

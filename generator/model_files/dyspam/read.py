@@ -34,7 +34,7 @@ from generator.figure import (
 )
 from generator.figure_file.check import check_figure
 from generator.figure_file.resolve import FigureDraft
-from generator.loads import LoadKind
+from generator.loads import site_loads
 from generator.losses import Loss, Losses
 from generator.model_files.dyspam.mechanism import (
     Connection,
@@ -66,13 +66,6 @@ ORIGIN = "origin"
 
 _XYZ_SEQUENCE = RotationSequence(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)))
 """The angles of `xyz`, the innermost, z, first."""
-
-_LOAD_FIELDS: Mapping[LoadKind, str] = {
-    LoadKind.GLOBAL_FORCE: "global_force",
-    LoadKind.LOCAL_FORCE: "local_force",
-    LoadKind.GLOBAL_MOMENT: "global_moment",
-    LoadKind.LOCAL_MOMENT: "local_moment",
-}
 
 
 def figure_from_mechanism(
@@ -155,10 +148,9 @@ def _figure_joint(number: int, connection: Connection, springs: list[LinearSprin
 
 def _with_load(site: Site, load: PointLoad) -> Site:
     """The site with one more load."""
-    key = _LOAD_FIELDS[load.kind]
-    before = getattr(site, key) or (0.0, 0.0, 0.0)
+    before = site_loads(site).get(load.kind, (0.0, 0.0, 0.0))
     x, y, z = (a + b for a, b in zip(before, load.components, strict=True))
-    return replace(site, **{key: (x, y, z)})
+    return replace(site, **{load.kind.attribute: (x, y, z)})
 
 
 def _location(triad: Triad) -> Location:

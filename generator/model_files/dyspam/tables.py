@@ -27,8 +27,8 @@ from generator.model_files.dyspam.mechanism import (
     MechanismBody,
     Point,
     PointLoad,
-    Row4,
     Triad,
+    triad_from_rows,
 )
 from generator.units import (
     MAX_MODEL_NUMBER,
@@ -100,9 +100,8 @@ class RowReader:
         """
         row, count = self.next_row, len(form.split())
         if row is None:
-            self.diagnostics.error(
-                f"the file ends before {what}", self._last_span(), f"it is `{form}`"
-            )
+            last = self._rows[-1].span if self._rows else Span(self.source, 0, 1)
+            self.diagnostics.error(f"the file ends before {what}", last, f"it is `{form}`")
             raise BrokenTableError
         if len(row.words) != count:
             number = len(row.words)
@@ -149,9 +148,6 @@ class RowReader:
             self.diagnostics.error(f"the {what} is `{shorten(word.text)}`", word, hint)
             return minimum
         return int(value)
-
-    def _last_span(self) -> Span:
-        return self._rows[-1].span if self._rows else Span(self.source, 0, 1)
 
 
 def format_number(value: float, dimension: Dimension = Dimension.NUMBER, decimals: int = 2) -> str:
@@ -444,11 +440,7 @@ def _triad(rows: RowReader, body: int, joint: int) -> Triad:
         rows.diagnostics.warning(f"{what} is not exactly a turn", span, "the nearest one is taken")
         left, _, right = np.linalg.svd(turns)
         turns = left @ right
-    rows_of_triad: list[Row4] = []
-    for row, offset in zip(turns.tolist(), position, strict=True):
-        x, y, z = row
-        rows_of_triad.append((x, y, z, offset))
-    return rows_of_triad[0], rows_of_triad[1], rows_of_triad[2]
+    return triad_from_rows(np.column_stack([turns, position]).tolist())
 
 
 def _body(rows: RowReader, number: int) -> tuple[MechanismBody, Row]:
@@ -474,16 +466,13 @@ def _points(rows: RowReader, structure: Structure) -> list[Point]:
     while rows.next_row is not None and (
         rows.next_row.has_commas if with_commas else rows.remaining > below
     ):
-        points.append(_point(rows, len(points) + 1, structure.bodies))
+        number = len(points) + 1
+        row = rows.take_row(f"point of interest {number}", "point body x y z")
+        rows.parse_integer(row.words[0], "number of the point", number, number)
+        body = rows.parse_integer(row.words[1], "number of the body", 0, structure.bodies)
+        x, y, z = rows.parse_numbers(row.words[2:], Dimension.LENGTH)
+        points.append(Point(body, (x, y, z), row.span))
     return points
-
-
-def _point(rows: RowReader, number: int, bodies: int) -> Point:
-    row = rows.take_row(f"point of interest {number}", "point body x y z")
-    rows.parse_integer(row.words[0], "number of the point", number, number)
-    body = rows.parse_integer(row.words[1], "number of the body", 0, bodies)
-    x, y, z = rows.parse_numbers(row.words[2:], Dimension.LENGTH)
-    return Point(body, (x, y, z), row.span)
 
 
 def _springs(rows: RowReader, count: int, kinds: list[JointType]) -> tuple[LinearSpring, ...]:
@@ -500,10 +489,8 @@ def _springs(rows: RowReader, count: int, kinds: list[JointType]) -> tuple[Linea
         )
         if damping < 0.0:
             rows.diagnostics.error("damping is negative", row.words[2], "it would feed energy")
-        if (
-            rows.diagnostic_count == before
-            and springs.setdefault((joint, axis), spring) is not spring
-        ):
+        is_right = rows.diagnostic_count == before
+        if is_right and springs.setdefault((joint, axis), spring) is not spring:
             rows.diagnostics.error(f"a second spring of joint {joint}, axis {axis}", row.span)
     return tuple(springs.values())
 

@@ -7,14 +7,14 @@ curve nor, for a spherical joint, its dead zone: reading infers both from the co
 (`springs.cubic`).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from generator.diagnostics import Diagnostic, InputError, error
-from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Site, SiteRef, Vector
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, SiteRef, Vector
 from generator.figure_file import simulation_diagnostics
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import (
@@ -24,7 +24,7 @@ from generator.kinematics.placement import (
     segment_jacobians,
 )
 from generator.kinematics.tree import build_tree
-from generator.loads import LoadKind
+from generator.loads import site_loads
 from generator.losses import Losses
 from generator.model_files.dyspam.mechanism import (
     Connection,
@@ -35,9 +35,9 @@ from generator.model_files.dyspam.mechanism import (
     MechanismBody,
     Point,
     PointLoad,
-    Row4,
     Triad,
     joint_triad,
+    triad_from_rows,
 )
 from generator.model_files.dyspam.tables import (
     Structure,
@@ -55,10 +55,9 @@ from springs import (
     AxisSpring,
     Coefficients,
     Cubic,
-    Elastic,
-    Joining,
     Linear,
     NotRestoringError,
+    SphericalLaw,
     SpringSet,
     Stop,
     passive_cubic,
@@ -137,8 +136,8 @@ def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
     for name, joint in springs.joints.items():
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
             losses.add("what springs say of their motions, references and reasons", name)
-    if springs.joining is not Joining.CONSERVATIVE:
-        how = f"the axes of a spherical joint join ({springs.joining.value})"
+    if springs.law is not SphericalLaw.CONSERVATIVE:
+        how = f"the axes of a spherical joint join ({springs.law.value})"
         losses.add(f"the way in which {how}, which is conservative when read")
 
 
@@ -173,12 +172,13 @@ def _convert_axis_spring(
             row = LinearSpring(joint, axis, law.stiffness, viscous, law.rest)
             converted.rows.append(row)
         return
-    cubic = _as_cubic(law)
-    if cubic is None:
+    if isinstance(law, Linear):
+        law = Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
+    elif not isinstance(law, Cubic):
         converted.losses.add(_OTHER_LAW, where)
         return
     spherical = triad.type is JointType.SPHERICAL
-    record = _cubic_record(cubic, joint, axis, spherical=spherical)
+    record = _cubic_record(law, joint, axis, spherical=spherical)
     if record is None:
         converted.losses.add(_OTHER_SENSE, where)
         return
@@ -190,13 +190,6 @@ def _convert_axis_spring(
         c0, c1, c2, c3 = record.coefficients
         record = replace(record, coefficients=(-c0, -c1, -c2, -c3))
     converted.records.append(replace(record, viscous=viscous, coulomb=coulomb))
-
-
-def _as_cubic(law: Elastic) -> Cubic | None:
-    """Return a law as a cubic; None for another law."""
-    if isinstance(law, Linear):
-        return Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
-    return law if isinstance(law, Cubic) else None
 
 
 def _cubic_record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRecord | None:
@@ -319,7 +312,7 @@ def point_loads(numbered: NumberedFigure) -> tuple[PointLoad, ...]:
     return tuple(
         PointLoad(kind, number, load)
         for number, ref in enumerate(numbered.points, start=1)
-        for kind, load in _site_loads(numbered.figure.site(ref))
+        for kind, load in site_loads(numbered.figure.site(ref)).items()
     )
 
 
@@ -346,14 +339,15 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
             losses.add("contact spheres", name)
     at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
     for ref in numbered.points:
-        if ref not in at_joints and _is_rotated(figure.site(ref)):
+        turn = figure.site(ref).pose_in_segment[:3, :3]
+        if ref not in at_joints and np.any(np.abs(turn - np.eye(3)) > 1e-12):
             losses.add("directions of sites at which no joint is", str(ref))
     for name, segment in figure.segments.items():
         for site in segment.sites if name in figure.ground else ():
             ref = SiteRef(name, site)
             if ref != figure.root and ref not in at_joints:
                 losses.add("sites of the ground at which no joint is", str(ref))
-            if any(_site_loads(figure.site(ref))):
+            if site_loads(figure.site(ref)):
                 losses.add("loads on the ground, which move nothing", str(ref))
 
 
@@ -371,25 +365,7 @@ def _site_triad(numbered: NumberedFigure, ref: SiteRef, triad: JointTriad) -> Tr
     pose = numbered.figure.site(ref).pose_in_segment @ pose_matrix(triad.rotation, np.zeros(3))
     if ref.segment in numbered.figure.ground:
         pose = numbered.placement.poses[ref.segment] @ pose
-    triad_rows: list[Row4] = []
-    for row in pose[:3].tolist():
-        x, y, z, offset = map(_rounded, row)
-        triad_rows.append((x, y, z, offset))
-    return triad_rows[0], triad_rows[1], triad_rows[2]
-
-
-def _site_loads(site: Site) -> Iterator[tuple[LoadKind, Vector]]:
-    loads = (
-        (LoadKind.GLOBAL_FORCE, site.global_force),
-        (LoadKind.LOCAL_FORCE, site.local_force),
-        (LoadKind.GLOBAL_MOMENT, site.global_moment),
-        (LoadKind.LOCAL_MOMENT, site.local_moment),
-    )
-    return ((kind, load) for kind, load in loads if load is not None)
-
-
-def _is_rotated(site: Site) -> bool:
-    return bool(np.any(np.abs(site.pose_in_segment[:3, :3] - np.eye(3)) > 1e-12))
+    return triad_from_rows([_rounded(value) for value in row] for row in pose[:3].tolist())
 
 
 def _vector(array: Array) -> Vector:

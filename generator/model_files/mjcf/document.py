@@ -13,6 +13,15 @@ from generator.text_io import load_text
 MAIN = "main"
 MAX_INCLUDED_FILES: Final = 50
 
+COMPILER_CHOICES: Final = {
+    "angle": ("degree", "radian"),
+    "coordinate": ("local",),
+    "inertiafromgeom": ("auto", "true", "false"),
+    "autolimits": ("true", "false"),
+    "balanceinertia": ("true", "false"),
+}
+"""Values of settings of the compiler that are known here."""
+
 _ClassDefaults = Mapping[str, Mapping[str, SourceText]]
 
 
@@ -22,12 +31,12 @@ class Document:
 
     Attributes:
         root: the element `mujoco`, without any `include`.
-        compiler: the settings of all `compiler` elements; the last one wins.
+        compiler: settings of all `compiler` elements; the last one wins.
         classes: classes by name, default attributes by kind of element.
     """
 
     root: XmlElement
-    compiler: Mapping[str, SourceText]
+    compiler: XmlElement
     classes: Mapping[str, _ClassDefaults]
 
     @property
@@ -39,8 +48,7 @@ class Document:
 
     def setting(self, name: str, default: str) -> str:
         """A setting of the compiler."""
-        written = self.compiler.get(name)
-        return default if written is None else written.text
+        return self.compiler.get(name) or default
 
     def with_defaults(
         self, element: XmlElement, childclass: str, diagnostics: Diagnostics
@@ -71,9 +79,10 @@ def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagno
         diagnostics: collects errors.
     """
     whole = _Includer(directory, diagnostics).expand(root)
-    compiler: dict[str, SourceText] = {}
+    settings: dict[str, SourceText] = {}
     for element in whole.find_all("compiler"):
-        compiler |= element.attributes
+        settings |= element.attributes
+    compiler = replace(root, tag="compiler", attributes=settings, children=())
     _check_compiler(compiler, diagnostics)
     classes: dict[str, _ClassDefaults] = {MAIN: {}}
     for element in whole.find_all("default"):
@@ -81,27 +90,19 @@ def parse_document(root: XmlElement, directory: Path | None, diagnostics: Diagno
     return Document(whole, compiler, classes)
 
 
-def _check_compiler(compiler: Mapping[str, SourceText], diagnostics: Diagnostics) -> None:
-    choices = {
-        "angle": ("degree", "radian"),
-        "coordinate": ("local",),
-        "inertiafromgeom": ("auto", "true", "false"),
-        "autolimits": ("true", "false"),
-        "balanceinertia": ("true", "false"),
-    }
-    for name, known in choices.items():
+def _check_compiler(compiler: XmlElement, diagnostics: Diagnostics) -> None:
+    for name, known in COMPILER_CHOICES.items():
         written = compiler.get(name)
-        if written is not None and written.text not in known:
+        if written is not None and written not in known:
             diagnostics.error(
-                f"`{shorten(written.text)}` is not a value of `{name}`",
-                written.span,
+                f"`{shorten(written)}` is not a value of `{name}`",
+                compiler.span_of(name),
                 f"known here: {', '.join(known)}",
             )
     sequence = compiler.get("eulerseq")
-    if sequence is not None and not _is_euler_sequence(sequence.text):
-        diagnostics.error(
-            "`eulerseq` has three letters out of xyzXYZ", sequence.span, "as in `xyz` or `XYZ`"
-        )
+    if sequence is not None and not _is_euler_sequence(sequence):
+        message = "`eulerseq` has three letters out of xyzXYZ"
+        diagnostics.error(message, compiler.span_of("eulerseq"), "as in `xyz` or `XYZ`")
 
 
 def _is_euler_sequence(text: str) -> bool:

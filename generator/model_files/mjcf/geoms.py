@@ -1,6 +1,6 @@
 """Geoms of MJCF: their mass, and their shapes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from math import pi
@@ -61,7 +61,8 @@ def geom_mass(
     `element` has the values of its default class.
     """
     shape = element.get("type") or "sphere"
-    if shape in WEIGHTLESS or _is_massless(element, diagnostics):
+    word, default = ("mass", 0.0) if "mass" in element.attributes else ("density", DENSITY)
+    if shape in WEIGHTLESS or parse_number(element, word, diagnostics, default) == 0.0:
         return None
     if shape in UNREAD or "mesh" in element.attributes:
         diagnostics.error(
@@ -96,12 +97,6 @@ def geom_mass(
         diagnostics.error("a mass must not be negative", element.span_of("mass"))
         return None
     return MassProperties(mass, np.zeros(3), np.diag(unit) * mass).transform(pose)
-
-
-def _is_massless(element: XmlElement, diagnostics: Diagnostics) -> bool:
-    if "mass" in element.attributes:
-        return parse_number(element, "mass", diagnostics) == 0.0
-    return parse_number(element, "density", diagnostics, DENSITY) == 0.0
 
 
 def _placed(
@@ -150,8 +145,14 @@ def _volume_and_moments(
             r, h = size[:2]
             across = r * r / 4.0 + h * h / 3.0
             return 2.0 * pi * r * r * h, (across, across, r * r / 2.0)
-        case "capsule":
-            return _capsule_volume_and_moments(size[0], size[1])
+        case "capsule":  # a cylinder with half spheres, whose centres are 3/8 r from their flats
+            r, h = size[:2]
+            middle, ends = 2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r**3
+            volume, arm = middle + ends, h + 0.375 * r
+            along = middle * r * r / 2.0 + ends * 0.4 * r * r
+            across = middle * (r * r / 4.0 + h * h / 3.0)
+            across += ends * (0.4 * r * r - (0.375 * r) ** 2 + arm * arm)
+            return volume, (across / volume, across / volume, along / volume)
         case "ellipsoid":
             a, b, c = (part * part for part in size[:3])
             volume = 4.0 / 3.0 * pi * size[0] * size[1] * size[2]
@@ -160,20 +161,6 @@ def _volume_and_moments(
             a, b, c = (part * part for part in size[:3])
             volume = 8.0 * size[0] * size[1] * size[2]
             return volume, ((b + c) / 3.0, (a + c) / 3.0, (a + b) / 3.0)
-
-
-def _capsule_volume_and_moments(r: float, h: float) -> tuple[float, tuple[float, float, float]]:
-    """A cylinder of half length h with a half sphere of the radius r at either end.
-
-    The centre of a half sphere is 3/8 r from its flat side.
-    """
-    middle, ends = 2.0 * pi * r * r * h, 4.0 / 3.0 * pi * r**3
-    volume = middle + ends
-    along = middle * r * r / 2.0 + ends * 0.4 * r * r
-    arm = h + 0.375 * r
-    across = middle * (r * r / 4.0 + h * h / 3.0)
-    across += ends * (0.4 * r * r - (0.375 * r) ** 2 + arm * arm)
-    return volume, (across / volume, across / volume, along / volume)
 
 
 DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
@@ -287,7 +274,7 @@ class GeomReader:
         if place is None:
             return None
         pose, sizes = place
-        return _primitive(shape, sizes).transformed(pose)
+        return _PRIMITIVES[shape](*sizes).transformed(pose)
 
     def _mesh_surface(self, name: str, geom: XmlElement) -> Surface | None:
         """Return the surface of a mesh of the model; None, with a loss, if it cannot be read."""
@@ -306,14 +293,17 @@ class GeomReader:
     def _read_mesh(self, element: XmlElement, name: str) -> Surface | None:
         file = element.get("file")
         if file:
-            surface = self._files.find(self._folders(), self._file_name(file))
+            named = self.document.setting("meshdir", self.document.setting("assetdir", ""))
+            if self.document.setting("strippath", "false") == "true":
+                file = file.replace("\\", "/").rsplit("/", 1)[-1]
+            folders = dict.fromkeys((self.directory / named, self.directory))
+            surface = self._files.find(folders, file)
         else:
             surface = self._inline_mesh(element, name)
         if surface is None:
             return None
         shift = np.array(parse_vector(element, "refpos", self.diagnostics))
-        written = element.attributes.get("refquat")
-        read = None if written is None else parse_numbers(written, self.diagnostics, 4)
+        read = element.numbers("refquat", self.diagnostics, 4)
         turn = np.eye(3)
         if read is not None and np.linalg.norm(read) > _SMALLEST_QUATERNION:
             turn = matrix_from_quaternion(np.array(read))
@@ -324,25 +314,14 @@ class GeomReader:
             return None
         return scaled(surface, scale)
 
-    def _folders(self) -> tuple[Path, ...]:
-        """Return the folders in which mesh files are looked for."""
-        named = self.document.setting("meshdir", self.document.setting("assetdir", ""))
-        return tuple(dict.fromkeys((self.directory / named, self.directory)))
-
-    def _file_name(self, file: str) -> str:
-        strip = self.document.setting("strippath", "false") == "true"
-        return file.replace("\\", "/").rsplit("/", 1)[-1] if strip else file
-
     def _inline_mesh(self, element: XmlElement, name: str) -> Surface | None:
         """Return a mesh that is written in the model; without faces its convex hull."""
         vertex, face = element.attributes.get("vertex"), element.attributes.get("face")
         if vertex is None:
             self.losses.add("meshes that MuJoCo makes itself", name)
             return None
-        numbers = parse_numbers(vertex, self.diagnostics, 9, _MAX_MESH_NUMBERS)
-        corners = (
-            None if face is None else parse_numbers(face, self.diagnostics, 3, _MAX_MESH_NUMBERS)
-        )
+        numbers = element.numbers("vertex", self.diagnostics, 9, _MAX_MESH_NUMBERS)
+        corners = element.numbers("face", self.diagnostics, 3, _MAX_MESH_NUMBERS)
         if numbers is None or (face is not None and corners is None):
             return None
         if len(numbers) % 3 or (corners is not None and len(corners) % 3):
@@ -377,11 +356,8 @@ class GeomReader:
     def _parse_rgba(
         self, element: XmlElement, default: tuple[float, float, float, float]
     ) -> tuple[float, float, float, float]:
-        written = element.attributes.get("rgba")
-        read = None if written is None else parse_numbers(written, self.diagnostics, 4)
-        if read is None:
-            return default
-        red, green, blue, opacity = (min(max(part, 0.0), 1.0) for part in read)
+        read = element.numbers("rgba", self.diagnostics, 4) or default
+        red, green, blue, opacity = np.clip(read, 0.0, 1.0).tolist()
         return red, green, blue, opacity
 
     def add_asset_losses(self) -> None:
@@ -392,27 +368,20 @@ class GeomReader:
                     self.losses.add("unknown assets", element.tag)
 
 
+_PRIMITIVES: Final[Mapping[str, Callable[..., Surface]]] = {
+    "sphere": sphere,
+    "capsule": capsule,
+    "cylinder": cylinder,
+    "ellipsoid": ellipsoid,
+    "box": box,
+}
+
 _CONTACT = "contact of geoms: `mover simulate --floor` and `--scene` have their own"
 
 
 def _is_visual(geom: XmlElement) -> bool:
     """Return whether a geom touches nothing."""
     return geom.get("contype") == "0" and geom.get("conaffinity") == "0"
-
-
-def _primitive(shape: str, sizes: tuple[float, ...]) -> Surface:
-    """Return the surface of a solid shape about its centre."""
-    match shape:
-        case "sphere":
-            return sphere(sizes[0])
-        case "capsule":
-            return capsule(sizes[0], sizes[1])
-        case "cylinder":
-            return cylinder(sizes[0], sizes[1])
-        case "ellipsoid":
-            return ellipsoid(sizes[0], sizes[1], sizes[2])
-        case _:
-            return box(sizes[0], sizes[1], sizes[2])
 
 
 def _hull(points: Array, name: str, losses: Losses) -> Surface | None:

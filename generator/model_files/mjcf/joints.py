@@ -8,14 +8,17 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
-from generator.figure import AxisKind, Vector
+from generator.figure import AxisKind
 from generator.losses import Losses
-from generator.model_files.body_tree.tree import DegreeOfFreedom, rotation_from_z_to
+from generator.model_files.body_tree.tree import (
+    DegreeOfFreedom,
+    ball_dofs,
+    free_dofs,
+    rotation_from_z_to,
+)
 from generator.model_files.xml import (
-    SourceText,
     XmlElement,
     parse_number,
-    parse_numbers,
     parse_vector,
     unit_direction,
 )
@@ -26,7 +29,8 @@ from generator.rotations import (
     pose_matrix,
 )
 
-ORIENTATION_ATTRIBUTES = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+ORIENTATION_ATTRIBUTES = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
+"""Attributes of an orientation, and how many numbers they have."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +52,8 @@ class AngleConvention:
 
 def parse_pose(element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
     """Parse `pos` and an orientation as a pose, shape (4, 4)."""
-    place = element.attributes.get("pos")
-    offset = None if place is None else parse_numbers(place, diagnostics, 3)
-    return pose_matrix(parse_orientation(element, angles, diagnostics), offset or np.zeros(3))
+    offset = parse_vector(element, "pos", diagnostics)
+    return pose_matrix(parse_orientation(element, angles, diagnostics), offset)
 
 
 def parse_orientation(
@@ -64,90 +67,44 @@ def parse_orientation(
             element.span_of(present[1]),
             "an element has one of them at most",
         )
-    if not present:
+    form = present[0] if present else ""
+    read = element.numbers(form, diagnostics, ORIENTATION_ATTRIBUTES.get(form, 0))
+    if read is None:
         return np.eye(3)
-    written = element.attributes[present[0]]
-    match present[0]:
+    span = element.span_of(form)
+    match form:
         case "quat":
-            return _from_quaternion(written, diagnostics)
+            if np.linalg.norm(read) > 1e-10:
+                return matrix_from_quaternion(np.array(read))
+            diagnostics.error("the zero quaternion is not an orientation", span, "write `1 0 0 0`")
+            return np.eye(3)
         case "axisangle":
-            read = parse_numbers(written, diagnostics, 4)
-            if read is None:
-                return np.eye(3)
-            axis = unit_direction(read[:3], written.span, diagnostics)
+            axis = unit_direction(read[:3], span, diagnostics)
             return matrix_from_axis_angle(axis, angles.radians(read[3]))
         case "xyaxes":
-            return _from_xy(written, diagnostics)
+            x = np.asarray(unit_direction(read[:3], span, diagnostics))
+            y = np.asarray(read[3:]) - float(x @ np.asarray(read[3:])) * x
+            y = np.asarray(unit_direction(y.tolist(), span, diagnostics))
+            parallel = abs(float(x @ y)) > 0.5
+            return np.eye(3) if parallel else np.stack([x, y, np.cross(x, y)], axis=1)
         case "zaxis":
-            read = parse_numbers(written, diagnostics, 3)
-            return rotation_from_z_to(
-                unit_direction(read or (0.0, 0.0, 1.0), written.span, diagnostics)
-            )
+            return rotation_from_z_to(unit_direction(read, span, diagnostics))
         case _:
-            return _from_euler(written, angles, diagnostics)
-
-
-def _from_quaternion(written: SourceText, diagnostics: Diagnostics) -> Array:
-    read = parse_numbers(written, diagnostics, 4)
-    if read is None:
-        return np.eye(3)
-    quaternion = np.array(read)
-    if not np.linalg.norm(quaternion) > 1e-10:
-        diagnostics.error(
-            "the zero quaternion is not an orientation", written.span, "write `1 0 0 0`"
-        )
-        return np.eye(3)
-    return matrix_from_quaternion(quaternion)
-
-
-def _from_xy(written: SourceText, diagnostics: Diagnostics) -> Array:
-    read = parse_numbers(written, diagnostics, 6)
-    if read is None:
-        return np.eye(3)
-    x = np.asarray(unit_direction(read[:3], written.span, diagnostics))
-    y = np.asarray(read[3:]) - float(x @ np.asarray(read[3:])) * x
-    y = np.asarray(unit_direction(y.tolist(), written.span, diagnostics))
-    if abs(float(x @ y)) > 0.5:
-        return np.eye(3)
-    return np.stack([x, y, np.cross(x, y)], axis=1)
-
-
-def _from_euler(written: SourceText, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
-    read = parse_numbers(written, diagnostics, 3)
-    matrix = np.eye(3)
-    for letter, value in zip(angles.euler_sequence, read or (), strict=False):
-        turn = matrix_from_axis_angle(np.eye(3)["xyz".index(letter.lower())], angles.radians(value))
-        matrix = matrix @ turn if letter.islower() else turn @ matrix
-    return matrix
+            matrix = np.eye(3)
+            for letter, value in zip(angles.euler_sequence, read, strict=True):
+                axis = np.eye(3)["xyz".index(letter.lower())]
+                turn = matrix_from_axis_angle(axis, angles.radians(value))
+                matrix = matrix @ turn if letter.islower() else turn @ matrix
+            return matrix
 
 
 KINDS: Final = ("hinge", "slide", "ball", "free")
 
-READ_ATTRIBUTES: Final = {
-    "name",
-    "type",
-    "pos",
-    "axis",
-    "limited",
-    "range",
-    "ref",
-    "springref",
-    "stiffness",
-    "damping",
-    "frictionloss",
-    "armature",
-    "springdamper",
-    "solreflimit",
-    "solimplimit",
-    "solreffriction",
-    "solimpfriction",
-    "margin",
-    "group",
-}
-
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-LETTERS = (("z", Z), ("y", Y), ("x", X))
-"""From the outermost inwards, so that a chain is written x, y, z."""
+READ_ATTRIBUTES: Final = (
+    {"name", "type", "pos", "axis", "limited", "range", "ref", "springref", "stiffness", "damping"}
+    | {"frictionloss", "armature", "springdamper", "solreflimit", "solimplimit", "solreffriction"}
+    | {"solimpfriction", "margin", "group"}
+)
 
 ARMATURE = "armature, the inertia of motors"
 LIMITS = "soft limits of joints become stops of 1000 N m/rad or 100 kN/m"
@@ -207,41 +164,23 @@ class JointReader:
     def _freedoms(self, name: str, joint_type: str, element: XmlElement) -> list[DegreeOfFreedom]:
         if parse_number(element, "armature", self.diagnostics) > 0.0:
             self.losses.add(ARMATURE, name)
-        tuned = element.attributes.get("springdamper")
-        if tuned is not None and parse_numbers(tuned, self.diagnostics, 2) != (0.0, 0.0):
+        if any(element.numbers("springdamper", self.diagnostics, 2) or ()):
             self.losses.add("springs and dampers by time constants (`springdamper`)", name)
         if joint_type in ("hinge", "slide"):
             return [self._single(name, joint_type, element)]
-        point = (
-            (0.0, 0.0, 0.0)
-            if joint_type == "free"
-            else parse_vector(element, "pos", self.diagnostics)
-        )
-        row: list[DegreeOfFreedom] = []
         if joint_type == "free":
-            row = [
-                self._with_passive_law(
-                    DegreeOfFreedom(f"{name}_t{letter}", AxisKind.TRANSLATION, axis, joint=name),
-                    element,
-                )
-                for letter, axis in LETTERS
-            ]
-        elif self._limits(element) is not None:
-            self.losses.add("limits of ball joints", name)
-        for letter, axis in LETTERS:
-            row.append(
-                self._with_passive_law(
-                    DegreeOfFreedom(f"{name}_{letter}", AxisKind.ROTATION, axis, point, joint=name),
-                    element,
-                )
-            )
-        return row
+            row = free_dofs(name)
+        else:
+            row = ball_dofs(name, parse_vector(element, "pos", self.diagnostics))
+            if self._limits(element) is not None:
+                self.losses.add("limits of ball joints", name)
+        return [self._with_passive_law(dof, element) for dof in row]
 
     def _single(self, name: str, joint_type: str, element: XmlElement) -> DegreeOfFreedom:
         """A hinge or a slide."""
-        axis = parse_vector(element, "axis", self.diagnostics, Z)
+        axis = parse_vector(element, "axis", self.diagnostics, (0.0, 0.0, 1.0))
         axis = unit_direction(axis, element.span_of("axis"), self.diagnostics)
-        point: Vector = parse_vector(element, "pos", self.diagnostics)
+        point = parse_vector(element, "pos", self.diagnostics)
         turns = joint_type == "hinge"
         shift = self._in_radians(parse_number(element, "ref", self.diagnostics), turns)
         rest = self._in_radians(parse_number(element, "springref", self.diagnostics), turns) - shift
@@ -267,9 +206,8 @@ class JointReader:
 
     def _limits(self, element: XmlElement) -> tuple[float, float] | None:
         """Return the limits of a joint as they are written; None for an unlimited one."""
-        limited, written = element.get("limited") or "auto", element.attributes.get("range")
-        read = None if written is None else parse_numbers(written, self.diagnostics, 2)
-        low, high = read or (0.0, 0.0)
+        limited = element.get("limited") or "auto"
+        low, high = element.numbers("range", self.diagnostics, 2) or (0.0, 0.0)
         is_limited = limited == "true" or (limited == "auto" and self.autolimits and low < high)
         return (low, high) if is_limited else None
 
@@ -313,7 +251,6 @@ def parse_coefficients(
     element: XmlElement, name: str, diagnostics: Diagnostics
 ) -> tuple[float, float, float]:
     """Parse a linear, a quadratic and a cubic coefficient, zero where they are left out."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 1, 3)
-    first, second, third = (*(read or ()), 0.0, 0.0, 0.0)[:3]
+    read = element.numbers(name, diagnostics, 1, 3) or ()
+    first, second, third = (*read, 0.0, 0.0, 0.0)[:3]
     return first, second, third

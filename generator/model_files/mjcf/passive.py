@@ -13,18 +13,12 @@ import numpy as np
 
 from generator.diagnostics import ModelError
 from generator.figure import Figure
-from generator.joint_chain import Chain
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
-from generator.model_files.export_model import (
-    build_export_model,
-    is_ball,
-    split_joint_laws,
-    tree_joint_springs,
-)
+from generator.model_files.export_model import JointLaws, build_export_model
 from generator.model_files.mjcf.write import body_name, chain_indices, site_name
 from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
-from springs import AxisSpring, Joining, SpringSet, total_torque
+from springs import AxisSpring, SphericalLaw, SpringSet, total_torque
 from springs.spherical import damping_torque, elastic_torque
 
 
@@ -59,21 +53,14 @@ class PassiveSprings:
 
         Raises ModelError where the model has other bodies.
         """
-        export = build_export_model(figure, Losses("MuJoCo model"))
+        export = build_export_model(figure, springs, Losses("MuJoCo model"))
         branches = {branch.joint.name: branch for branch in export.tree.joints}
-        self._joining: Joining = springs.joining
+        self._law: SphericalLaw = springs.law
         self._single: list[_Single] = []
         self._several: list[_Several] = []
-        for name, each in tree_joint_springs(export, springs):
-            branch, chain = branches[name], export.tree.chains[name]
-            laws = split_joint_laws(chain, each, springs.joining)
-            places = _joint_places(
-                model,
-                body_name(export, branch.outboard),
-                branch,
-                chain,
-                has_ball=is_ball(chain, each, springs.joining),
-            )
+        for name in export.tree_springs:
+            branch, laws = branches[name], export.laws(name)
+            places = _joint_places(model, body_name(export, branch.outboard), branch, laws)
             for k, spring in laws.uncoupled.items():
                 joint = places[k]
                 position, speed = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
@@ -84,7 +71,7 @@ class PassiveSprings:
                     first = int(model.jnt_dofadr[joint])
                     if k is None:
                         speeds += range(first, first + 3)
-                    elif k in chain.rotations:
+                    elif k in laws.chain.rotations:
                         speeds.append(first)
                 parent, child = (
                     int(model.site(site_name(export, e)).id) for e in branch.joint.ends
@@ -106,16 +93,16 @@ class PassiveSprings:
             speeds = list(each.speeds)
             axes: Array = each.sign * data.cdof[speeds, :3]
             rate = half_way.T @ (data.qvel[speeds] @ axes)
-            torque = elastic_torque(self._joining, each.springs, r)
+            torque = elastic_torque(self._law, each.springs, r)
             torque = torque + damping_torque(each.springs, r, rate)
             data.qfrc_passive[speeds] += axes @ (half_way @ torque)
 
 
 def _joint_places(
-    model: Any, body: str, branch: TreeJoint, chain: Chain, *, has_ball: bool
+    model: Any, body: str, branch: TreeJoint, laws: JointLaws
 ) -> dict[int | None, int]:
     """Return the model's joint numbers by place in the chain; None stands for a ball."""
-    from_chain = list(chain_indices(branch, chain.translations_are_outer, has_ball=has_ball))
+    from_chain = chain_indices(branch, laws)
     number = int(model.body(body).id)
     first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
     if count != len(from_chain):

@@ -14,13 +14,18 @@ from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
-    gravity_losses,
+    inertia_tensor,
     own_site_names,
     rotation_to_y_up,
 )
 from generator.model_files.embedded import MARK, imported_from_embedded
 from generator.model_files.imported import Imported
-from generator.model_files.mjcf.document import MAIN, Document, parse_document
+from generator.model_files.mjcf.document import (
+    COMPILER_CHOICES,
+    MAIN,
+    Document,
+    parse_document,
+)
 from generator.model_files.mjcf.geoms import GeomReader, geom_mass
 from generator.model_files.mjcf.joints import (
     ORIENTATION_ATTRIBUTES,
@@ -34,7 +39,6 @@ from generator.model_files.mjcf.tendons import with_tendons
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
-    parse_numbers,
     parse_vector,
 )
 from generator.rotations import Array
@@ -53,16 +57,7 @@ _READ_ATTRIBUTES: Final = {
     "freejoint": {"name"},
 }
 _BODY_ELEMENTS: Final = (
-    "body",
-    "frame",
-    "joint",
-    "freejoint",
-    "inertial",
-    "geom",
-    "site",
-    "camera",
-    "light",
-    "plugin",
+    *(*_READ_ATTRIBUTES, "geom", "site", "camera", "light", "plugin"),
     *_UNSUPPORTED_ELEMENTS,
 )
 
@@ -121,16 +116,16 @@ class BodyReader:
         self, element: XmlElement, parent: str | None, parent_pose: Array, childclass: str
     ) -> None:
         name = element.get("name") or f"body_{len(self.bodies) + 1}"
-        if not self._is_new_name(name, element, self._names):
+        if not element.is_first_of_name(name, self._names, self.diagnostics):
             return
         if element.get("mocap") == "true":
             self.losses.add("mocap bodies are fixed", name)
         self._add_unread_losses(element)
         childclass = element.get("childclass") or childclass
         contents = self._collect_contents(element, childclass)
-        joints = JointReader(
-            self.document.angle_convention, self._autolimits, self.diagnostics, self.losses
-        )
+        autolimits = self.document.setting("autolimits", "true") == "true"
+        angles = self.document.angle_convention
+        joints = JointReader(angles, autolimits, self.diagnostics, self.losses)
         freedoms = joints.read(name, contents.joints, is_outermost=parent is None)
         # A body that cannot move needs no mass, but has its share in a prescribed total mass.
         fixed = not freedoms and parent in self._fixed
@@ -142,7 +137,7 @@ class BodyReader:
             Body(
                 name,
                 parent,
-                parent_pose @ parse_pose(element, self.document.angle_convention, self.diagnostics),
+                parent_pose @ parse_pose(element, angles, self.diagnostics),
                 freedoms,
                 mass,
                 own_site_names(name, contents.sites),
@@ -153,21 +148,6 @@ class BodyReader:
         )
         for child, pose, inner in contents.bodies:
             self._read_body(child, name, pose, inner)
-
-    def _is_new_name(self, name: str, element: XmlElement, known: dict[str, XmlElement]) -> bool:
-        """Return whether no other element has this name; report a second one."""
-        first = known.setdefault(name, element)
-        if first is not element:
-            self.diagnostics.error(
-                f"a second {element.tag} named `{shorten(name)}`",
-                element.span_of("name"),
-                f"the first is in line {first.span.line}",
-            )
-        return first is element
-
-    @property
-    def _autolimits(self) -> bool:
-        return self.document.setting("autolimits", "true") == "true"
 
     def _collect_contents(self, element: XmlElement, childclass: str) -> _BodyContents:
         contents = _BodyContents()
@@ -228,7 +208,7 @@ class BodyReader:
             )
             return
         name = child.get("name")
-        if name and not self._is_new_name(name, child, self._joint_names):
+        if name and not child.is_first_of_name(name, self._joint_names, self.diagnostics):
             return
         whole = child
         if child.tag == "joint":
@@ -245,8 +225,10 @@ class BodyReader:
         if contents.inertial is not None and choice != "true":
             return self._parse_inertial(contents.inertial)
         total: MassProperties | None = None
+        bounds = self.document.compiler.numbers("inertiagrouprange", self.diagnostics, 2)
         for element, before in contents.geoms if choice != "false" else ():
-            if not self._is_in_inertia_group(element):
+            group = 0.0 if bounds is None else parse_number(element, "group", self.diagnostics)
+            if bounds is not None and not bounds[0] <= group <= bounds[1]:
                 continue
             part = geom_mass(element, self.document.angle_convention, self.diagnostics)
             if part is not None:
@@ -256,14 +238,6 @@ class BodyReader:
             return self._with_bounds(0.0, np.zeros(3), np.zeros((3, 3)))
         return self._with_bounds(total.mass, total.centre, total.inertia)
 
-    def _is_in_inertia_group(self, geom: XmlElement) -> bool:
-        written = self.document.compiler.get("inertiagrouprange")
-        bounds = None if written is None else parse_numbers(written, self.diagnostics, 2)
-        return (
-            bounds is None
-            or bounds[0] <= parse_number(geom, "group", self.diagnostics) <= bounds[1]
-        )
-
     def _parse_inertial(self, element: XmlElement) -> tuple[MassProperties | None, Array]:
         diagnostics, nothing = self.diagnostics, (None, np.zeros((3, 3)))
         if "mass" not in element.attributes:
@@ -272,10 +246,9 @@ class BodyReader:
         mass = parse_number(element, "mass", diagnostics)
         turn = parse_orientation(element, self.document.angle_convention, diagnostics)
         tensor = np.diag(parse_vector(element, "diaginertia", diagnostics))
-        full = element.attributes.get("fullinertia")
-        if full is not None:
-            xx, yy, zz, xy, xz, yz = parse_numbers(full, diagnostics, 6) or (1.0,) * 3 + (0.0,) * 3
-            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if "fullinertia" in element.attributes:
+            default = (1.0,) * 3 + (0.0,) * 3
+            tensor = inertia_tensor(element.numbers("fullinertia", diagnostics, 6) or default)
         elif "diaginertia" not in element.attributes and mass != 0.0:
             diagnostics.error(
                 "`inertial` has no inertia", element.span, "add `diaginertia` or `fullinertia`"
@@ -311,9 +284,7 @@ class BodyReader:
         return MassProperties(mass, centre, tensor), np.zeros((3, 3))
 
     def _number_setting(self, name: str) -> float:
-        written = self.document.compiler.get(name)
-        read = None if written is None else parse_numbers(written, self.diagnostics, 1)
-        return 0.0 if read is None else read[0]
+        return parse_number(self.document.compiler, name, self.diagnostics)
 
     def _add_unread_losses(self, element: XmlElement) -> None:
         unread = element.attributes.keys() - _READ_ATTRIBUTES[element.tag] - {"class"}
@@ -326,12 +297,14 @@ class BodyReader:
         if not total > 0.0:
             return self.bodies
         factor = total / sum(body.mass.mass for body in self.bodies if body.mass is not None)
-        return [_scale_mass(body, factor) for body in self.bodies]
-
-
-def _scale_mass(body: Body, factor: float) -> Body:
-    mass = None if body.mass is None else body.mass.with_mass(body.mass.mass * factor)
-    return replace(body, mass=mass, extra_inertia=body.extra_inertia * factor)
+        return [
+            replace(
+                body,
+                mass=body.mass and body.mass.with_mass(body.mass.mass * factor),
+                extra_inertia=body.extra_inertia * factor,
+            )
+            for body in self.bodies
+        ]
 
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -352,20 +325,9 @@ _LOST: Final = {
 _READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "tendon", "worldbody")
 
 _COMPILER: Final = {
-    "angle",
-    "eulerseq",
-    "coordinate",
-    "autolimits",
-    "inertiafromgeom",
-    "inertiagrouprange",
-    "boundmass",
-    "boundinertia",
-    "balanceinertia",
-    "settotalmass",
-    "meshdir",
-    "assetdir",
-    "texturedir",
-    "strippath",
+    *COMPILER_CHOICES,
+    *("eulerseq", "inertiagrouprange", "boundmass", "boundinertia", "settotalmass"),
+    *("meshdir", "assetdir", "texturedir", "strippath"),
 }
 
 
@@ -408,23 +370,18 @@ def figure_from_mjcf(
 
 def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:
     """Return the rotation that makes y up, from the direction of gravity; report it."""
-    gravity = np.array(STANDARD_GRAVITY)
+    gravity = STANDARD_GRAVITY
     for option in document.root.find_all("option"):
-        written = option.attributes.get("gravity")
-        read = None if written is None else parse_numbers(written, diagnostics, 3)
-        gravity = gravity if read is None else np.array(read)
+        gravity = parse_vector(option, "gravity", diagnostics, gravity)
         flag = option.find("flag")
         if flag is not None and flag.get("gravity") == "disable":
-            gravity = np.zeros(3)
+            gravity = (0.0, 0.0, 0.0)
         for name in option.attributes:
             if name != "gravity":
                 losses.add("settings of the simulation", name)
         for name in () if flag is None else flag.attributes:
             losses.add("settings of the simulation", f"flag {name}")
-    up = rotation_to_y_up(gravity)
-    for sentence in gravity_losses(gravity, up):
-        losses.add(sentence)
-    return up
+    return rotation_to_y_up(gravity, losses)
 
 
 def _add_section_losses(document: Document, losses: Losses, used: set[int]) -> None:
@@ -442,6 +399,6 @@ def _add_section_losses(document: Document, losses: Losses, used: set[int]) -> N
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
                 losses.add(what, *others)
-    for name in document.compiler:
+    for name in document.compiler.attributes:
         if name not in _COMPILER:
             losses.add("attributes that a figure does not have", f"compiler {name}")

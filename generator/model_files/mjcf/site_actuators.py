@@ -19,7 +19,7 @@ from generator.model_files.body_tree.joints import BEYOND_LIMITS, rotation_group
 from generator.model_files.body_tree.to_figure import HINGES_AS_ONE, common_stem
 from generator.model_files.body_tree.tree import Body, Curve, DegreeOfFreedom, FunctionCurve
 from generator.model_files.mjcf.document import MAIN, Document
-from generator.model_files.xml import XmlElement, parse_numbers
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array
 from springs import Linear
 
@@ -162,9 +162,8 @@ def _numbers(
     element: XmlElement, name: str, count: int, diagnostics: Diagnostics
 ) -> tuple[float, ...]:
     """Return the numbers of an attribute, zeros where they are left out."""
-    written = element.attributes.get(name)
-    read = None if written is None else parse_numbers(written, diagnostics, 1, count)
-    return (*(read or ()), *(0.0,) * count)[:count]
+    read = element.numbers(name, diagnostics, 1, count) or ()
+    return (*read, *(0.0,) * count)[:count]
 
 
 def _pairs(torques: Sequence[_Torque]) -> Iterator[tuple[_Torque, _Torque]]:
@@ -184,8 +183,13 @@ def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body |
         common_stem(tuple(dof.name for dof in turns)) or body.name,
     )
     dofs = list(body.dofs)
-    if len(turns) == 3 and all(dof.joint for dof in turns):  # any axes are axes of a ball
-        dofs = [_in_axes_of(dof, torques[0].turn) for dof in dofs]
+    turn = torques[0].turn
+    is_turned = np.abs(turn - np.round(turn)).max() >= _TOLERANCE
+    if is_turned and len(turns) == 3 and all(dof.joint for dof in turns):
+        for k, dof in enumerate(dofs):  # any axes are axes of a ball
+            if is_rotation(dof.kind):
+                x, y, z = (turn @ dof.axis).tolist()
+                dofs[k] = replace(dof, axis=(x, y, z))
     if rotation_group(dofs, joint) is None:
         return None
     left = list(torques)
@@ -201,14 +205,6 @@ def _with_laws(body: Body, torques: Sequence[_Torque], losses: Losses) -> Body |
     if any(dof.is_passive and not dof.joint for dof in turns):
         losses.add(HINGES_AS_ONE, joint)
     return replace(body, dofs=tuple(dofs))
-
-
-def _in_axes_of(dof: DegreeOfFreedom, turn: Array) -> DegreeOfFreedom:
-    """Return a rotation of a ball about an axis of a site instead of the body's."""
-    if not is_rotation(dof.kind) or np.abs(turn - np.round(turn)).max() < _TOLERANCE:
-        return dof
-    x, y, z = (turn @ dof.axis).tolist()
-    return replace(dof, axis=(x, y, z))
 
 
 def _with_law(dof: DegreeOfFreedom, torques: Sequence[tuple[_Torque, float]]) -> DegreeOfFreedom:

@@ -29,7 +29,7 @@ from generator.rotations import (
     matrix_from_rotation_vector,
     unit_vector,
 )
-from springs import AxisSpring, Joining, JointSprings, total_torque
+from springs import AxisSpring, JointSprings, SphericalLaw, total_torque
 from springs.elastic import Range
 from springs.spherical import elastic_torque
 
@@ -183,13 +183,13 @@ def ramps_torque(ramps: Ramps, r: Array) -> Array:
     return 0.5 * (total + turned)
 
 
-def spring_error(joint: Joint, springs: JointSprings, joining: Joining, ramps: Ramps) -> FitError:
+def spring_error(joint: Joint, springs: JointSprings, law: SphericalLaw, ramps: Ramps) -> FitError:
     """Return the error of the ramps' torque over the range of the joint [N m]."""
     chain = Chain(joint.chain)
 
     def sizes(displacements: Array) -> Array:
         r = rotation_vector(chain, displacements)
-        half_way = elastic_torque(joining, springs.axes, r)
+        half_way = elastic_torque(law, springs.axes, r)
         exact = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * r), half_way)
         return np.linalg.norm(ramps_torque(ramps, r) - exact, axis=1)
 
@@ -197,7 +197,7 @@ def spring_error(joint: Joint, springs: JointSprings, joining: Joining, ramps: R
 
 
 def isotropic_stiffness(
-    joint: Joint, springs: JointSprings, joining: Joining
+    joint: Joint, springs: JointSprings, law: SphericalLaw
 ) -> tuple[float, float, float] | None:
     """Return k1, k2, k3 of a torque -(k1 a + k2 a^2 + k3 a^3) r/a; None for another law.
 
@@ -210,7 +210,7 @@ def isotropic_stiffness(
         for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True)
     ]
     r = rotation_vector(Chain(joint.chain), np.array(list(product(*turns))))
-    torques = elastic_torque(joining, springs.axes, r)
+    torques = elastic_torque(law, springs.axes, r)
     angle = np.linalg.norm(r, axis=1)
     powers = np.stack([-r * angle[:, None] ** power for power in range(3)], axis=-1).reshape(-1, 3)
     found = cast("Array", np.linalg.lstsq(powers, torques.ravel())[0])
@@ -222,11 +222,11 @@ def isotropic_stiffness(
     return k1, k2, k3
 
 
-def largest_torque(joint: Joint, springs: JointSprings, joining: Joining) -> float:
+def largest_torque(joint: Joint, springs: JointSprings, law: SphericalLaw) -> float:
     """Return the largest elastic torque over the range of the joint [N m]."""
     chain = Chain(joint.chain)
     r = rotation_vector(chain, orientations(chain, joint_ranges(joint, springs)))
-    torques = elastic_torque(joining, springs.axes, r)
+    torques = elastic_torque(law, springs.axes, r)
     return float(np.linalg.norm(torques, axis=1).max())
 
 

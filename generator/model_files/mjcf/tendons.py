@@ -11,7 +11,7 @@ from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom, FunctionCurve
 from generator.model_files.mjcf.document import MAIN, Document
 from generator.model_files.mjcf.joints import parse_coefficients
-from generator.model_files.xml import XmlElement, parse_number, parse_numbers
+from generator.model_files.xml import XmlElement, parse_number
 from generator.rotations import Array
 from springs import Cubic
 
@@ -90,9 +90,8 @@ def _slack_range(
 
     Without any it is the length where the joint's own spring has none.
     """
-    written = element.attributes.get("springlength")
-    read = None if written is None else parse_numbers(written, diagnostics, 1, 2)
-    low, high = (*(read or (-1.0, -1.0)), *(read or ()))[:2]
+    read = element.numbers("springlength", diagnostics, 1, 2) or (-1.0,)
+    low, high = read[0], read[-1]
     if (low, high) == (-1.0, -1.0):
         low = high = coefficient * (dof.rest + dof.offset)
     return low, high

@@ -23,13 +23,14 @@ the slope by x, and `forcerange` cuts the torque off on the other side of the st
 that differs between axes is `J_damping_n_parent` and `..._child` with half of each in `biasprm`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import NamedTuple, assert_never
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
 from generator.identifiers import reserve_name
@@ -43,10 +44,7 @@ from generator.model_files.export_model import (
     build_export_model,
     common_damping,
     has_friction,
-    is_ball,
     loop_closures,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import (
     FitError,
@@ -88,13 +86,12 @@ from generator.rotations import (
     unit_vector,
 )
 from generator.springs_file.axes import parallel_sign
-from generator.units import AxisUnits
 from springs import (
     AxisSpring,
     CoupledAxis,
     CoupledSpring,
-    Joining,
     JointSprings,
+    SphericalLaw,
     SpringSet,
     total_torque,
 )
@@ -154,29 +151,25 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
     """The constant forces and moments at sites, as actuators that take no control."""
     for name in model.figure.bodies:
         for site in model.figure.segments[name].sites.values():
-            own = site.pose_in_segment[:3, :3].T
-            zero = (0.0, 0.0, 0.0)
+            own, zero = site.pose_in_segment[:3, :3].T, (0.0, 0.0, 0.0)
+            force, moment = site.local_force or zero, site.local_moment or zero
             loads = {
                 "global": [*(site.global_force or zero), *(site.global_moment or zero)],
-                "local": [
-                    *(own @ (site.local_force or zero)),
-                    *(own @ (site.local_moment or zero)),
-                ],
+                "local": [*(own @ force), *(own @ moment)],
             }
             for kind, load in loads.items():
                 if any(load):
-                    _add_load(actuators, site_name(model, SiteRef(name, site.name)), kind, load)
+                    own_name = site_name(model, SiteRef(name, site.name))
+                    ends = {"site": own_name} | ({"refsite": WORLD} if kind == "global" else {})
+                    gear = format_numbers(load)
+                    title = f"{own_name} {kind} load"
+                    _add_actuator(actuators, title, (1.0, 0.0, 0.0), **ends, gear=gear)
 
 
-def _add_load(actuators: Element, site: str, kind: str, load: list[float]) -> None:
-    frame = {"refsite": WORLD} if kind == "global" else {}
-    attributes = {
-        "gear": format_numbers(load),
-        "gainprm": "0",
-        "biastype": "affine",
-        "biasprm": "1 0 0",
-    }
-    add_element(actuators, "general", name=f"{site} {kind} load", site=site, **frame, **attributes)
+def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> Element:
+    """Add an actuator without control; `bias` are its force and the slopes of this."""
+    fixed = {"gainprm": "0", "biastype": "affine", "biasprm": format_numbers(bias)}
+    return add_element(actuators, "general", name=name, **attributes, **fixed)
 
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -223,7 +216,7 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     """The text of a MuJoCo model, and its losses; raises InputError as `format_files`."""
     losses = Losses("MuJoCo model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("mujoco", model=figure.name or "figure")
     add_element(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     add_element(
@@ -239,7 +232,7 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     sections = {tag: Element(tag) for tag in ("asset", "worldbody", "equality", "tendon")}
     sections |= {tag: Element(tag) for tag in ("actuator", "keyframe")}
     root.extend(sections.values())
-    builder = _BodyWriter(model, springs, losses, sections)
+    builder = _BodyWriter(model, losses, sections)
     builder.add_bodies()
     add_visuals(model, sections["asset"], builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
@@ -250,9 +243,10 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    left = tuple(spring for spring in springs.coupled if not builder.add_coupled_spring(spring))
+    coupled = model.springs.coupled
+    left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     builder.report_fits()
-    add_common_losses(model, replace(springs, coupled=left), losses)
+    add_common_losses(replace(model, springs=replace(model.springs, coupled=left)), losses)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -275,25 +269,18 @@ class _Hinge(NamedTuple):
 class _BodyWriter:
     """Bodies and their joints, from the ground outwards."""
 
-    def __init__(
-        self,
-        model: ExportModel,
-        springs: SpringSet,
-        losses: Losses,
-        sections: Mapping[str, Element],
-    ) -> None:
+    def __init__(self, model: ExportModel, losses: Losses, sections: Mapping[str, Element]) -> None:
         self._model, self._losses, self._fits = model, losses, FitErrors()
         self._tendons, self._actuators = sections["tendon"], sections["actuator"]
-        self._joining = springs.joining
+        self._law = model.springs.law
         world = sections["worldbody"]
-        self._springs = dict(tree_joint_springs(model, springs))
         self.bodies: dict[str, Element] = dict.fromkeys(model.figure.ground, world)
         self._names: dict[str, dict[int | None, str]] = {}
         self._initial_positions_by_body: dict[str, list[float]] = {}
         self._joints = {
             model.joints[name]
             for name, chain in model.tree.chains.items()
-            if len(chain.joint_axes) == 1 or self._is_ball(name)
+            if len(chain.joint_axes) == 1 or model.laws(name).is_ball
         }
 
     @property
@@ -323,15 +310,11 @@ class _BodyWriter:
 
     def _add_body(self, branch: TreeJoint) -> None:
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        base, tip = (model.site(ref) for ref in ends)
+        base, tip = model.branch_sites(branch)
         pose = base @ inverse_pose(tip)
         if branch.inboard in model.figure.ground:
             pose = model.placement.poses[branch.inboard] @ pose
-        segment = model.figure.segments[branch.outboard]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
+        mass, centre, moments = model.mass_properties(branch.outboard)
         name = body_name(model, branch.outboard)
         body = add_element(
             self.bodies[branch.inboard],
@@ -344,11 +327,11 @@ class _BodyWriter:
         add_element(
             body,
             "inertial",
-            pos=format_numbers(segment.centre_of_mass),
-            mass=format_numbers(segment.mass),
-            diaginertia=format_numbers(segment.inertia),
+            pos=format_numbers(centre),
+            mass=format_numbers(mass),
+            diaginertia=format_numbers(moments),
         )
-        springs = self._springs.get(joint.name, JointSprings(joint.name))
+        springs = model.joint_springs(joint.name)
         chain = model.tree.chains[joint.name]
         free = (
             len(chain.rotations) == len(chain.translations) == 3
@@ -368,18 +351,15 @@ class _BodyWriter:
         self, body: Element, branch: TreeJoint, tip_site: Array, springs: JointSprings
     ) -> None:
         joint, chain = branch.joint, self._model.tree.chains[branch.joint.name]
-        laws = split_joint_laws(chain, springs, self._joining)
+        laws = self._model.laws(joint.name)
         position = format_numbers(tip_site[:3, 3])
-        names = self._joint_element_names(joint)
+        names = self._joint_element_names(joint, laws)
         self._names[joint.name] = names
         displacements = self._model.placement.displacements[joint.name]
         start: list[float] = []
         self._initial_positions_by_body[body.attrib["name"]] = start
         ball: Element | None = None
-        places = chain_indices(
-            branch, chain.translations_are_outer, has_ball=self._is_ball(joint.name)
-        )
-        for k in places:
+        for k in chain_indices(branch, laws):
             if k is None:
                 turn = chain.pose(displacements)[:3, :3]
                 turn = turn if branch.parent_is_inboard else turn.T
@@ -407,36 +387,33 @@ class _BodyWriter:
             element = add_element(
                 body, "joint", name=names[k], **placing, axis=format_numbers(axis)
             )
-            self._add_range(element, joint, k)
+            # MuJoCo does not enforce the limits: our springs do.
+            if ends := _limits(joint, k):
+                element.attrib |= {"limited": "false", "range": format_numbers(ends)}
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, k, laws.uncoupled[k], springs)
         if laws.combined:
             self._add_rotation_springs(ball, joint, springs)
         self._add_friction_losses(joint, laws)
 
-    def _joint_element_names(self, joint: Joint) -> dict[int | None, str]:
+    def _joint_element_names(self, joint: Joint, laws: JointLaws) -> dict[int | None, str]:
         """Names of a joint's hinges and slides by place in its chain, and of its ball."""
         name = self._model.joints[joint.name]
         if len(joint.chain) == 1:
             return {0: name}
         coordinates = self._model.coordinates[joint.name]
-        has_ball = self._is_ball(joint.name)
         parts = {
             k: reserve_name(coordinates[k], self._joints)
             for k, factor in enumerate(joint.chain)
-            if not is_rotation(factor.kind) or not has_ball
+            if not is_rotation(factor.kind) or not laws.is_ball
         }
         return {None: name, **parts}
-
-    def _is_ball(self, joint: str) -> bool:
-        springs = self._springs.get(joint, JointSprings(joint))
-        return is_ball(self._model.tree.chains[joint], springs, self._joining)
 
     def _add_rotation_springs(
         self, ball: Element | None, joint: Joint, springs: JointSprings
     ) -> None:
         """Springs and damping of several rotations: of the ball itself, if equal about all axes."""
-        stiffness = isotropic_stiffness(joint, springs, self._joining)
+        stiffness = isotropic_stiffness(joint, springs, self._law)
         damping = common_damping(springs.axes)
         if stiffness is not None and (ball is not None or not any(stiffness)):
             if ball is not None and any(stiffness):
@@ -447,8 +424,8 @@ class _BodyWriter:
             for number, (axis, each) in enumerate(ramps, 1):
                 for place, ramp in enumerate(each, 1):
                     self._add_ramp(joint, axis, f"spring_{number}_{place}", ramp)
-            error = spring_error(joint, springs, self._joining, ramps)
-            largest = largest_torque(joint, springs, self._joining)
+            error = spring_error(joint, springs, self._law, ramps)
+            largest = largest_torque(joint, springs, self._law)
             if error.largest > ROUNDING * largest:
                 self._fits.add(_RAMPS, joint.name, error, f", of {format_size(largest)} N m")
         if damping and ball is not None:
@@ -485,24 +462,12 @@ class _BodyWriter:
         gear = np.array([0.0, 0.0, 0.0, *axis.direction])
         frames = {"parent": (child, parent, gear), "child": (parent, child, -gear)}
         for frame, (site, refsite, about) in frames.items():
-            actuator = add_element(
-                self._actuators,
-                "general",
-                name=f"{self._model.joints[joint.name]}_{name}_{frame}",
-                site=site,
-                refsite=refsite,
-                gear=format_numbers(about + 0.0),
-                gainprm="0",
-                biastype="affine",
-                biasprm=format_numbers(terms),
-            )
+            title = f"{self._model.joints[joint.name]}_{name}_{frame}"
+            gear = format_numbers(about + 0.0)
+            sites = {"site": site, "refsite": refsite}
+            actuator = _add_actuator(self._actuators, title, terms, **sites, gear=gear)
             if ends is not None:
                 actuator.set("forcerange", format_numbers(ends))
-
-    def _add_range(self, element: Element, joint: Joint, index: int) -> None:
-        """The limits of a displacement, which MuJoCo does not enforce: our springs do."""
-        if ends := _limits(joint, index):
-            element.attrib |= {"limited": "false", "range": format_numbers(ends)}
 
     def _add_axis_spring(
         self,
@@ -522,27 +487,15 @@ class _BodyWriter:
                 self._losses.add(_CURVES, joint.name)
             else:
                 self._add_curve(element, curve)
-                self._report_fit(joint, curve, spring, ends, units)
+                values = np.linspace(*ends, _FIT_SAMPLES)
+                torques = np.asarray(total_torque(spring.elastic, values))
+                error = FitError.from_differences(curve.torque(values) - torques, units.effort)
+                if error.largest > ROUNDING * float(np.abs(torques).max()):
+                    self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
         if spring.damping.viscous:
             element.set("damping", format_numbers(spring.damping.viscous))
         if spring.damping.coulomb:
             element.set("frictionloss", format_numbers(spring.damping.coulomb))
-
-    def _report_fit(
-        self,
-        joint: Joint,
-        curve: PiecewiseCubic,
-        spring: AxisSpring,
-        ends: Range,
-        units: AxisUnits,
-    ) -> None:
-        """Report the error of a curve over the range of its displacement, if it is not exact."""
-        values = np.linspace(*ends, _FIT_SAMPLES)
-        torques = np.asarray(total_torque(spring.elastic, values))
-        differences = curve.torque(values) - torques
-        error = FitError.from_differences(differences, units.effort)
-        if error.largest > ROUNDING * float(np.abs(torques).max()):
-            self._fits.add(_FITTED, joint.name, error, f" over {format_range(ends, units)}")
 
     def _add_curve(self, element: Element, curve: PiecewiseCubic) -> None:
         """A curve as springs of a hinge or a slide and of tendons, and its constant part."""
@@ -583,15 +536,7 @@ class _BodyWriter:
 
     def _add_constant(self, name: str, force: float, **target: str) -> None:
         """A constant force on a joint or a tendon."""
-        add_element(
-            self._actuators,
-            "general",
-            name=f"{name}_constant",
-            **target,
-            gainprm="0",
-            biastype="affine",
-            biasprm=format_numbers((force, 0.0, 0.0)),
-        )
+        _add_actuator(self._actuators, f"{name}_constant", (force, 0.0, 0.0), **target)
 
     def add_coupled_spring(self, spring: CoupledSpring) -> bool:
         """Add a law over several joints, and return whether it can be written.
@@ -643,19 +588,17 @@ class _BodyWriter:
                 )
         return True
 
-    def _hinge(self, axis: CoupledAxis) -> "_Hinge | None":
+    def _hinge(self, axis: CoupledAxis) -> _Hinge | None:
         """The hinge whose angle is that about an axis of a joint; None without one."""
-        joint = self._model.figure.joints[axis.joint]
-        chain = self._model.tree.chains[axis.joint]
-        springs = self._springs.get(axis.joint, JointSprings(axis.joint))
-        is_alone = len(chain.rotations) == 1 or self._joining is Joining.COORDINATES
-        if self._is_ball(axis.joint) or not is_alone or axis.joint not in self._names:
+        chain, names = self._model.tree.chains[axis.joint], self._names.get(axis.joint, {})
+        if len(chain.rotations) > 1 and self._law is not SphericalLaw.COORDINATES:
             return None
         for k in chain.rotations:
             sense = parallel_sign(axis.direction, chain.joint_axes[k].axis)
-            if sense:
-                low, high = joint_ranges(joint, springs)[k]
-                return _Hinge(self._names[axis.joint][k], sense, (sense * low, sense * high))
+            if sense and k in names:
+                springs = self._model.joint_springs(axis.joint)
+                low, high = joint_ranges(self._model.figure.joints[axis.joint], springs)[k]
+                return _Hinge(names[k], sense, (sense * low, sense * high))
         return None
 
     def _add_friction_losses(self, joint: Joint, laws: JointLaws) -> None:
@@ -669,17 +612,12 @@ class _BodyWriter:
             self._losses.add("Coulomb friction of several rotations", joint.name)
 
 
-def chain_indices(
-    branch: TreeJoint, translations_are_outermost: bool, *, has_ball: bool
-) -> Iterator[int | None]:
+def chain_indices(branch: TreeJoint, laws: JointLaws) -> list[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
-    chain = branch.joint.chain
-    turns = [k for k, factor in enumerate(chain) if is_rotation(factor.kind)]
-    slides = [k for k, factor in enumerate(chain) if not is_rotation(factor.kind)]
-    ball: list[int | None] = [None]
-    about: list[int | None] = ball if has_ball else [*reversed(turns)]
-    outermost_first = [*slides, *about] if translations_are_outermost else [*about, *slides]
-    yield from outermost_first if branch.parent_is_inboard else reversed(outermost_first)
+    slides = laws.chain.translations
+    about: list[int | None] = [None] if laws.is_ball else [*reversed(laws.chain.rotations)]
+    outermost_first = [*slides, *about] if laws.chain.translations_are_outer else [*about, *slides]
+    return outermost_first if branch.parent_is_inboard else outermost_first[::-1]
 
 
 def _limits(joint: Joint, index: int) -> Range | None:

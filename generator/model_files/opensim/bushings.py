@@ -102,11 +102,10 @@ def _with_moment(
     word = "rotational" if index < 3 else "translational"
     damping = child_numbers(force, f"{word}_damping", (0.0, 0.0, 0.0), diagnostics)[index % 3]
     stiffness = child_numbers(force, f"{word}_stiffness", (0.0, 0.0, 0.0), diagnostics)[index % 3]
-    function = None
+    function, text = None, child_text(force, _EXPRESSIONS[index])
     if force.tag == "ExpressionBasedBushingForce":
-        text = child_text(force, _EXPRESSIONS[index]) or "0"
         try:
-            function = parse_expression(text, frozenset(_VARIABLES))
+            function = parse_expression(text or "0", frozenset(_VARIABLES))
         except ExpressionError as failure:
             losses.add("forces with expressions that are not read", f"{name} ({failure})")
             return dof
@@ -123,11 +122,7 @@ def _with_moment(
                 resisting = function(known) * np.ones_like(angle)
         return -sense * resisting - damping * rate
 
-    if function is not None and _has_other_variables(force, index):
+    others = [other for k, other in enumerate(_VARIABLES) if k != index]
+    if function is not None and any(other in text for other in others):
         losses.add("terms of bushings that depend on several angles or displacements", name)
     return with_function(dof, name, moment_at, losses)
-
-
-def _has_other_variables(force: XmlElement, index: int) -> bool:
-    text = child_text(force, _EXPRESSIONS[index])
-    return any(other in text for k, other in enumerate(_VARIABLES) if k != index)

@@ -17,9 +17,6 @@ from generator.identifiers import plain_name, reserve_name
 from generator.model_files.export_model import (
     ExportModel,
     has_friction,
-    is_in_tree,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.opensim.expression import (
     EXPRESSION_OPERATIONS,
@@ -31,7 +28,7 @@ from generator.model_files.opensim.expression import (
 from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.xml import Element, add_element, format_numbers
 from generator.springs_file.axes import AXIS_NAMES, axis_label
-from springs import AxisSpring, CoupledSpring, Joining, SpringSet, total_torque
+from springs import AxisSpring, CoupledSpring, SphericalLaw, total_torque
 from springs.exponential import tangent_exp
 
 _LENGTH, _RATE = Expression("s"), Expression("ldot")
@@ -69,17 +66,17 @@ class ForceWriter:
         """Add a force under a free name."""
         return add_element(self._forces, tag, name=reserve_name(name, self._names))
 
-    def add_springs(self, springs: SpringSet) -> None:
+    def add_springs(self) -> None:
         """Add the springs of the tree's joints, and the laws over several of them."""
-        for name, joint_springs in tree_joint_springs(self._model, springs):
-            laws = split_joint_laws(self._model.tree.chains[name], joint_springs, springs.joining)
+        for name in self._model.tree_springs:
+            laws = self._model.laws(name)
             for index, spring in laws.uncoupled.items():
                 self._add_coordinate_force(self._model.coordinates[name][index], spring)
             for number, spring in enumerate(laws.combined, 1):
-                self._add_axis_forces(name, number, spring, springs.joining)
-        for coupled in springs.coupled:
-            if is_in_tree(self._model, coupled):
-                self._add_coupled_forces(coupled, springs.joining)
+                self._add_axis_forces(name, number, spring)
+        for coupled in self._model.springs.coupled:
+            if self._model.is_in_tree(coupled):
+                self._add_coupled_forces(coupled)
 
     def _add_coordinate_force(self, coordinate: str, spring: AxisSpring) -> None:
         """Add a spring of one displacement."""
@@ -90,9 +87,7 @@ class ForceWriter:
         add_element(force, "coordinate", coordinate)
         add_element(force, "expression", torque.text)
 
-    def _add_axis_forces(
-        self, joint: str, number: int, spring: AxisSpring, joining: Joining
-    ) -> None:
+    def _add_axis_forces(self, joint: str, number: int, spring: AxisSpring) -> None:
         """Add the spring about an axis of a joint of several rotations, and its damping."""
         letter = axis_label(spring.direction).removeprefix("-")
         label = f"{self._model.joints[joint]}_{letter if letter in AXIS_NAMES else number}"
@@ -102,7 +97,7 @@ class ForceWriter:
         rates = [rotation.turn_rate(direction, k) for k in range(len(angles))]
         component = rotation.component(direction)
         torque = total_torque(spring.elastic, _LENGTH, EXPRESSION_OPERATIONS)
-        if joining is Joining.CONSERVATIVE:
+        if self._model.springs.law is SphericalLaw.CONSERVATIVE:
             path = _Path(angles, rotation.definitions, component)
             self._add_path_force(f"{label}_spring", path, -1.0 * torque)
         else:
@@ -127,7 +122,7 @@ class ForceWriter:
         resistance = spring.resistance(_LENGTH, _RATE, EXPRESSION_OPERATIONS)
         self._add_path_force(f"{label}_damping", path, -1.0 * resistance)
 
-    def _add_coupled_forces(self, spring: CoupledSpring, joining: Joining) -> None:
+    def _add_coupled_forces(self, spring: CoupledSpring) -> None:
         """Add a law over several joints: a force for each exponential, and one for constants."""
         coordinates: dict[str, str] = {}
         definitions: dict[str, Expression] = {}
@@ -136,7 +131,7 @@ class ForceWriter:
             angles = self._angle_paths(joint, len(coordinates))
             rotations[joint] = replace(
                 self._rotation(joint, tuple(angles), f"_{len(rotations) + 1}"),
-                has_coordinates=joining is Joining.COORDINATES,
+                has_coordinates=self._model.springs.law is SphericalLaw.COORDINATES,
             )
             coordinates |= angles
             definitions |= rotations[joint].definitions

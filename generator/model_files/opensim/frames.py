@@ -60,7 +60,7 @@ class FrameIndex:
         pose = np.eye(4)
         if default is not None and not child_text(owner, socket):
             if default.tag in _BODY_TAGS:
-                return GROUND if default.tag == "Ground" else default.get("name") or "", pose
+                return _body_name(default), pose
             pose, owner, socket = self._offset_pose(default), default, "socket_parent"
         for _ in range(len(self.by_path) + 1):
             reference = owner.find(socket)
@@ -80,7 +80,7 @@ class FrameIndex:
                 )
                 return None
             if frame.tag in _BODY_TAGS:
-                return GROUND if frame.tag == "Ground" else frame.get("name") or "", pose
+                return _body_name(frame), pose
             pose = self._offset_pose(frame) @ pose
             owner, socket = frame, "socket_parent"
         self.diagnostics.error("these frames refer to each other in a circle", owner.span)
@@ -97,3 +97,7 @@ class FrameIndex:
         a, b, c = child_numbers(frame, "orientation", (0.0, 0.0, 0.0), self.diagnostics)
         offset = child_numbers(frame, "translation", (0.0, 0.0, 0.0), self.diagnostics)
         return pose_matrix(matrix_from_xyz(a, b, c), np.array(offset))
+
+
+def _body_name(element: XmlElement) -> str:
+    return GROUND if element.tag == "Ground" else element.get("name") or ""

@@ -78,7 +78,17 @@ def evaluate_function(
             slope, first = (*_list(function, "coefficients", diagnostics), 0.0, 0.0)[:2]
             return AxisMotion(slope, slope * coordinate + first)
         case "MultiplierFunction":
-            return _evaluate_multiplier(function, coordinate, diagnostics)
+            scale = (*_list(function, "scale", diagnostics), 1.0)[0]
+            below = (one for one in function.walk() if one is not function)
+            inner = next((one for one in below if one.tag in FUNCTION_TAGS), None)
+            if inner is None:
+                diagnostics.error("this function multiplies nothing", function.span)
+                return None
+            motion = evaluate_function(inner, coordinate, diagnostics)
+            if motion is None:
+                return None
+            slope = None if motion.slope is None else scale * motion.slope
+            return AxisMotion(slope, scale * motion.value)
         case "PolynomialFunction":
             coefficients = _list(function, "coefficients", diagnostics)
             straight = len(coefficients) <= 2 or not any(coefficients[:-2])
@@ -93,23 +103,6 @@ def evaluate_function(
                 f"known are {', '.join(FUNCTION_TAGS)}",
             )
             return None
-
-
-def _evaluate_multiplier(
-    function: XmlElement, coordinate: float, diagnostics: Diagnostics
-) -> AxisMotion | None:
-    scale = (*_list(function, "scale", diagnostics), 1.0)[0]
-    inner = next((e for e in function.walk() if e is not function and e.tag in FUNCTION_TAGS), None)
-    if inner is None:
-        diagnostics.error("this function multiplies nothing", function.span)
-        return None
-    inner_motion = evaluate_function(inner, coordinate, diagnostics)
-    if inner_motion is None:
-        return None
-    return AxisMotion(
-        None if inner_motion.slope is None else scale * inner_motion.slope,
-        scale * inner_motion.value,
-    )
 
 
 def _evaluate_points(
@@ -194,27 +187,13 @@ ROWS: Final[Mapping[str, tuple[tuple[int, AxisKind, Vector], ...]]] = {
     "GimbalJoint": ((0, R, X), (1, R, Y), (2, R, Z)),
     "BallJoint": ((0, R, X), (1, R, Y), (2, R, Z)),
     "PlanarJoint": ((1, T, X), (2, T, Y), (0, R, Z)),
-    "FreeJoint": (
-        (3, T, X),
-        (4, T, Y),
-        (5, T, Z),
-        (0, R, X),
-        (1, R, Y),
-        (2, R, Z),
-    ),
+    "FreeJoint": ((3, T, X), (4, T, Y), (5, T, Z), (0, R, X), (1, R, Y), (2, R, Z)),
 }
 """By type: number of the coordinate, kind and axis of each freedom, from the parent outwards."""
 
 CUSTOM = "CustomJoint"
 
-_TRANSFORMS = (
-    "translation1",
-    "translation2",
-    "translation3",
-    "rotation1",
-    "rotation2",
-    "rotation3",
-)
+_TRANSFORMS = tuple(f"{word}{k}" for word in ("translation", "rotation") for k in (1, 2, 3))
 """The axes of a CustomJoint from the parent outwards."""
 
 
@@ -346,8 +325,7 @@ def _custom(
         if move is None:
             continue
         kind = R if which in _TRANSFORMS[3:] else T
-        freedom = DegreeOfFreedom("", kind, move.axis)
-        freedom = replace(freedom, value=move.motion.value)
+        freedom = DegreeOfFreedom("", kind, move.axis, value=move.motion.value)
         one, slope = move.coordinate, move.motion.slope
         if one is not None and not one.locked and slope and leading[one.name] == which:
             _add_coordinate_dof(row, freedom, one, slope)

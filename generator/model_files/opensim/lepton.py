@@ -13,6 +13,7 @@ The definitions after the expression give names that it contains. Nothing else i
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
+from operator import itemgetter
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -53,22 +54,15 @@ def _reciprocal_of(function: Callable[[Array], Array]) -> Callable[[Array], Arra
 
 
 _FUNCTIONS: Final[Mapping[str, tuple[int, Callable[..., Any]]]] = {
-    "sqrt": (1, np.sqrt),
-    "exp": (1, np.exp),
-    "log": (1, np.log),
-    "sin": (1, np.sin),
-    "cos": (1, np.cos),
+    **{name: (1, getattr(np, name)) for name in ("sqrt", "exp", "log", "abs", "floor", "ceil")},
+    **{name: (1, getattr(np, name)) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh")},
     "sec": (1, _reciprocal_of(np.cos)),
     "csc": (1, _reciprocal_of(np.sin)),
-    "tan": (1, np.tan),
     "cot": (1, _reciprocal_of(np.tan)),
     "asin": (1, np.arcsin),
     "acos": (1, np.arccos),
     "atan": (1, np.arctan),
     "atan2": (2, np.arctan2),
-    "sinh": (1, np.sinh),
-    "cosh": (1, np.cosh),
-    "tanh": (1, np.tanh),
     "erf": (1, special.erf),
     "erfc": (1, special.erfc),
     "step": (1, _step),
@@ -78,9 +72,6 @@ _FUNCTIONS: Final[Mapping[str, tuple[int, Callable[..., Any]]]] = {
     "recip": (1, np.reciprocal),
     "min": (2, np.minimum),
     "max": (2, np.maximum),
-    "abs": (1, np.abs),
-    "floor": (1, np.floor),
-    "ceil": (1, np.ceil),
     "select": (3, _select),
 }
 """By name: number of arguments, and the function."""
@@ -118,10 +109,6 @@ def parse_expression(text: str, variables: frozenset[str]) -> _Node:
         return result(found)
 
     return evaluate
-
-
-def _variable(name: str) -> _Node:
-    return lambda values: values[name]
 
 
 class _Parser:
@@ -208,7 +195,7 @@ class _Parser:
             return self._call(word)
         if kind != "name" or word not in self._known:
             raise ExpressionError(f"`{word[:20]}` is not known in it")
-        return _variable(word)
+        return itemgetter(word)
 
     def _call(self, word: str) -> _Node:
         if word not in _FUNCTIONS:

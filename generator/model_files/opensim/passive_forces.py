@@ -64,13 +64,7 @@ def apply_forces(
 
 @dataclass
 class _ForceReader:
-    """Adds the laws of coordinate forces to degrees of freedom.
-
-    Attributes:
-        dofs: dofs by the names of their coordinates.
-        diagnostics: collects errors.
-        losses: collects what a figure does not hold.
-    """
+    """Adds the laws of coordinate forces to degrees of freedom, by the names of coordinates."""
 
     dofs: dict[str, DegreeOfFreedom]
     diagnostics: Diagnostics
@@ -94,8 +88,11 @@ class _ForceReader:
         if stiffness < 0.0 or viscous < 0.0:
             self.losses.add("springs with a negative stiffness or viscosity", name)
             return dof
-        rest = self._number(force, "rest_length")
-        return _with_linear_spring(dof, stiffness, rest, viscous)
+        dof = replace(dof, damping=dof.damping + viscous * dof.scale * dof.scale)
+        rest = (self._number(force, "rest_length") - dof.offset) / dof.scale
+        if not stiffness:
+            return dof
+        return _with_stiffness(dof, stiffness * dof.scale * dof.scale, rest)
 
     def limit(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
         """Add a limit whose stiffness grows smoothly."""
@@ -246,16 +243,6 @@ _PROBE_RATES = (-2.0, -0.5, 0.01, 0.5, 2.0)
 
 _LINEAR_TOLERANCE = 1e-9
 """Relative difference from a straight line that counts as rounding."""
-
-
-def _with_linear_spring(
-    dof: DegreeOfFreedom, stiffness: float, rest: float, viscous: float
-) -> DegreeOfFreedom:
-    """Return a degree of freedom with a spring and a damper of its coordinate."""
-    dof = replace(dof, damping=dof.damping + viscous * dof.scale * dof.scale)
-    if not stiffness:
-        return dof
-    return _with_stiffness(dof, stiffness * dof.scale * dof.scale, (rest - dof.offset) / dof.scale)
 
 
 def _with_stiffness(dof: DegreeOfFreedom, stiffness: float, rest: float) -> DegreeOfFreedom:

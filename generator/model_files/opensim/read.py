@@ -20,7 +20,7 @@ from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
     DegreeOfFreedom,
-    gravity_losses,
+    inertia_tensor,
     own_site_names,
     rotation_to_y_up,
     split_extra_inertia,
@@ -39,9 +39,9 @@ from generator.model_files.opensim.rotation_springs import (
     with_rotation_springs,
 )
 from generator.model_files.opensim.shapes import GeometryReader
-from generator.model_files.xml import XmlElement, parse_numbers
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array, inverse_pose, pose_matrix
-from springs import Joining
+from springs import SphericalLaw
 
 GRAVITY = (0.0, -9.80665, 0.0)
 
@@ -87,35 +87,29 @@ def figure_from_osim(
     bodies = apply_forces(bodies, forces, diagnostics, losses)
     bodies = apply_bushings(frames, bodies, forces, losses)
     bodies = with_rotation_springs(bodies, rotation_springs, losses)
-    weighted = any(spring.joining is Joining.WEIGHTED for spring in rotation_springs)
-    joining = Joining.WEIGHTED if weighted else None
+    weighted = any(spring.law is SphericalLaw.WEIGHTED for spring in rotation_springs)
+    law = SphericalLaw.WEIGHTED if weighted else None
     sites = _add_markers(frames, element, bodies)
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
     _add_part_losses(element, losses)
     gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
-    up = rotation_to_y_up(np.array(gravity))
-    for sentence in gravity_losses(np.array(gravity), up):
-        losses.add(sentence)
+    up = rotation_to_y_up(gravity, losses)
     name, ground = element.get("name"), shapes.get(GROUND, ())
-    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, joining)
+    tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
     return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:
     """Report a file of OpenSim 3 or older, in which bodies contained joints."""
-    written = root.attributes.get("Version")
-    read = None if written is None else parse_numbers(written, diagnostics, 1)
-    if model.find("JointSet") is not None and (read is None or read[0] >= OLDEST):
-        return False
-    diagnostics.error(
-        "this model was written by OpenSim 3 or older"
-        if read is not None and read[0] < OLDEST
-        else "this model has no `JointSet`",
-        root.span_of("Version") if read is not None and read[0] < OLDEST else model.span,
-        "open it in OpenSim 4 and save it again",
-    )
+    (version,) = root.numbers("Version", diagnostics, 1) or (OLDEST,)
+    message, span = "this model was written by OpenSim 3 or older", root.span_of("Version")
+    if version >= OLDEST:
+        if model.find("JointSet") is not None:
+            return False
+        message, span = "this model has no `JointSet`", model.span
+    diagnostics.error(message, span, "open it in OpenSim 4 and save it again")
     return True
 
 
@@ -230,8 +224,7 @@ def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties | 
     if mass == 0.0:
         return None
     centre = np.array(child_numbers(body, "mass_center", (0.0, 0.0, 0.0), diagnostics))
-    xx, yy, zz, xy, xz, yz = child_numbers(body, "inertia", (0.0,) * 6, diagnostics)
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = inertia_tensor(child_numbers(body, "inertia", (0.0,) * 6, diagnostics))
     try:
         return split_extra_inertia(mass, centre, tensor, np.eye(4))
     except ValueError as failure:

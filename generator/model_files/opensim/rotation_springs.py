@@ -30,7 +30,7 @@ from generator.rotations import (
     matrix_from_rotation_vector,
     rotation_vector_from_matrix,
 )
-from springs import Joining
+from springs import SphericalLaw
 
 _TOLERANCE = 1e-9
 """Difference of a length [rad] or an arm that counts as rounding."""
@@ -58,19 +58,19 @@ class RotationSpring:
         coordinate: coordinate whose axis it is; its positive angle is that of the law.
         torque_at: torque about the axis [N m] at components of the rotation vector [rad] and a rate
             about the axis [rad/s].
-        joining: joining of the laws of the joint's axes, where the force depends on it.
+        law: law of joints of several rotations, where the force depends on it.
     """
 
     name: str
     coordinate: str
     torque_at: _Law
-    joining: Joining | None
+    law: SphericalLaw | None
 
 
 def find_rotation_springs(
     bodies: Iterable[Body], forces: Iterable[XmlElement]
 ) -> tuple[list[RotationSpring], list[XmlElement]]:
-    """Return the laws about axes of joints, all of one joining, and the other forces."""
+    """Return the laws about axes of joints, all of one law, and the other forces."""
     all_joints = [_Joint(body.dofs, body.joint or body.name) for body in bodies]
     count = Counter(name for joint in all_joints for name in joint.names)
     joints = {
@@ -80,16 +80,16 @@ def find_rotation_springs(
     }
     found: list[RotationSpring] = []
     others: list[XmlElement] = []
-    joining: Joining | None = None
+    law: SphericalLaw | None = None
     for force in forces:
         spring = None
         switched_off = child_text(force, "appliesForce").lower() == "false"
         if force.tag == "ExpressionBasedPathForce" and not switched_off:
             spring = _find_spring(joints, force)
-        if spring is None or (joining and spring.joining and spring.joining is not joining):
+        if spring is None or (law and spring.law and spring.law is not law):
             others.append(force)
         else:
-            joining = joining or spring.joining
+            law = law or spring.law
             found.append(spring)
     return found, others
 
@@ -110,38 +110,24 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
     turns = [dof for dof in body.dofs if is_rotation(dof.kind)]
     if any(dof.is_passive for dof in turns):
         losses.add(HINGES_AS_ONE, joint)
-    weighted = any(spring.joining is Joining.WEIGHTED for spring in own)
-    reach = _largest_angle(turns) if weighted else 0.0
-    dofs = {
-        dof.name: _as_part(dof, joint, reach) if is_rotation(dof.kind) else dof for dof in body.dofs
-    }
+    ranges = {dof.name: dof.expected_range or (-pi, pi) for dof in turns}
+    reach = 0.0
+    if any(spring.law is SphericalLaw.WEIGHTED for spring in own):
+        # The whole angle of displacements at their ends is the largest of a rotation.
+        reach = min(hypot(*(max(-low, high) for low, high in ranges.values())), pi)
+    dofs = {dof.name: dof for dof in body.dofs}
+    for name, (low, high) in ranges.items():
+        # A component of the rotation vector may leave the range of the coordinate.
+        wider = (min(low - BEYOND_LIMITS, -reach), max(high + BEYOND_LIMITS, reach))
+        dofs[name] = replace(dofs[name], joint=joint, expected_range=wider)
     for spring in own:
         dof = dofs[spring.coordinate]
         changed = with_function(dof, spring.name, spring.torque_at, losses)
-        if changed == dof and spring.joining is not None:  # it acts beyond the range only
+        if changed == dof and spring.law is not None:  # it acts beyond the range only
             whole = replace(dof, expected_range=(-pi, pi))
             changed = with_function(whole, spring.name, spring.torque_at, losses)
         dofs[dof.name] = changed
     return replace(body, dofs=tuple(dofs.values()))
-
-
-def _largest_angle(turns: Iterable[DegreeOfFreedom]) -> float:
-    """Largest angle of a rotation [rad]: the whole angle of displacements at their ends."""
-    ranges = [dof.expected_range or (-pi, pi) for dof in turns]
-    return min(hypot(*(max(-low, high) for low, high in ranges)), pi)
-
-
-def _as_part(dof: DegreeOfFreedom, joint: str, reach: float) -> DegreeOfFreedom:
-    """Return a rotation of a joint, whose component may leave the range of the coordinate.
-
-    Args:
-        dof: the rotation.
-        joint: name of the joint.
-        reach: angle to both sides that the range has at least [rad].
-    """
-    low, high = dof.expected_range or (-pi, pi)
-    wider = (min(low - BEYOND_LIMITS, -reach), max(high + BEYOND_LIMITS, reach))
-    return replace(dof, joint=joint, expected_range=wider)
 
 
 @dataclass(frozen=True)
@@ -265,7 +251,7 @@ def _spring_of_length(
                 name,
                 dof.name,
                 lambda angle, rate, s=sign: -s * tension_at(s * angle, s * rate),
-                Joining.CONSERVATIVE,
+                SphericalLaw.CONSERVATIVE,
             )
     return None
 
@@ -288,7 +274,7 @@ def _spring_of_arms(
                 name,
                 dof.name,
                 lambda angle, rate, s=sign: s * tension_at(np.zeros_like(angle), -s * rate),
-                Joining.WEIGHTED if constant else None,
+                SphericalLaw.WEIGHTED if constant else None,
             )
         weights = np.abs(component) / angles
         if _is_equal(length, np.copysign(angles, component)) and _is_equal(
@@ -298,7 +284,7 @@ def _spring_of_arms(
                 name,
                 dof.name,
                 lambda angle, rate, s=sign: s * tension_at(s * angle, -s * rate),
-                Joining.WEIGHTED,
+                SphericalLaw.WEIGHTED,
             )
     return None
 

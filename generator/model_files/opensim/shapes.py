@@ -13,11 +13,11 @@ from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
 from generator.geometry.surface import Surface, join_surfaces
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import (
-    NO_SIZE,
-    Colour,
     MeshFiles,
     Shape,
+    clipped_colour,
     folders_above,
+    has_size,
     scaled,
 )
 from generator.model_files.opensim.frames import FrameIndex
@@ -76,7 +76,11 @@ class GeometryReader:
             if frame is None or surface is None:
                 continue
             body, pose = frame
-            shape = Shape(surface.transformed(pose), self._colour(appearance))
+            colour = WHITE
+            if appearance is not None:
+                parts = child_numbers(appearance, "color", WHITE, self._diagnostics)
+                colour = clipped_colour(parts)
+            shape = Shape(surface.transformed(pose), colour)
             shapes[body] = (*shapes.get(body, ()), shape)
         return shapes
 
@@ -121,23 +125,8 @@ class GeometryReader:
                 return cylinder(radius, half).transformed(upright)
 
     def _have_size(self, element: XmlElement, *sizes: float) -> bool:
-        """Return whether a geometry has a size; report one that has none."""
-        if all(size > 0.0 for size in sizes):
-            return True
-        if min(sizes) < 0.0:
-            self._diagnostics.error(
-                f"a size of this {element.tag.lower()} is negative", element.span
-            )
-        else:
-            self.losses.add(NO_SIZE, element.get("name") or element.tag)
-        return False
-
-    def _colour(self, appearance: XmlElement | None) -> Colour:
-        if appearance is None:
-            return WHITE
-        parts = child_numbers(appearance, "color", WHITE, self._diagnostics)
-        red, green, blue = (min(max(part, 0.0), 1.0) for part in parts)
-        return red, green, blue
+        name = element.get("name") or element.tag
+        return has_size(element, name, sizes, self._diagnostics, self.losses)
 
 
 def _geometry(model: XmlElement) -> Iterator[tuple[XmlElement, XmlElement]]:

@@ -16,20 +16,21 @@ from operator import add
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from generator.figure import AxisKind, Figure, Joint, Segment, SiteRef, is_rotation
+from generator.figure import AxisKind, Figure, Joint, SiteRef, Vector, is_rotation
 from generator.identifiers import plain_names, renaming_loss, reserve_name
 from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
+    JointLaws,
     Loop,
     add_common_losses,
     build_export_model,
     has_friction,
     loop_closures,
-    split_joint_laws,
 )
 from generator.model_files.fit_error import joint_limits, normal_ends
 from generator.model_files.model_files import MeshFile, ModelFiles, format_with_meshes
@@ -48,7 +49,7 @@ from generator.model_files.xml import (
     format_numbers,
 )
 from generator.rotations import Array, pose_matrix, rotation_with_z_axis, unit_vector
-from springs import AxisSpring, Joining, JointSprings, SpringSet, total_torque
+from springs import AxisSpring, JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.elastic import Range
 
 VERSION = "40000"
@@ -75,7 +76,7 @@ def format_osim(
         meshes: meshes by segment; None for a model without meshes.
     """
     losses = Losses("OpenSim model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("OpenSimDocument", Version=VERSION)
     top = add_element(root, "Model", name=figure.name or "figure")
     if springs.references:
@@ -88,7 +89,7 @@ def format_osim(
     )
     frames = _add_bodies(model, ground, bodies, meshes or {}, losses)
     _add_markers(model, markers)
-    builder = _JointWriter(model, springs, frames, bodies, joints)
+    builder = _JointWriter(model, frames, bodies, joints)
     moving = {branch.joint.name for branch in model.tree.joints}
     for name, joint in figure.joints.items():
         if name in moving:
@@ -97,12 +98,12 @@ def format_osim(
     if singular:
         losses.add("joints at a singularity of their angles, which OpenSim cannot leave", *singular)
     force_writer = ForceWriter(model, builder.coordinate_paths, forces)
-    force_writer.add_springs(springs)
+    force_writer.add_springs()
     force_writer.add_loads()
     loops = _LoopWriter(model, frames, losses)
     loops.add_constraints(constraints)
-    loops.add_springs(springs, force_writer)
-    add_common_losses(model, springs, losses, has_coupled=True, has_loops=True)
+    loops.add_springs(force_writer)
+    add_common_losses(model, losses, has_coupled=True, has_loops=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -133,7 +134,7 @@ def _add_bodies(
                 _add_mesh(frame, f"{body}_mesh", meshes[name])
         else:
             names = plain_names(segment.sites)
-            element = _add_body(bodies, body, segment)
+            element = _add_body(bodies, body, model.mass_properties(name))
             if name in meshes:
                 label = reserve_name(f"{body}_mesh", set(names.values()))
                 _add_mesh(element, label, meshes[name])
@@ -147,15 +148,14 @@ def _add_bodies(
     return paths
 
 
-def _add_body(bodies: Element, name: str, segment: Segment | None) -> Element:
-    """Add the body of a segment; without one, a body without mass."""
+def _add_body(
+    bodies: Element,
+    name: str,
+    properties: tuple[float, ArrayLike, Vector] = (0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+) -> Element:
+    """Add a body with a mass, its centre and its moments."""
     body = add_element(bodies, "Body", name=name)
-    moments = (0.0, 0.0, 0.0) if segment is None else segment.inertia
-    centre = (0.0, 0.0, 0.0) if segment is None else segment.centre_of_mass
-    mass = 0.0 if segment is None else segment.mass
-    assert mass is not None
-    assert moments is not None
-    assert centre is not None
+    mass, centre, moments = properties
     add_element(body, "mass", format_numbers(mass))
     add_element(body, "mass_center", format_numbers(centre))
     add_element(body, "inertia", format_numbers([*moments, 0.0, 0.0, 0.0]))
@@ -193,15 +193,7 @@ def _body_and_pose(model: ExportModel, ref: SiteRef) -> tuple[str, Array]:
 
 @dataclass(frozen=True)
 class _Coordinate:
-    """A coordinate of a joint.
-
-    Attributes:
-        name: name of the coordinate.
-        kind: rotation or translation.
-        axis: unit vector in the frame of the joint's parent, shape (3,).
-        value: value at the start [rad or m].
-        limits: its range [rad or m].
-    """
+    """A coordinate of a joint: `axis` is a unit vector in the frame of the joint's parent."""
 
     name: str
     kind: AxisKind
@@ -224,22 +216,16 @@ def _is_singular(model: ExportModel, joint: str) -> bool:
 
 
 class _JointWriter:
-    """The joints, in the order in which they are added.
-
-    Attributes:
-        coordinate_paths: coordinate paths by the name of the coordinate.
-    """
+    """The joints, in the order in which they are added, and the paths of their coordinates."""
 
     def __init__(
         self,
         model: ExportModel,
-        springs: SpringSet,
         frames: Mapping[SiteRef, str],
         bodies: Element,
         joints: Element,
     ) -> None:
         self._model, self._frames = model, frames
-        self._springs = springs.joints
         self._bodies, self._joints = bodies, joints
         self.coordinate_paths: dict[str, str] = {}
         self._body_names = set(model.segments.values())
@@ -262,7 +248,7 @@ class _JointWriter:
         turns = [one.axis for one in coordinates if is_rotation(one.kind)]
         if len(turns) == 3 and np.linalg.norm(np.cross(turns[0], turns[2])) < _MAX_COLLINEAR_SINE:
             between = reserve_name(f"{name}_between", self._body_names)
-            _add_body(self._bodies, between, None)
+            _add_body(self._bodies, between)
             outer = reserve_name(f"{name}_outer", self._joint_names)
             self._add_joint_element(outer, parent, f"/bodyset/{between}", coordinates[:-1])
             parent, coordinates = f"/bodyset/{between}", coordinates[-1:]
@@ -272,7 +258,7 @@ class _JointWriter:
         factor = joint.chain[index]
         value = float(self._model.placement.displacements[joint.name][index])
         name = self._model.coordinates[joint.name][index]
-        springs = self._springs.get(joint.name, JointSprings(joint.name))
+        springs = self._model.joint_springs(joint.name)
         ends = coordinate_range(joint, springs, index, value)
         return _Coordinate(name, factor.kind, sign * unit_vector(factor.axis), value, ends)
 
@@ -362,14 +348,15 @@ def _add_transform(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
 
 def _complementary_axes(axes: Sequence[Array]) -> list[Array]:
     """Return axes that complete fewer than three independent axes to three."""
-    if len(axes) == 3:
-        return []
-    if not axes:
-        return list(np.eye(3))
-    if len(axes) == 2:
-        return [unit_vector(np.cross(axes[0], axes[1]))]
-    frame = rotation_with_z_axis(axes[0])
-    return [frame[:, 0], frame[:, 1]]
+    match axes:
+        case []:
+            return list(np.eye(3))
+        case [axis]:
+            return list(rotation_with_z_axis(axis).T[:2])
+        case [first, second]:
+            return [unit_vector(np.cross(first, second))]
+        case _:
+            return []
 
 
 def _add_frame(place: Element, name: str, parent: str, pose: Array) -> Element:
@@ -424,29 +411,30 @@ class _LoopWriter:
                     loop.joint.name,
                 )
 
-    def add_springs(self, springs: SpringSet, forces: ForceWriter) -> None:
+    def add_springs(self, forces: ForceWriter) -> None:
         """Add the springs of the joints that are constraints; report the others."""
         model, closed = self._model, {loop.joint.name for loop in self._loops}
         for joint in model.tree.closures:
-            own = springs.joints.get(joint.name)
-            if own is None:
+            if joint.name not in model.springs.joints:
                 continue
             if joint.name not in closed:
                 self._losses.add("springs of joints that close loops", joint.name)
                 continue
-            laws = split_joint_laws(model.tree.chains[joint.name], own, springs.joining)
+            laws = model.laws(joint.name)
             for spring in laws.uncoupled.values():
                 self._add_hinge_spring(joint, spring, forces)
             if laws.combined:
-                self._add_ball_spring(joint, laws.combined, springs.joining, forces)
+                self._add_ball_spring(joint, laws, forces)
+
+    def _add_bushing(self, joint: Joint, forces: ForceWriter) -> Element:
+        name = f"{self._model.joints[joint.name]}_spring"
+        return forces.add_force("ExpressionBasedBushingForce", name)
 
     def _add_hinge_spring(self, joint: Joint, spring: AxisSpring, forces: ForceWriter) -> None:
         """Add the spring of a revolute, about the x axis of frames along its axis."""
         if spring.damping.coulomb or has_friction(spring):
             self._losses.add("friction of joints that close loops", joint.name)
-        bushing = forces.add_force(
-            "ExpressionBasedBushingForce", f"{self._model.joints[joint.name]}_spring"
-        )
+        bushing = self._add_bushing(joint, forces)
         add_element(bushing, "socket_frame1", "parent")
         add_element(bushing, "socket_frame2", "child")
         frames, axis = add_element(bushing, "frames"), np.array(joint.chain[0].axis)
@@ -458,23 +446,14 @@ class _LoopWriter:
         damping = (spring.damping.viscous, 0.0, 0.0)
         add_element(bushing, "rotational_damping", format_numbers(damping))
 
-    def _add_ball_spring(
-        self,
-        joint: Joint,
-        springs: tuple[AxisSpring, ...],
-        joining: Joining,
-        forces: ForceWriter,
-    ) -> None:
+    def _add_ball_spring(self, joint: Joint, laws: JointLaws, forces: ForceWriter) -> None:
         """Add a law of several rotations, without its damping."""
-        if any(one.damping.viscous or one.damping.coulomb for one in springs) or any(
-            map(has_friction, springs)
-        ):
+        springs, is_conservative = laws.combined, laws.law is SphericalLaw.CONSERVATIVE
+        if laws.combined_resist or any(map(has_friction, springs)):
             self._losses.add(
                 "damping and friction of several rotations in joints that close loops", joint.name
             )
-        bushing = forces.add_force(
-            "ExpressionBasedBushingForce", f"{self._model.joints[joint.name]}_spring"
-        )
+        bushing = self._add_bushing(joint, forces)
         for number, ref in enumerate(joint.ends, 1):
             add_element(bushing, f"socket_frame{number}", self._frames[ref])
         rotation = RotationExpressions((_Z, _Y, _X), _ANGLES)
@@ -483,7 +462,7 @@ class _LoopWriter:
         for number, spring in enumerate(springs, 1):
             x = Expression(f"x{number}")
             torque = total_torque(spring.elastic, x, EXPRESSION_OPERATIONS)
-            if joining is Joining.CONSERVATIVE:
+            if is_conservative:
                 arguments[x.text] = rotation.component(spring.direction)
             else:
                 arguments[x.text] = rotation.signed_angle(spring.direction)
@@ -491,7 +470,7 @@ class _LoopWriter:
                 torque = at_rest + rotation.alignment(spring.direction) * (torque - at_rest)
             torques[f"t{number}"] = torque
         definitions = {**torques, **arguments, **rotation.definitions}
-        slope = rotation.component_slope if joining is Joining.CONSERVATIVE else rotation.turn_rate
+        slope = rotation.component_slope if is_conservative else rotation.turn_rate
         for k, angle in reversed(list(enumerate(_ANGLES))):
             terms = [
                 Expression(name) * slope(spring.direction, k)

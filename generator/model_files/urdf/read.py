@@ -13,12 +13,13 @@ from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
-    Y_UP_FROM_Z_UP,
     Body,
     BodyTree,
     DegreeOfFreedom,
-    gravity_losses,
+    free_dofs,
+    inertia_tensor,
     rotation_from_z_to,
+    rotation_to_y_up,
     split_extra_inertia,
 )
 from generator.model_files.imported import Imported
@@ -29,7 +30,7 @@ from generator.rotations import Array
 FIXED = "fixed"
 KINDS: Final = ("revolute", "continuous", "prismatic", FIXED, "floating", "planar")
 
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_X: Final = (1.0, 0.0, 0.0)
 
 
 def parse_joint_dofs(
@@ -81,18 +82,9 @@ def _several(
 ) -> tuple[DegreeOfFreedom, ...]:
     """The six freedoms of a floating joint, or the three of a planar one."""
     if kind == "floating":
-        slides = [
-            DegreeOfFreedom(f"{name}_t{letter}", AxisKind.TRANSLATION, axis, joint=name)
-            for letter, axis in reversed(_AXES.items())
-        ]
-        turns = [
-            DegreeOfFreedom(f"{name}_{letter}", AxisKind.ROTATION, axis, joint=name)
-            for letter, axis in reversed(_AXES.items())
-        ]
-        return (*slides, *turns)
+        return tuple(free_dofs(name))
     normal = _axis(joint, diagnostics)
-    across = rotation_from_z_to(normal)
-    first, second = (_vector_from_array(across[:, k]) for k in (0, 1))
+    first, second, _ = map(tuple, rotation_from_z_to(normal).T.tolist())
     return (
         DegreeOfFreedom(f"{name}_ty", AxisKind.TRANSLATION, second, joint=name),
         DegreeOfFreedom(f"{name}_tx", AxisKind.TRANSLATION, first, joint=name),
@@ -103,14 +95,9 @@ def _several(
 def _axis(joint: XmlElement, diagnostics: Diagnostics) -> Vector:
     element = joint.find("axis")
     if element is None:
-        return _AXES["x"]
-    read = parse_vector(element, "xyz", diagnostics, _AXES["x"])
+        return _X
+    read = parse_vector(element, "xyz", diagnostics, _X)
     return unit_direction(read, element.span_of("xyz"), diagnostics)
-
-
-def _vector_from_array(axis: Array) -> Vector:
-    x, y, z = axis.tolist()
-    return x, y, z
 
 
 def _not_negative(element: XmlElement, name: str, diagnostics: Diagnostics) -> float:
@@ -140,7 +127,7 @@ def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
 
 ROOT_JOINT = "base"
 
-GRAVITY = np.array([0.0, 0.0, -9.81])
+GRAVITY = (0.0, 0.0, -9.81)
 
 _LOST: Final = {
     "gazebo": "settings of Gazebo",
@@ -187,9 +174,8 @@ def figure_from_urdf(
             "the root link is fixed to the world; `mover simulate --free-root` releases it",
             order[0],
         )
-    for sentence in gravity_losses(GRAVITY, Y_UP_FROM_Z_UP):
-        losses.add(sentence)
-    tree = BodyTree(tuple(bodies), {}, Y_UP_FROM_Z_UP, root.get("name"), root.span)
+    up = rotation_to_y_up(GRAVITY, losses)
+    tree = BodyTree(tuple(bodies), {}, up, root.get("name"), root.span)
     return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=fixed)
 
 
@@ -227,14 +213,8 @@ def _add_named(known: dict[str, XmlElement], element: XmlElement, diagnostics: D
     name = element.get("name")
     if not name:
         diagnostics.error(f"this {element.tag} has no name", element.span, 'write `name="..."`')
-        return
-    first = known.setdefault(name, element)
-    if first is not element:
-        diagnostics.error(
-            f"a second {element.tag} named `{shorten(name)}`",
-            element.span_of("name"),
-            f"the first is in line {first.span.line}",
-        )
+    else:
+        element.is_first_of_name(name, known, diagnostics)
 
 
 def _end(
@@ -329,8 +309,7 @@ def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties | 
     if missing:
         diagnostics.error(f"`{missing[0]}` is missing", inertia.span, "an inertia has six numbers")
         return None
-    xx, yy, zz, xy, xz, yz = (parse_number(inertia, key, diagnostics) for key in _INERTIA_KEYS)
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = inertia_tensor(parse_number(inertia, key, diagnostics) for key in _INERTIA_KEYS)
     pose = parse_origin(inertial, diagnostics)
     try:
         return split_extra_inertia(value, np.zeros(3), tensor, pose)

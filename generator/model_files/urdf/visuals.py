@@ -11,17 +11,17 @@ from generator.geometry.primitives import box, capsule, cylinder, sphere
 from generator.geometry.surface import Surface
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import (
-    NO_SIZE,
     Colour,
     MeshFiles,
     Shape,
+    clipped_colour,
     folders_above,
+    has_size,
     scaled,
 )
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
-    parse_numbers,
     parse_vector,
 )
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
@@ -107,14 +107,7 @@ class VisualReader:
         return None
 
     def _have_size(self, link: str, shape: XmlElement, *sizes: float) -> bool:
-        """Return whether a shape has a size; report one that has none."""
-        if all(size > 0.0 for size in sizes):
-            return True
-        if min(sizes) < 0.0:
-            self.diagnostics.error(f"a size of this {shape.tag} is negative", shape.span)
-        else:
-            self.losses.add(NO_SIZE, f"{shape.tag} of {link}")
-        return False
+        return has_size(shape, f"{shape.tag} of {link}", sizes, self.diagnostics, self.losses)
 
     def _mesh(self, name: str) -> Surface | None:
         """Return the surface in a mesh file; of a package, in a folder above the model."""
@@ -139,9 +132,7 @@ class VisualReader:
             if one.find("texture") is not None:
                 self.losses.add("textures: a material has its colour alone", one.get("name") or "")
             colour = one.find("color")
-            if colour is not None and "rgba" in colour.attributes:
-                read = parse_numbers(colour.attributes["rgba"], self.diagnostics, 4)
-                if read is not None:
-                    red, green, blue, _ = (min(max(part, 0.0), 1.0) for part in read)
-                    return red, green, blue
+            read = None if colour is None else colour.numbers("rgba", self.diagnostics, 4)
+            if read is not None:
+                return clipped_colour(read)
         return None

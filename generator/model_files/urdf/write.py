@@ -14,11 +14,10 @@ segments are turned in it, so that their frames and all further out are the figu
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import assert_never
 
 import numpy as np
 
-from generator.figure import AxisKind, Figure, Joint, is_rotation
+from generator.figure import Figure, Joint, is_rotation
 from generator.geometry.appearance import Colour
 from generator.identifiers import reserve_name
 from generator.kinematics.tree import TreeJoint
@@ -32,8 +31,6 @@ from generator.model_files.export_model import (
     add_tree_losses,
     build_export_model,
     has_friction,
-    split_joint_laws,
-    tree_joint_springs,
 )
 from generator.model_files.fit_error import Ends, joint_limits
 from generator.model_files.model_files import MeshFile, ModelFiles, format_with_meshes
@@ -45,7 +42,7 @@ from generator.model_files.xml import (
     roll_pitch_yaw,
 )
 from generator.rotations import Array, inverse_pose, pose_matrix, unit_vector
-from springs import AxisSpring, JointSprings, SpringSet, Stop
+from springs import AxisSpring, SpringSet, Stop
 from springs.elastic import total_friction
 
 SPRINGS_LOSS = "springs, which are in the table beside the file"
@@ -77,14 +74,14 @@ def format_urdf(
         meshes: visuals by segment; None for a model without.
     """
     losses = Losses("URDF model")
-    model = build_export_model(figure, losses)
+    model = build_export_model(figure, springs, losses)
     root = Element("robot", name=figure.name or "figure")
     materials = _add_materials(root, meshes or {})
-    writer = _LinkWriter(model, springs, root, losses)
+    writer = _LinkWriter(model, root, losses)
     writer.add_links()
     for name, mesh in (meshes or {}).items():
         _add_visual(writer.link(name), mesh, materials[mesh.colour])
-    _add_losses(model, springs, losses)
+    _add_losses(model, losses)
     return format_document(root, _COMMENTS), losses
 
 
@@ -115,12 +112,8 @@ def _add_visual(link: Element, mesh: MeshFile, material: str) -> None:
 class _LinkWriter:
     """Links and joints, from the world outwards."""
 
-    def __init__(
-        self, model: ExportModel, springs: SpringSet, root: Element, losses: Losses
-    ) -> None:
+    def __init__(self, model: ExportModel, root: Element, losses: Losses) -> None:
         self._model, self._root, self._losses = model, root, losses
-        self._springs = dict(tree_joint_springs(model, springs))
-        self._joining = springs.joining
         self._links = set(model.segments.values())
         self._joints = {
             model.joints[name]
@@ -148,44 +141,34 @@ class _LinkWriter:
     def _add_tree_joint(self, branch: TreeJoint) -> None:
         """Add the row of joints between a segment and its base."""
         model, joint = self._model, branch.joint
-        ends = joint.ends if branch.parent_is_inboard else joint.ends[::-1]
-        pose, tip = (model.site(ref) for ref in ends)
+        pose, tip = model.branch_sites(branch)
         rest = inverse_pose(tip)
         at_origin = np.array_equal(rest, np.eye(4))
         name, link = model.joints[joint.name], model.segments[branch.inboard]
-        laws = split_joint_laws(
-            model.tree.chains[joint.name], self._joint_springs(joint), self._joining
-        )
+        laws = model.laws(joint.name)
         count = len(joint.chain)
         # The outermost factor comes first; hung the other way round, that is the first, backwards.
         places = range(count)[::-1] if branch.parent_is_inboard else range(count)
         for place in places:
             last = at_origin and place == places[-1]
-            below = (
-                model.segments[branch.outboard]
-                if last
-                else reserve_name(f"{name}_link", self._links)
-            )
-            own = (
-                name
-                if count == 1
-                else reserve_name(model.coordinates[joint.name][place], self._joints)
-            )
-            factor = joint.chain[place]
+            below, own = model.segments[branch.outboard], name
+            if not last:
+                below = reserve_name(f"{name}_link", self._links)
+            if count > 1:
+                own = reserve_name(model.coordinates[joint.name][place], self._joints)
             spring = laws.uncoupled.get(place)
-            element = self._add_joint(
-                own, _joint_type(joint, place, spring), link, self._add_link(below), pose
-            )
+            kind = _joint_type(joint, place, spring)
+            element = self._add_joint(own, kind, link, self._add_link(below), pose)
             sign = 1.0 if branch.parent_is_inboard else -1.0
-            add_element(element, "axis", xyz=format_numbers(sign * unit_vector(factor.axis)))
+            axis = sign * unit_vector(joint.chain[place].axis)
+            add_element(element, "axis", xyz=format_numbers(axis))
             _add_limits(element, joint, place, spring)
             _add_friction(element, spring)
             link, pose = below, np.eye(4)
         if not (at_origin and count):
             fixed = name if not count else reserve_name(f"{name}_fixed", self._joints)
-            self._add_joint(
-                fixed, "fixed", link, self._add_link(model.segments[branch.outboard]), pose @ rest
-            )
+            last_link = self._add_link(model.segments[branch.outboard])
+            self._add_joint(fixed, "fixed", link, last_link, pose @ rest)
         self._add_inertia(branch.outboard)
         if count > 1:
             self._losses.add(
@@ -193,9 +176,6 @@ class _LinkWriter:
                 "massless links between them",
                 joint.name,
             )
-
-    def _joint_springs(self, joint: Joint) -> JointSprings:
-        return self._springs.get(joint.name, JointSprings(joint.name))
 
     def _add_link(self, name: str) -> str:
         self._link_elements[name] = add_element(self._root, "link", name=name)
@@ -210,16 +190,12 @@ class _LinkWriter:
         return element
 
     def _add_inertia(self, name: str) -> None:
-        segment = self._model.figure.segments[name]
-        assert segment.mass is not None
-        assert segment.inertia is not None
-        assert segment.centre_of_mass is not None
+        mass, centre, principal = self._model.mass_properties(name)
         inertial = add_element(self.link(name), "inertial")
-        add_element(inertial, "origin", xyz=format_numbers(segment.centre_of_mass), rpy="0 0 0")
-        add_element(inertial, "mass", value=format_numbers(segment.mass))
+        add_element(inertial, "origin", xyz=format_numbers(centre), rpy="0 0 0")
+        add_element(inertial, "mass", value=format_numbers(mass))
         moments = {
-            f"i{axis}{axis}": format_numbers(m)
-            for axis, m in zip("xyz", segment.inertia, strict=True)
+            f"i{axis}{axis}": format_numbers(m) for axis, m in zip("xyz", principal, strict=True)
         }
         add_element(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
 
@@ -236,15 +212,9 @@ def _limits(joint: Joint, index: int, spring: AxisSpring | None = None) -> Ends:
 
 
 def _joint_type(joint: Joint, index: int, spring: AxisSpring | None) -> str:
-    kind = joint.chain[index].kind
-    match kind:
-        case AxisKind.ROTATION:
-            limited = _limits(joint, index, spring) != (None, None)
-            return "revolute" if limited else "continuous"
-        case AxisKind.TRANSLATION:
-            return "prismatic"
-        case _:
-            assert_never(kind)
+    if not is_rotation(joint.chain[index].kind):
+        return "prismatic"
+    return "continuous" if _limits(joint, index, spring) == (None, None) else "revolute"
 
 
 def _add_limits(element: Element, joint: Joint, index: int, spring: AxisSpring | None) -> None:
@@ -282,12 +252,12 @@ def _own_friction(spring: AxisSpring) -> float | None:
     return mean if is_constant and mean >= 0.0 else None
 
 
-def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
+def _add_losses(model: ExportModel, losses: Losses) -> None:
     """Report the parts that URDF cannot hold."""
     figure = model.figure
     losses.add("gravity: set it in the program that reads the file")
-    for name, own in tree_joint_springs(model, springs):
-        laws = split_joint_laws(model.tree.chains[name], own, springs.joining)
+    for name in model.tree_springs:
+        laws = model.laws(name)
         if _has_springs(figure.joints[name], laws):
             losses.add(SPRINGS_LOSS, name)
         alone = laws.uncoupled.values()
@@ -297,7 +267,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb or has_friction(spring) for spring in alone):
             losses.add("the rate at which Coulomb friction sets in", name)
-        if any(axis.damping.viscous or axis.damping.coulomb for axis in laws.combined):
+        if laws.combined_resist:
             losses.add("damping and friction of several rotations", name)
     for name, joint in figure.joints.items():
         if joint.lower_limit is None and joint.upper_limit is None:
@@ -306,7 +276,7 @@ def _add_losses(model: ExportModel, springs: SpringSet, losses: Losses) -> None:
             losses.add("limits of several rotations", name)
         else:
             losses.add("the stiffness of stops: the limits of the file are rigid", name)
-    add_common_losses(model, springs, losses)
+    add_common_losses(model, losses)
     add_tree_losses(model, losses)
     losses.add("sites other than those of joints")
 

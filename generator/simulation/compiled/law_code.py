@@ -26,10 +26,10 @@ from springs import (
     AxisSpring,
     CoupledAxis,
     CoupledSpring,
-    Joining,
     JointSprings,
     Real,
     RotationLaw,
+    SpringSet,
     rotation_law,
     total_torque,
 )
@@ -142,7 +142,7 @@ def coupled_law(
     spring: CoupledSpring,
     rows: Mapping[str, int],
     chains: Mapping[str, Chain],
-    joining: Joining,
+    springs: SpringSet,
 ) -> LawUse:
     """Record a law over several joints, which adds to their torques.
 
@@ -150,12 +150,14 @@ def coupled_law(
         spring: the law and its axes.
         rows: row of the measured joint, by joint name.
         chains: chain of every joint.
-        joining: rule of several rotations, which says what a coordinate of the law is.
+        springs: springs of the joints, whose rule says what a coordinate of the law is.
     """
     code = _Code()
     laws = {
         axis.joint: rotation_law(
-            JointSprings(axis.joint), joining, chains[axis.joint].rotation_axes
+            springs.joints.get(axis.joint, JointSprings(axis.joint)),
+            springs.law,
+            chains[axis.joint].rotation_axes,
         )
         for axis in spring.axes
         if len(chains[axis.joint].rotations) > 1

@@ -446,7 +446,7 @@ class _Builder:
                     rows.append(row)
                     sites.append(site)
                 else:
-                    law = rotation_law(own, self.springs.joining, chain.rotation_axes)
+                    law = rotation_law(own, self.springs.law, chain.rotation_axes)
                     uses.append(rotation_vector_law(law, len(rows)))
                     elastic = name in coupled_names or any(axis.elastic for axis in own.axes)
                     ends = self._end_links(joint.ends)
@@ -470,8 +470,7 @@ class _Builder:
                 sites.append(site)
                 names.append(name)
         uses.extend(
-            coupled_law(spring, row_of, self.tree.chains, self.springs.joining)
-            for spring in coupled
+            coupled_law(spring, row_of, self.tree.chains, self.springs) for spring in coupled
         )
         return (
             np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),

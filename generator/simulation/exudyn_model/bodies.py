@@ -13,7 +13,7 @@ from generator.diagnostics import ModelError
 from generator.figure import Figure, Joint, Segment, SiteRef
 from generator.kinematics.closures import FREE, LOCKED, LockedAxes
 from generator.kinematics.placement import Placement, segment_jacobians
-from generator.loads import LoadKind, TimedLoad, constant_load
+from generator.loads import TimedLoad, constant_load, site_loads
 from generator.rotations import Array, inverse_pose, pose_matrix
 from generator.simulation.exudyn_model.exudyn_api import (
     Index,
@@ -180,17 +180,11 @@ def constant_site_loads(figure: Figure, start: float, stop: float) -> list[Timed
     loads: list[TimedLoad] = []
     for name in figure.bodies:
         for site in figure.segments[name].sites.values():
-            values = {
-                LoadKind.GLOBAL_FORCE: site.global_force,
-                LoadKind.LOCAL_FORCE: site.local_force,
-                LoadKind.GLOBAL_MOMENT: site.global_moment,
-                LoadKind.LOCAL_MOMENT: site.local_moment,
-            }
             ref = SiteRef(name, site.name)
             loads.extend(
                 constant_load(ref, kind, value, start - _LOAD_END_MARGIN, stop + _LOAD_END_MARGIN)
-                for kind, value in values.items()
-                if value is not None and any(value)
+                for kind, value in site_loads(site).items()
+                if any(value)
             )
     return loads
 

@@ -29,7 +29,7 @@ from generator.simulation.exudyn_model.relative_rotation import (
 )
 from generator.simulation.exudyn_model.springs import Connector, JointKind, SpringBuilder
 from springs import FLOATS, CoupledSpring
-from springs.rotation_law import CoordinateLaw
+from springs.coordinates import CoordinateLaw
 
 _COORDINATES_PER_BODY = 7
 """Number of coordinates of a rigid body with Euler parameters."""

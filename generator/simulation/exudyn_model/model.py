@@ -386,7 +386,7 @@ def _build_from_initial_state(
             builder,
             moving[name],
             springs.joints.get(name, JointSprings(name)),
-            springs.joining,
+            springs.law,
             read_rotation=name in coupled_joints,
         )
         for name in dict.fromkeys([*springs.joints, *coupled_joints])

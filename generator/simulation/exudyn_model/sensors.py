@@ -19,6 +19,9 @@ from generator.simulation.trace import mean_position
 from springs import AxisSpring, Singularity
 from springs.coordinates import LARGEST_SINE
 
+_MIN_REVERSAL_SINE = 0.5
+"""Sine of the middle one of three angles below which a reversal is that of a quick outer one."""
+
 _MIN_HALF_TURN_ANGLE = 2.0
 """Angle above which a reversal of the rotation vector is a passage through 180 deg [rad]."""
 
@@ -39,6 +42,7 @@ class SensorLog:
         self._last_powers: tuple[float, Array] | None = None
         self._last_rotations: dict[str, Array] = {}
         self._last_pole_sines: dict[str, float] = {}
+        self._last_inner_axes: dict[str, Array] = {}
         contacts = model.contacts
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
         self.work: Array = np.zeros(3 if contacts is None else 5 + impulses)
@@ -64,7 +68,7 @@ class SensorLog:
             for joint, connector, *_ in self._springs
             if connector.law is not None
             and connector.law.singularity is Singularity.POLE
-            and connector.springs
+            and (joint in coupled or connector.springs)
         }
         self._loads = [(load, self._add_load_sensor(load)) for load, *_ in model.loads]
         self._constraints = [
@@ -217,14 +221,12 @@ class SensorLog:
                     if joint in self._half_turn_joints:
                         half_turns.extend(self._half_turn_crossings(joint, times, position))
                     if joint in self._pole_axes:
-                        half_turns.extend(self._pole_passages(joint, times, position))
+                        half_turns.extend(self._pole_crossings(joint, times, position))
                 case JointKind.PRISMATIC:
                     pass
                 case _:
                     assert_never(connector.kind)
-        moved = CoupledMotion(
-            self._model.placement.tree.chains, self._model.spring_set.joining, rotations
-        )
+        moved = CoupledMotion(self._model.placement.tree.chains, self._model.spring_set, rotations)
         for spring in self._nonconservative:
             torques = moved.torques(spring)
             powers[1].extend(-_power(torque, rates[joint]) for joint, torque in torques.items())
@@ -276,12 +278,22 @@ class SensorLog:
         hits = np.nonzero(is_reversed & is_large)[0]
         return [(joint, float(times[k + 1 + times.size - len(track)])) for k in hits[:1]]
 
-    def _pole_passages(self, joint: str, times: Array, rotations: Array) -> list[tuple[str, float]]:
-        """Find the first step within a degree of a joint's pole."""
-        inner, *_, outer = self._pole_axes[joint]
-        along = matrix_from_rotation_vector(rotations) @ np.asarray(inner) @ np.asarray(outer)
-        self._last_pole_sines[joint] = float(np.abs(along[-1]))
-        hits = np.nonzero(np.abs(along) > LARGEST_SINE)[0]
+    def _pole_crossings(
+        self, joint: str, times: Array, rotations: Array
+    ) -> list[tuple[str, float]]:
+        """Find the first step within a degree of a joint's pole, or past it.
+
+        Past it, the inner axis is on the other side of the outer one.
+        """
+        inner, *_, outer = (np.asarray(axis) for axis in self._pole_axes[joint])
+        moved = matrix_from_rotation_vector(rotations) @ inner
+        last = self._last_inner_axes.get(joint)
+        self._last_inner_axes[joint] = moved[-1]
+        along = np.abs(moved @ outer)
+        across = np.cross(outer, np.vstack([moved[0] if last is None else last, moved]))
+        is_past = (np.sum(across[1:] * across[:-1], axis=1) < 0.0) & (along > _MIN_REVERSAL_SINE)
+        self._last_pole_sines[joint] = float(along[-1])
+        hits = np.nonzero((along > LARGEST_SINE) | is_past)[0]
         return [(joint, float(times[k])) for k in hits[:1]]
 
     def nearest_pole(self) -> tuple[str, float] | None:

@@ -34,15 +34,15 @@ from generator.simulation.exudyn_model.exudyn_api import (
 from springs import (
     FLOATS,
     AxisSpring,
-    Joining,
     JointSprings,
     Operations,
     Real,
     RotationLaw,
+    SphericalLaw,
     rotation_law,
     total_torque,
 )
-from springs.rotation_law import VectorLaw
+from springs.spherical import VectorLaw
 
 
 class JointKind(Enum):
@@ -317,7 +317,7 @@ def add_joint_springs(
     builder: SpringBuilder,
     joint: Joint,
     springs: JointSprings,
-    joining: Joining,
+    law: SphericalLaw,
     *,
     read_rotation: bool = False,
 ) -> tuple[Connector, ...]:
@@ -327,7 +327,7 @@ def add_joint_springs(
         builder: the system to build into.
         joint: joint of the figure.
         springs: springs about its axes and along its translations.
-        joining: law that joins the axes of a spherical joint.
+        law: law of spherical joints.
         read_rotation: whether to measure the rotation also without springs, for coupled laws.
     """
     chain = builder.placement.tree.chains[joint.name]
@@ -337,8 +337,8 @@ def add_joint_springs(
             axis = springs.axes[0] if springs.axes else None
             connectors.append(add_revolute_spring(builder, joint, chain, axis))
         else:
-            law = rotation_law(springs, joining, chain.rotation_axes)
-            connectors.append(add_spherical_spring(builder, joint, law))
+            made = rotation_law(springs, law, chain.rotation_axes)
+            connectors.append(add_spherical_spring(builder, joint, made))
     connectors.extend(
         add_prismatic_spring(builder, joint, chain, spring) for spring in springs.translations
     )

@@ -363,7 +363,7 @@ def _build_recording(
         outcome=Outcome(Ending.DONE, message, last),
         accuracy=accuracy,
         springs=springs.origin,
-        law=springs.joining.value,
+        law=springs.law.value,
         agreement_with_exudyn=stepper.agreement_with_exudyn(),
     )
 

@@ -38,7 +38,7 @@ from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import start_progress
 from generator.simulation.compiled.runge_kutta import TIME, Progress
 from generator.simulation.compiled_run import body_rotations, centre_arms, centre_velocities
-from springs import Joining, JointSprings, SpringSet, rotation_law, total_energy
+from springs import JointSprings, SphericalLaw, SpringSet, rotation_law, total_energy
 
 FIRST_STEP = 1e-3
 """First step after a start, a change of the tables or a failure [s]."""
@@ -339,8 +339,8 @@ class StepperState:
             if own.axes and len(chain.rotations) == 1:
                 spring = own.axes[0].oriented_along(chain.rotation_axes[0])
                 total += float(total_energy(spring.elastic, rotations[name][0]))
-            elif own.axes and springs.joining is not Joining.WEIGHTED:
-                law = rotation_law(own, springs.joining, chain.rotation_axes)
+            elif own.axes and springs.law is not SphericalLaw.WEIGHTED:
+                law = rotation_law(own, springs.law, chain.rotation_axes)
                 total += float(law.energy(rotations[name])[0])
             for spring in own.translations:
                 index = chain.translation_along(spring.direction)
@@ -349,7 +349,7 @@ class StepperState:
         for coupled in springs.coupled:
             moves = all(axis.joint in rotations for axis in coupled.axes)
             if moves and coupled.law.is_conservative:
-                total += float(CoupledMotion(chains, springs.joining, rotations).energy(coupled)[0])
+                total += float(CoupledMotion(chains, springs, rotations).energy(coupled)[0])
         return total
 
 

@@ -29,7 +29,7 @@ from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from generator.simulation.statics.static_forces import StaticState
 from generator.units import AxisUnits
-from springs import Joining
+from springs import SphericalLaw
 
 MAX_DISPLACEMENT_STEP = 0.1
 """Largest change of a displacement per step [rad or m]."""
@@ -143,7 +143,7 @@ def find_equilibrium(
     start = reduced.static_state(reduced.start[None])
     z, force, steps = _minimise(reduced, plan.wall_limit, watch)
     rest, free, slope = reduced.static_state(z[None]), z.size > 0, reduced.stiffness(z)
-    stores = built.spring_set.joining is not Joining.WEIGHTED and all(
+    stores = built.spring_set.law is not SphericalLaw.WEIGHTED and all(
         spring.is_conservative for spring in built.coupled
     )
     slowest, growth = None, None

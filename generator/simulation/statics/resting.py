@@ -44,7 +44,7 @@ from generator.simulation.live.stepper import Stepper
 from generator.simulation.live.stepper_state import evaluate
 from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.statics.equilibrium import NEUTRAL_RATE_SQUARED, NoEquilibriumError
-from springs import Joining
+from springs import SphericalLaw
 from springs.contact import Surface
 
 MAX_REST_ACCELERATION = 0.05
@@ -189,7 +189,7 @@ def find_resting_pose(
         unstable_tests += 1
         if growth > MAX_GROWTH and unstable_tests < _UNSTABLE_TESTS:
             continue
-        stores = model.springs.joining is not Joining.WEIGHTED and all(
+        stores = model.springs.law is not SphericalLaw.WEIGHTED and all(
             spring.law.is_conservative for spring in model.springs.coupled
         )
         return _resting_pose(still, plan, motion, growth, start_energy if stores else None)

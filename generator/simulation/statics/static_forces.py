@@ -226,7 +226,7 @@ def static_torques(
         model: Figure without closed loops, with springs, as for `simulate`.
         poses: n poses, as displacements by joint [rad or m]; other joints have the displacements of
             the plan, or of the figure. A revolute may be rotated more than once.
-        plan: choice of springs, joining and kind of torques; None for `Plan()`.
+        plan: choice of springs, law and kind of torques; None for `Plan()`.
 
     Returns:
         Torque by joint about the child's site, parent's site axes, shape (n, 3) [N m].
@@ -338,8 +338,8 @@ class _StaticModel:
     def _check_half_turn(self, placement: Placement) -> None:
         """Raise ModelError for a spring whose rotation vector has an undefined sign."""
         for name in self.spherical_joints:
-            joint, joining = placement.tree.figure.joints[name], self.model.spring_set.joining
-            where = singular_orientation(placement, joint, joining)
+            joint, law = placement.tree.figure.joints[name], self.model.spring_set.law
+            where = singular_orientation(placement, joint, law)
             if where is not None:
                 raise ModelError(
                     f"joint {name} is {where}, where the torque of its springs is not defined"

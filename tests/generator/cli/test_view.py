@@ -14,7 +14,7 @@ import pytest
 
 from generator import read_figure, read_springs
 from generator.cli.view import ViewInputs, load_inputs
-from springs import Joining
+from springs import SphericalLaw
 from tests.browser import PageClient, open_address
 from tests.command import answer, mover, run
 from tests.motions import clip
@@ -30,7 +30,7 @@ MOVER = [sys.executable, "-c", START, "view"]
 
 
 def load(path: Path, **options: object) -> ViewInputs:
-    every = {"figure_name": None, "second": None, "springs_choice": None, "joining": None}
+    every = {"figure_name": None, "second": None, "springs_choice": None, "law": None}
     return load_inputs(path, **{**every, **options})
 
 
@@ -88,8 +88,10 @@ def test_springs_of_a_motion_are_those_of_all_tabs(
     assert not shown.warnings
 
 
-@pytest.mark.parametrize("law", Joining)
-def test_spherical_joints_have_the_law_of_the_motion(folder: Path, tmp_path: Path, law: Joining):
+@pytest.mark.parametrize("law", SphericalLaw)
+def test_spherical_joints_have_the_law_of_the_motion(
+    folder: Path, tmp_path: Path, law: SphericalLaw
+):
     text = (folder / "hang.action").read_text(encoding="utf-8")
     other = tmp_path / "other.action"
     other.write_text(re.sub("^law .*$", f"law {law.value}", text, flags=re.MULTILINE))

@@ -17,7 +17,7 @@ from generator.input_files.live import (
     StopMotion,
     write_live,
 )
-from springs import Joining
+from springs import SphericalLaw
 
 TEXT = """
 figure = "prototype.fig"
@@ -76,7 +76,7 @@ LOG = LiveLog(
     "ab12",
     LiveStart(
         "printed",
-        Joining.WEIGHTED,
+        SphericalLaw.WEIGHTED,
         (0.0, -1.62, 0.0),
         -0.25,
         True,

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import figures
 from generator import read_springs
 from generator.figure import Figure
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 from tests.generator.model_files.engines import MuJoCo, OpenSim, Pinocchio, moved
 from tests.generator.model_files.model_cases import (
     CLAVICLES,
@@ -46,7 +46,7 @@ def rows() -> list[tuple[str, Figure, SpringSet, str]]:
         ("prototype on its own elbows and knees", PROTOTYPE, spring_set(*hinges), "mo"),
         ("the same, equal springs elsewhere", PROTOTYPE, spring_set(*hinges, *balls), "m"),
         ("prototype on all its springs", PROTOTYPE, whole, "o"),
-        ("the same, weighted law", PROTOTYPE, replace(whole, joining=Joining.WEIGHTED), "o"),
+        ("the same, weighted law", PROTOTYPE, replace(whole, law=SphericalLaw.WEIGHTED), "o"),
         ("the same, with laws over hip and knee", PROTOTYPE, coupled, "o"),
         ("clavicles on all its springs", CLAVICLES, own_springs(CLAVICLES), "o"),
     ]

@@ -87,8 +87,8 @@ def compare(figure: Figure, springs: SpringSet, back: Figure, found: SpringSet, 
     turn = _turn(back, joint.child).T @ _turn(figure, own.parent if flipped else own.child)
     turn = -turn if flipped else turn
     axes, new = (one.joints[name].axes if name in one.joints else () for one in (springs, found))
-    expected = np.asarray(elastic_torque(springs.joining, axes, vectors)) @ turn.T
-    torques = np.asarray(elastic_torque(found.joining, new, vectors @ turn.T)) if new else 0.0
+    expected = np.asarray(elastic_torque(springs.law, axes, vectors)) @ turn.T
+    torques = np.asarray(elastic_torque(found.law, new, vectors @ turn.T)) if new else 0.0
     damping = [
         sum(
             (a.damping.viscous * np.outer(a.direction, a.direction) for a in each), np.zeros((3, 3))

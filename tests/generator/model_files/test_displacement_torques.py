@@ -16,7 +16,14 @@ from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
 from generator.passive_curve import rotation_vector
 from generator.springs_file.read import read_springs
-from springs import AxisSpring, Joining, JointSprings, Linear, conservative_energy, total_torque
+from springs import (
+    AxisSpring,
+    JointSprings,
+    Linear,
+    SphericalLaw,
+    conservative_energy,
+    total_torque,
+)
 from tests.chains import chain, joint
 
 PROTOTYPE = read_figure("prototype")
@@ -29,7 +36,8 @@ def test_generalized_torques_are_minus_the_slope_of_the_energy(name: str) -> Non
     axes = SPRINGS.joints[name].axes
     rng = np.random.default_rng(1)
     q = rng.uniform(-0.6, 0.6, (20, len(factors.joint_axes)))
-    torques = generalized_torques(factors, Joining.CONSERVATIVE, axes, q)
+    laws = split_joint_laws(factors, SPRINGS.joints[name], SphericalLaw.CONSERVATIVE)
+    torques = generalized_torques(laws, q)
 
     def energy(at: np.ndarray) -> np.ndarray:
         return np.asarray(conservative_energy(axes, rotation_vector(factors, at)))
@@ -43,9 +51,9 @@ def test_generalized_torques_are_minus_the_slope_of_the_energy(name: str) -> Non
 @pytest.mark.parametrize("name", SPRINGS.joints)
 def test_about_an_axis_of_the_springs_the_torque_is_its_law(name: str) -> None:
     of, own = PROTOTYPE.joints[name], SPRINGS.joints[name]
-    factors, ranges = build_chain(of.chain), joint_ranges(of, own)
-    laws = split_joint_laws(factors, own)
-    found = sampled_torques(of, factors, laws, SPRINGS.joining, ranges)
+    ranges = joint_ranges(of, own)
+    laws = split_joint_laws(build_chain(of.chain), own, SPRINGS.law)
+    found = sampled_torques(of, laws, ranges)
     assert found
     for k, sampled in found.items():
         assert sampled.range == pytest.approx(np.clip(ranges[k], -np.pi, np.pi), abs=1e-5)
@@ -63,21 +71,22 @@ def test_equal_linear_springs_about_all_axes_differ_from_their_sum() -> None:
         AxisSpring(axis, (Linear(3.0),)) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))
     )
     own = JointSprings("ball", axes)
-    factors, ranges = build_chain(of.chain), ((-0.5, 0.5),) * 3
-    laws = split_joint_laws(factors, own)
+    ranges = ((-0.5, 0.5),) * 3
+    laws = split_joint_laws(build_chain(of.chain), own, SphericalLaw.CONSERVATIVE)
     torques = {k: lambda q: -3.0 * q for k in range(3)}
-    found = sampled_torques(of, factors, laws, Joining.CONSERVATIVE, ranges)
+    found = sampled_torques(of, laws, ranges)
     for k, sampled in found.items():
         assert sampled.error_of(torques[k]).largest < 1e-12
-    error = coupling_error(factors, laws, Joining.CONSERVATIVE, ranges, torques)
+    error = coupling_error(laws, ranges, torques)
     assert error is not None
     assert 0.05 < error.largest < 1.5
     small = ((-0.01, 0.01),) * 3
-    near = coupling_error(factors, laws, Joining.CONSERVATIVE, small, torques)
+    near = coupling_error(laws, small, torques)
     assert near is not None
     assert near.largest < 1e-3
-    alone = split_joint_laws(build_chain(chain("Rx")), JointSprings("ball", axes[:1]))
-    assert coupling_error(build_chain(chain("Rx")), alone, Joining.CONSERVATIVE, ranges, {}) is None
+    hinge = JointSprings("ball", axes[:1])
+    alone = split_joint_laws(build_chain(chain("Rx")), hinge, SphericalLaw.CONSERVATIVE)
+    assert coupling_error(alone, ranges, {}) is None
 
 
 def test_large_torques_count_relatively() -> None:

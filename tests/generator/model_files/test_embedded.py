@@ -119,10 +119,10 @@ def test_figure_and_springs_come_back_exactly(case: str, suffix: str, written: M
     model = written(case, suffix)
     figure, springs, (imported, back, laws) = model.figure, model.springs, model.back
     assert without_psurfs(back) == without_psurfs(figure)
-    assert (laws.joints, laws.coupled, laws.joining) == (
+    assert (laws.joints, laws.coupled, laws.law) == (
         springs.joints,
         springs.coupled,
-        springs.joining,
+        springs.law,
     )
     assert laws.references == springs.references
     assert imported.losses.entries == ()

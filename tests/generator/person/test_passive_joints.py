@@ -144,7 +144,7 @@ def test_bound_springs_are_those_of_the_axes_and_equal_on_both_sides():
 @pytest.mark.parametrize("content", [all_springs(), all_springs("riener"), leg("riener")])
 def test_reading_after_writing_returns_equal_springs(content):
     read = SPRINGS_FILE.parse_text(write_springs(content)).require_value()
-    assert (read.entries, read.joining) == (content.entries, content.joining)
+    assert (read.entries, read.law) == (content.entries, content.law)
     assert read.coupled == content.coupled
 
 

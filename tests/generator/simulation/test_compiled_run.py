@@ -24,7 +24,7 @@ from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import NO_LIMIT, Plan
 from generator.simulation.run import simulate
 from generator.simulation.trace import mean_position
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SphericalLaw, SpringSet
 from springs.hysteresis import Hysteresis
 from tests.chains import BALL, SKEW, X, Z, chain, one_body, row
 from tests.contact_figures import FLOOR, MASS, ball, two_segments
@@ -64,7 +64,7 @@ THREE = SpringSet(
 )
 WEIGHTED = replace(
     THREE,
-    joining=Joining.WEIGHTED,
+    law=SphericalLaw.WEIGHTED,
     joints={**THREE.joints, "joint0": JointSprings("joint0", (ABOUT, SKEWED))},
 )
 MIXED = (BALL, chain("Rz"), chain("Rx Ry"))
@@ -78,7 +78,7 @@ class Case:
 
 CASES = {
     "prototype": Case(PROTOTYPE, BENT),
-    "weighted": Case(row(3, MIXED), {"joining": Joining.WEIGHTED, "springs": WEIGHTED}),
+    "weighted": Case(row(3, MIXED), {"law": SphericalLaw.WEIGHTED, "springs": WEIGHTED}),
     "free root": Case(PROTOTYPE, {"free_root": True, "velocities": {"right_elbow": (3.0,)}}),
     "slides": Case(
         row(3, (chain("Rx Ry Tx"), BALL)),

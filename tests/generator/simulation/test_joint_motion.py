@@ -15,7 +15,7 @@ from generator.rotations import inverse_pose, rotation_vector_from_matrix
 from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, JointSprings, Linear, SphericalLaw, SpringSet
 from springs.contact import Surface
 from tests.chains import BALL, FREE, X, Y, Z, at, body, chain, figure, ground, joint, one_body, row
 from tests.contact_figures import FLOOR, with_spheres
@@ -135,7 +135,7 @@ def test_kinetic_and_gravity_from_the_poses() -> None:
 
 def test_the_springs_energy_at_the_start() -> None:
     axes = tuple(AxisSpring(a, (Linear(k, 0.1),)) for a, k in ((X, 4.0), (Y, 6.0), (Z, 8.0)))
-    springs = SpringSet({"pin": JointSprings("pin", axes)}, Joining.CONSERVATIVE)
+    springs = SpringSet({"pin": JointSprings("pin", axes)}, SphericalLaw.CONSERVATIVE)
     run = simulate(one_body(BALL, (0.3, 0.2, 0.5)), Plan(stop=0.02, step=1e-3, springs=springs))
     r = run.rotation_vectors["pin"][0]
     expected = 0.5 * np.array([4.0, 6.0, 8.0]) @ (r - 0.1) ** 2

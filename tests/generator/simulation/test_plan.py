@@ -12,7 +12,7 @@ from generator.figure import Figure
 from generator.model import Model
 from generator.simulation.plan import Plan, resolve_model
 from generator.springs_file.parse import SpringsFile
-from springs import Joining, Linear, SpringSet
+from springs import Linear, SphericalLaw, SpringSet
 
 
 def test_defaults() -> None:
@@ -81,15 +81,15 @@ KNEE = read_figure("prototype").joints["left_knee"]
 def resolved(model: Model | Figure, plan: Plan) -> SpringSet:
     """The springs with which a run goes."""
     made, rest = resolve_model(model, plan)
-    assert (rest.springs, rest.spring_choice, rest.joining) == (None, None, None)
+    assert (rest.springs, rest.spring_choice, rest.law) == (None, None, None)
     return made.springs
 
 
 def test_a_model_has_its_springs_and_the_plan_no_others() -> None:
     model = Model.of(read_figure("prototype"))
     assert resolved(model, Plan()) is model.springs
-    weighted = resolved(model, Plan(joining=Joining.WEIGHTED))
-    assert weighted == replace(model.springs, joining=Joining.WEIGHTED)
+    weighted = resolved(model, Plan(law=SphericalLaw.WEIGHTED))
+    assert weighted == replace(model.springs, law=SphericalLaw.WEIGHTED)
     for choice in ({"springs": SpringSet()}, {"spring_choice": "none"}):
         with pytest.raises(ModelError, match="both the model and the plan have springs"):
             resolve_model(model, Plan(**choice))

@@ -17,7 +17,7 @@ from generator.recording import Ending, RecordingPart
 from generator.run_options import Integrator
 from generator.simulation.exudyn_model.exudyn_api import exu
 from generator.simulation.run import Progress
-from springs import Joining, SpringSet, Surface
+from springs import SphericalLaw, SpringSet, Surface
 from tests.chains import BALL, chain, one_body, row
 from tests.contact_figures import FLOOR, block
 from tests.runs import same_bits
@@ -66,7 +66,7 @@ def test_it_says_how_it_ended_and_what_it_knows(fall) -> None:
 def test_it_names_its_springs_and_law(fall) -> None:
     assert "prototype" in fall.springs
     assert fall.law == "conservative"
-    weighted = simulate(row(1, stiff=3.0), Plan(stop=0.1, step=1e-3, joining=Joining.WEIGHTED))
+    weighted = simulate(row(1, stiff=3.0), Plan(stop=0.1, step=1e-3, law=SphericalLaw.WEIGHTED))
     assert weighted.law == "weighted"
     assert simulate(row(1), Plan(stop=0.1, step=1e-3, springs=NONE)).springs == "none"
 

@@ -26,7 +26,7 @@ from generator.springs_file.edit import (
     springs_from_text,
 )
 from generator.springs_file.read import load_springs, read_springs
-from springs import AxisSpring, Damping, Joining, Linear, SpringSet, Stop, total_torque
+from springs import AxisSpring, Damping, Linear, SphericalLaw, SpringSet, Stop, total_torque
 from springs.published.tables import curve
 from tests.laws import STRATEGIES
 
@@ -65,7 +65,7 @@ def test_a_file_of_edits_is_read_as_the_edited_springs(choice, edits):
     springs, text = edited_springs(FIGURE, base, edits, Path("my.springs.toml"), choice)
     changed = apply_edits(base, edits)
     assert springs.joints == changed.joints
-    assert (springs.joining, springs.coupled) == (base.joining, base.coupled)
+    assert (springs.law, springs.coupled) == (base.law, base.coupled)
     assert bool(text) == (changed != base)
     assert springs_from_text(text, FIGURE, Path("my.springs.toml"), choice).joints == springs.joints
 
@@ -211,7 +211,7 @@ def test_the_fields_of_a_figure_stay_where_damping_is_changed(tmp_path: Path):
 
 @pytest.mark.parametrize("choice", ["coupled", None])
 def test_the_saved_file_extends_the_springs_by_name(choice, tmp_path: Path):
-    base = read_springs(choice, FIGURE, Joining.WEIGHTED)
+    base = read_springs(choice, FIGURE, SphericalLaw.WEIGHTED)
     elbow = base.joints["left_elbow"].axes[0].direction
     edit = SpringEdit("left_elbow", elbow, offset=radians(5.0))
     path = tmp_path / "my.springs.toml"
@@ -221,7 +221,7 @@ def test_the_saved_file_extends_the_springs_by_name(choice, tmp_path: Path):
     again = load_springs(FIGURE, FIGURE.path and FIGURE.path.parent, "prototype", path)
     assert again.value is not None
     assert replace(again.value.springs, origin=springs.origin) == springs
-    assert springs.joining is Joining.WEIGHTED
+    assert springs.law is SphericalLaw.WEIGHTED
     assert springs.coupled == base.coupled
 
 

@@ -8,7 +8,7 @@ import pytest
 from generator import read_figure
 from generator.figure_file import FIGURE_FILE
 from generator.springs_file.read import joints_without_elastic_law, load_springs, load_springs_file
-from springs import Damping, Joining, Linear, SpringSet, Stop
+from springs import Damping, Linear, SphericalLaw, SpringSet, Stop
 
 PROTOTYPE = read_figure("prototype")
 FOLDER = FIGURE_FILE.shipped()["prototype"].parent
@@ -79,7 +79,7 @@ def test_a_file_extends_the_one_that_it_names(name: str, path: Path) -> None:
     path.with_name("base.springs.toml").write_text(base, encoding="utf-8")
     springs = loaded(path, f'extends = "{name}"\nlaw = "weighted"\n{ELBOW}')
     assert len(springs.coupled) == 2
-    assert springs.joining is Joining.WEIGHTED
+    assert springs.law is SphericalLaw.WEIGHTED
     assert springs.joints["left_elbow"].axes[0].elastic == (Linear(4.0),)
     assert springs.origin.count(" over ") == 2
 

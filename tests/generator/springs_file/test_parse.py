@@ -9,7 +9,7 @@ from generator.springs_file.coupled import COUPLED_ROWS
 from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SPRING_ROWS, SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.toml_file.spans import locate_keys
-from springs import Damping, Joining, Linear
+from springs import Damping, Linear, SphericalLaw
 from tests.work import counted_calls
 
 FULL = """\
@@ -54,7 +54,7 @@ def spring(body: str) -> str:
 def test_everything_a_file_can_say_is_read_in_si():
     assert content(FULL) == SpringsFile(
         figure="prototype",
-        joining=Joining.WEIGHTED,
+        law=SphericalLaw.WEIGHTED,
         entries=(
             SpringEntry(
                 joints=("left_hip", "right_hip"),

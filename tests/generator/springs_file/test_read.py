@@ -13,15 +13,16 @@ from springs import (
     AxisSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
     elastic_torque,
     passive_cubic,
 )
 from springs.stop import DEFAULT_TRANSLATION_STOP_ONSET, DEFAULT_TRANSLATION_STOP_STIFFNESS
+from tests.laws import VECTOR_LAWS
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 PROTOTYPE = read_figure("prototype")
@@ -88,7 +89,7 @@ def test_the_shipped_springs_file_is_the_rule_applied_to_the_printed_records():
     shipped = good(load_springs(PROTOTYPE, FOLDER, "prototype"))
     ruled = good(load_springs(PROTOTYPE, choice=FOLDER / "prototype.optional"))
     assert (shipped.origin, ruled.origin) == ("prototype.springs.toml", "prototype.optional")
-    assert shipped.joining is ruled.joining is Joining.CONSERVATIVE
+    assert shipped.law is ruled.law is SphericalLaw.CONSERVATIVE
     assert list(shipped.joints) == list(ruled.joints)
     for name, joint in shipped.joints.items():
         assert joint.translations == ruled.joints[name].translations == ()
@@ -136,15 +137,15 @@ def test_both_sides_have_the_left_coefficients(choice):
     assert shoulder.coefficients == (0.916317, 8.6218689, -14.15546098, 5.26654657)
 
 
-@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("choice", [None, "printed"])
-def test_the_right_side_is_the_mirror_image_of_the_left(joining, choice):
+def test_the_right_side_is_the_mirror_image_of_the_left(law, choice):
     joints = good(load_springs(PROTOTYPE, FOLDER, "prototype", choice)).joints
     mirror = np.array([-1.0, 1.0, -1.0])
     vectors = np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3))
     for pair in PAIRS:
-        left = elastic_torque(joining, joints[f"left_{pair}"].axes, vectors)
-        right = elastic_torque(joining, joints[f"right_{pair}"].axes, mirror * vectors)
+        left = elastic_torque(law, joints[f"left_{pair}"].axes, vectors)
+        right = elastic_torque(law, joints[f"right_{pair}"].axes, mirror * vectors)
         assert np.allclose(right, mirror * left, rtol=1e-12, atol=1e-10)
 
 
@@ -221,18 +222,20 @@ def test_springs_are_looked_for_beside_the_figure(tmp_path):
 
 def test_none_means_no_springs_and_no_stops():
     whole = figure(knee="type = R(0,1,0); stiff = (3e7); llimit = (0); ulimit = (1 rad);")
-    assert good(load_springs(whole, choice="none")) == SpringSet({}, Joining.CONSERVATIVE, "none")
-    weighted = load_springs(whole, choice="none", joining=Joining.WEIGHTED)
-    assert good(weighted).joining is Joining.WEIGHTED
+    assert good(load_springs(whole, choice="none")) == SpringSet(
+        {}, SphericalLaw.CONSERVATIVE, "none"
+    )
+    weighted = load_springs(whole, choice="none", law=SphericalLaw.WEIGHTED)
+    assert good(weighted).law is SphericalLaw.WEIGHTED
 
 
 def test_the_law_is_the_callers_else_the_file_s_else_conservative(tmp_path):
     whole = figure(knee="type = R(0,1,0);")
     table, path = 'joints = ["knee"]\nstiffness_Nm_rad = 5', tmp_path / "my.springs.toml"
-    assert good(toml(tmp_path, whole, table)).joining is Joining.CONSERVATIVE
-    assert good(toml(tmp_path, whole, table, top='law = "weighted"\n')).joining is Joining.WEIGHTED
-    chosen = load_springs(whole, choice=path, joining=Joining.CONSERVATIVE)
-    assert good(chosen).joining is Joining.CONSERVATIVE
+    assert good(toml(tmp_path, whole, table)).law is SphericalLaw.CONSERVATIVE
+    assert good(toml(tmp_path, whole, table, top='law = "weighted"\n')).law is SphericalLaw.WEIGHTED
+    chosen = load_springs(whole, choice=path, law=SphericalLaw.CONSERVATIVE)
+    assert good(chosen).law is SphericalLaw.CONSERVATIVE
 
 
 # What the figure itself says

@@ -11,7 +11,7 @@ from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.write import write_springs
-from springs import Damping, Joining, Linear
+from springs import Damping, Linear, SphericalLaw
 from springs.coupled import CoupledExponential, CoupledTerm
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.exponential import Exponential, ExponentialTerm
@@ -102,7 +102,7 @@ FILES = st.builds(
     entries=st.lists(spring_entries(), min_size=1, max_size=2).map(tuple),
     coupled=st.lists(coupled_entries(), max_size=2).map(tuple),
     figure=st.none() | NAMES,
-    joining=st.none() | st.sampled_from(Joining),
+    law=st.none() | st.sampled_from(SphericalLaw),
 )
 
 

@@ -74,12 +74,10 @@ def forms(one: Case) -> list[tuple[str, ...]]:
         if len(chains[name].rotations) == 1:
             uses.append(displacement_law(joint.axes[0], 0))
         else:
-            law = rotation_law(joint, one.springs.joining, chains[name].rotation_axes)
+            law = rotation_law(joint, one.springs.law, chains[name].rotation_axes)
             uses.append(rotation_vector_law(law, 0))
     rows = {name: row for row, name in enumerate(chains)}
-    uses += [
-        coupled_law(spring, rows, chains, one.springs.joining) for spring in one.springs.coupled
-    ]
+    uses += [coupled_law(spring, rows, chains, one.springs) for spring in one.springs.coupled]
     return [use.form for use in uses]
 
 

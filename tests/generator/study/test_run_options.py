@@ -11,7 +11,7 @@ from generator.figure_file import read_figure
 from generator.input_files.scene import read_scene
 from generator.kinematics.free_root import settable_chains
 from generator.simulation.plan import Plan
-from springs import Joining
+from springs import SphericalLaw
 from tests.paths import FIGURES
 from tests.study_runs import parse_study_text
 
@@ -66,7 +66,7 @@ def test_a_scene_is_a_file_or_a_name(tmp_path: Path):
 def test_a_law_joins_the_springs():
     text = f'figure = "prototype"\nlaw = "weighted"\n{REST}'
     study = parse_study_text(text, FIGURES).require_value()
-    assert study.model.springs.joining is Joining.WEIGHTED
+    assert study.model.springs.law is SphericalLaw.WEIGHTED
 
 
 def test_displacements_are_those_of_the_command_line():

@@ -24,7 +24,7 @@ from generator.toml_file.rows import (
     Vector3,
 )
 from generator.toml_file.spans import locate_keys
-from springs import Joining
+from springs import SphericalLaw
 
 lengths = st.floats(-1e3, 1e3)
 ROWS: dict[Row[Any], st.SearchStrategy[Any]] = {
@@ -38,7 +38,7 @@ ROWS: dict[Row[Any], st.SearchStrategy[Any]] = {
     Numbers("offsets_deg", 1e3, count=2): st.tuples(lengths, lengths),
     Interval("limits_deg", 1e3): st.tuples(lengths, lengths).map(lambda ends: tuple(sorted(ends))),
     Sign("sense"): st.sampled_from((-1, 1)),
-    Choice("law", tuple(Joining)): st.sampled_from(Joining),
+    Choice("law", tuple(SphericalLaw)): st.sampled_from(SphericalLaw),
     Choice("axis", ("x", "y")): st.sampled_from(("x", "y")),
     Names("joints"): st.lists(st.text(), min_size=1).map(tuple),
     Text("why", is_long=True): st.text(),
@@ -94,7 +94,7 @@ WHOLE = "without quotes and decimals"
         (Interval("x"), "[2, 1]", "`x` ends before it begins", "[lower, upper]"),
         (Sign("sense", "up or down"), "2", "`sense` must be -1 or +1", "up or down"),
         (
-            Choice("law", tuple(Joining)),
+            Choice("law", tuple(SphericalLaw)),
             '"weihted"',
             "`law` cannot be `weihted`",
             "did you mean `weighted`?",

@@ -59,8 +59,6 @@ def test_every_program_has_every_frame() -> None:
     for program in table.values("program"):
         times = table.select_rows(program=program).column("time [s]")
         assert times == pytest.approx(data("exported_fall").run.times, abs=1e-9)
-    assert table.provenance["command"] == "python -m benchmarks exports"
-    assert "mujoco " in table.origin
 
 
 def test_the_figure_moves() -> None:

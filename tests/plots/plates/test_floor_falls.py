@@ -74,13 +74,6 @@ def test_every_engine_has_every_fall() -> None:
                 assert np.all(np.isfinite(table.column(header)))
 
 
-@pytest.mark.parametrize("name", ["falls", "falls_heights", "falls_starts"])
-def test_a_table_tells_where_it_is_from(name) -> None:
-    table = read_measurements(name)
-    assert table.provenance["command"] == "python -m benchmarks falls"
-    assert "mujoco " in table.origin
-
-
 def test_peaks_exceed_their_means() -> None:
     for peak, mean in (
         (floor_falls.PEAK_FORCE, floor_falls.SMOOTHED_FORCE),

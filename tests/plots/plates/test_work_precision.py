@@ -82,24 +82,3 @@ def test_chains_are_compared_at_small_errors() -> None:
         assert chains.select_rows(method=method).column("error [rad]").max() < 1e-2
     own = chains.select_rows(method="this program, compiled")
     assert own.column("error [rad]").max() < 1e-5
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "aims",
-        "aims_defaults",
-        "aims_errors",
-        "chains",
-        "python_share",
-        "startup",
-        "verification",
-        "verification_motion",
-        "work_precision",
-    ],
-)
-def test_a_table_tells_where_it_is_from(name) -> None:
-    table = read_measurements(name)
-    assert table.rows
-    assert table.provenance["command"].startswith("python -m benchmarks ")
-    assert "exudyn 1." in table.origin

@@ -20,9 +20,9 @@ from generator.model_files.fit_error import joint_ranges
 from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     total_torque,
 )
 from springs.exponential import Exponential, ExponentialTerm
@@ -30,13 +30,12 @@ from tests.chains import chain, joint
 
 PROTOTYPE = read_figure("prototype")
 SPRINGS = read_springs(None, PROTOTYPE)
-WEIGHTED = read_springs(None, PROTOTYPE, joining=Joining.WEIGHTED)
+WEIGHTED = read_springs(None, PROTOTYPE, law=SphericalLaw.WEIGHTED)
 
 
-def torques_of(own: JointSprings, of, joining=Joining.CONSERVATIVE):
-    factors = build_chain(of.chain)
-    laws = split_joint_laws(factors, own)
-    return passive_torques(of, factors, laws, joining, joint_ranges(of, own))
+def torques_of(own: JointSprings, of, law=SphericalLaw.CONSERVATIVE):
+    laws = split_joint_laws(build_chain(of.chain), own, law)
+    return passive_torques(of, laws, joint_ranges(of, own))
 
 
 @pytest.mark.parametrize("name", [n for n, own in SPRINGS.joints.items() if len(own.axes) == 1])
@@ -120,13 +119,13 @@ def test_without_a_torque_there_is_none() -> None:
 @pytest.mark.parametrize("name", ["left_hip_joint", "left_shoulder"])
 def test_about_one_axis_alone_the_errors_are_those_stated(name: str, springs) -> None:
     of, own = PROTOTYPE.joints[name], springs.joints[name]
-    torques = torques_of(own, of, springs.joining)
-    factors = build_chain(of.chain)
+    torques = torques_of(own, of, springs.law)
+    laws = split_joint_laws(build_chain(of.chain), own, springs.law)
     assert torques.coupling_error is not None
     for k, fitted in torques.fitted.items():
         q = np.zeros((401, 3))
         q[:, k] = np.linspace(*fitted.range, 401)
-        exact = generalized_torques(factors, springs.joining, own.axes, q)[:, k]
+        exact = generalized_torques(laws, q)[:, k]
         largest = float(np.abs(fitted.torque.torque(q[:, k]) - exact).max())
         assert fitted.error is not None
         assert fitted.error.largest == pytest.approx(largest, rel=0.05)

@@ -28,9 +28,9 @@ from springs import (
     Cubic,
     Damping,
     Elastic,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
 )
 from springs.interpolated import Interpolated
@@ -126,7 +126,7 @@ def test_what_is_lost_of_springs_that_are_written(tmp_path):
     axes = tuple(CoupledAxis("pin", X) for _ in law.coordinates)
     springs = SpringSet(
         {"pin": JointSprings("pin", (spring,))},
-        Joining.WEIGHTED,
+        SphericalLaw.WEIGHTED,
         coupled=(CoupledSpring(law, axes),),
     )
     lost = written(one_body(BALL), springs, tmp_path)

@@ -27,7 +27,16 @@ from generator.model_files.mjcf.spring_fit import (
 )
 from generator.passive_curve import rotation_vector
 from generator.rotations import matrix_from_rotation_vector
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, Stop, elastic_torque
+from springs import (
+    AxisSpring,
+    Cubic,
+    Damping,
+    JointSprings,
+    Linear,
+    SphericalLaw,
+    Stop,
+    elastic_torque,
+)
 from tests.chains import BALL, chain, two_bodies
 from tests.generator.model_files.model_cases import PROTOTYPE, START, equal
 
@@ -113,14 +122,14 @@ def test_errors_are_those_across_the_rotation() -> None:
     alike, differing = springs(20.0, 20.0, 20.0), springs(20.0, 20.0, 50.0)
     for each, exact in ((alike, True), (differing, False)):
         ramps = [(axis, axis_ramps(TESTED, each, axis)) for axis in each.axes]
-        error = spring_error(TESTED, each, Joining.CONSERVATIVE, ramps)
+        error = spring_error(TESTED, each, SphericalLaw.CONSERVATIVE, ramps)
         assert (error.largest < 1e-9) == exact
         assert 0.0 <= error.rms <= error.largest
-        assert error.largest < largest_torque(TESTED, each, Joining.CONSERVATIVE)
+        assert error.largest < largest_torque(TESTED, each, SphericalLaw.CONSERVATIVE)
     weighted = spring_error(
         TESTED,
         differing,
-        Joining.WEIGHTED,
+        SphericalLaw.WEIGHTED,
         [(a, axis_ramps(TESTED, differing, a)) for a in differing.axes],
     )
     assert weighted.largest > 0.0
@@ -130,11 +139,11 @@ def test_the_stated_error_is_the_largest_over_the_range() -> None:
     own = read_springs(None, PROTOTYPE).joints["waist"]
     waist = PROTOTYPE.joints["waist"]
     ramps = [(axis, axis_ramps(waist, own, axis)) for axis in own.axes]
-    error = spring_error(waist, own, Joining.CONSERVATIVE, ramps)
+    error = spring_error(waist, own, SphericalLaw.CONSERVATIVE, ramps)
     of, ranges = build_chain(waist.chain), joint_ranges(waist, own)
     q = np.random.default_rng(3).uniform(*np.array(ranges).T, (40_000, 3))
     r = rotation_vector(of, q[are_in_range(of, ranges, q)])
-    half_way = elastic_torque(Joining.CONSERVATIVE, own.axes, r)
+    half_way = elastic_torque(SphericalLaw.CONSERVATIVE, own.axes, r)
     exact = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * r), half_way)
     found = np.linalg.norm(ramps_torque(ramps, r) - exact, axis=1)
     assert found.max() <= 1.01 * error.largest <= 1.1 * found.max()
@@ -147,12 +156,14 @@ def test_equal_springs_with_stops_are_not_isotropic() -> None:
     limited = replace(TESTED, lower_limit=(-0.5,) * 3, upper_limit=(0.5,) * 3)
     alike = springs(20.0, 20.0, 20.0)
     stopped = [replace(axis, elastic=(*axis.elastic, stop)) for axis in alike.axes]
-    found = isotropic_stiffness(limited, alike, Joining.CONSERVATIVE)
+    found = isotropic_stiffness(limited, alike, SphericalLaw.CONSERVATIVE)
     assert found == pytest.approx((20.0, 0.0, 0.0))
     with_stops = JointSprings("tested", tuple(stopped))
-    assert isotropic_stiffness(limited, with_stops, Joining.CONSERVATIVE) is None
+    assert isotropic_stiffness(limited, with_stops, SphericalLaw.CONSERVATIVE) is None
     locked = replace(TESTED, lower_limit=(0.0,) * 3, upper_limit=(0.0,) * 3)
-    assert isotropic_stiffness(locked, alike, Joining.CONSERVATIVE) == pytest.approx((20.0, 0, 0))
+    assert isotropic_stiffness(locked, alike, SphericalLaw.CONSERVATIVE) == pytest.approx(
+        (20.0, 0, 0)
+    )
 
 
 def test_errors_of_damping_are_per_rate() -> None:

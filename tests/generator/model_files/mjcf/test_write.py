@@ -28,9 +28,9 @@ from springs import (
     Cubic,
     Damping,
     Elastic,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
     total_torque,
@@ -124,7 +124,7 @@ def test_a_cubic_law_that_is_equal_in_all_directions_is_the_spring_of_the_ball()
     loaded = MuJoCo(of, springs)
     r = np.array([0.3, -0.5, 0.7])
     _turn_ball(loaded, of.joints["tested"], r)
-    isotropic = elastic_torque(springs.joining, springs.joints["tested"].axes, r)
+    isotropic = elastic_torque(springs.law, springs.joints["tested"].axes, r)
     assert np.cross(isotropic, r) == pytest.approx(0.0, abs=1e-9)
     assert not loaded.losses.entries
     assert not loaded.model.nu
@@ -206,8 +206,8 @@ def test_static_torques_of_shipped_figures_are_within_the_errors(name: str) -> N
     for joint_name, each in springs.joints.items():
         joint, rotations = of.joints[joint_name], len(of.joints[joint_name].chain)
         ramps = [(axis, axis_ramps(joint, each, axis)) for axis in each.axes]
-        largest = largest_torque(joint, each, springs.joining)
-        error = spring_error(joint, each, springs.joining, ramps).largest if rotations > 1 else 0.0
+        largest = largest_torque(joint, each, springs.law)
+        error = spring_error(joint, each, springs.law, ramps).largest if rotations > 1 else 0.0
         ranges, chain = joint_ranges(joint, each), Chain(joint.chain)
         grid = np.array(list(product(*[np.linspace(*ends, 5) for ends in ranges])))
         grid = grid[are_in_range(chain, ranges, grid)]
@@ -218,7 +218,7 @@ def test_static_torques_of_shipped_figures_are_within_the_errors(name: str) -> N
                 _turn_ball(loaded, joint, r)
             else:
                 _turn_hinges(loaded, joint, values)
-            half_way = elastic_torque(springs.joining, each.axes, r)
+            half_way = elastic_torque(springs.law, each.axes, r)
             expected = matrix_from_rotation_vector(0.5 * r) @ half_way
             axes, found = joint_forces(loaded, joint, rotations)
             assert np.abs(found - axes @ expected).max() <= error + 1e-8 * largest
@@ -245,7 +245,7 @@ def _turn_ball(loaded: MuJoCo, joint: Joint, r: np.ndarray) -> None:
 def test_directions_of_a_weighted_law_are_held_by_the_conservative_ramps() -> None:
     of = two_bodies(chain("Rx Ry Rz"), START)
     each = JointSprings("tested", (AxisSpring((1.0, 0.0, 0.0), (Linear(8.0),)),))
-    weighted = SpringSet({"tested": each}, joining=Joining.WEIGHTED)
+    weighted = SpringSet({"tested": each}, law=SphericalLaw.WEIGHTED)
     loaded = MuJoCo(of, weighted)
     _turn_ball(loaded, of.joints["tested"], np.array([0.7, 0.0, 0.0]))
     assert joint_torque(loaded, of.joints["tested"], 3) == pytest.approx([-5.6, 0.0, 0.0], abs=1e-9)
@@ -335,7 +335,7 @@ def test_segments_without_a_psurf_are_capsules_that_touch_nothing() -> None:
 def test_a_law_over_several_joints_is_tendons_of_their_hinges() -> None:
     """Exponentials are followed within the error of other curves; a ball has no hinges."""
     of = read_figure("male50")
-    springs = read_springs(None, of, Joining.COORDINATES)
+    springs = read_springs(None, of, SphericalLaw.COORDINATES)
     with_law, without = MuJoCo(of, springs), MuJoCo(of, replace(springs, coupled=()))
     names = ("left_hip_joint_3", "left_knee", "left_ankle_2")
     law = springs.coupled[0].law

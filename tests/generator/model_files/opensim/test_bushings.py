@@ -1,24 +1,18 @@
 """Bushings at joints: their torques as in OpenSim."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from generator.diagnostics import Source
-from generator.model_files.formats import parse_model
-from generator.model_files.imported import Imported
-from springs import AxisSpring, total_torque
-from tests.generator.model_files.imported_models import lost, written_and_read
-
-MODEL = """<?xml version="1.0"?><OpenSimDocument Version="40500"><Model name="m">
-<gravity>0 -9.81 0</gravity><BodySet name="bodyset"><objects><Body name="b"><mass>1</mass>
-<mass_center>0 0 0</mass_center><inertia>1 1 1 0 0 0</inertia></Body></objects></BodySet>
-<JointSet name="jointset"><objects><{0} name="j"><socket_parent_frame>/ground</socket_parent_frame>
-<socket_child_frame>/bodyset/b</socket_child_frame><coordinates><Coordinate name="q1">
-<default_value>0</default_value><range>-1.5 1.5</range></Coordinate></coordinates></{0}></objects>
-</JointSet><ForceSet name="forceset"><objects>{1}</objects></ForceSet></Model></OpenSimDocument>"""
+from springs import total_torque
+from tests.generator.model_files.imported_models import lost
+from tests.generator.model_files.opensim.one_joint import (
+    MODEL,
+    acceleration_in_opensim,
+    imported,
+    read,
+)
 
 ANGLES = np.linspace(-1.4, 1.4, 29)
 
@@ -48,30 +42,11 @@ CASES = {
 }
 
 
-def read(joint: str, force: str, folder: Path) -> tuple[Imported, AxisSpring]:
-    imported = parse_model(Source("m.osim", MODEL.format(joint, force))).require_value()
-    _, springs = written_and_read(imported, folder)
-    (axis,) = (*springs.joints["j"].axes, *springs.joints["j"].translations)
-    return imported, axis
-
-
 @pytest.mark.verify
 @pytest.mark.parametrize("name", CASES)
 def test_torques_are_those_of_opensim(name: str, tmp_path: Path):
-    api: Any = pytest.importorskip("opensim")
-    api.Logger.setLevelString("error")
     joint, force = CASES[name]
-    (tmp_path / "m.osim").write_text(MODEL.format(joint, force))
-    model = api.Model(str(tmp_path / "m.osim"))
-    state = model.initSystem()
-    coordinate = model.getCoordinateSet().get(0)
-
-    def acceleration(value: float, rate: float) -> float:
-        coordinate.setValue(state, value)
-        coordinate.setSpeedValue(state, rate)
-        model.realizeAcceleration(state)
-        return coordinate.getAccelerationValue(state)
-
+    acceleration = acceleration_in_opensim(joint, force, tmp_path)
     theirs = np.array([acceleration(value, 0.0) for value in ANGLES])
     _, axis = read(joint, force, tmp_path)
     error = 1e-12 if "cubic" not in name else 1e-3
@@ -83,15 +58,11 @@ def test_torques_are_those_of_opensim(name: str, tmp_path: Path):
 def test_a_bushing_elsewhere_is_a_loss():
     away = "<PhysicalOffsetFrame name='off'><socket_parent>..</socket_parent>"
     away += "<translation>0 1 0</translation></PhysicalOffsetFrame>"
-    text = MODEL.format(
-        "PinJoint", bushing("BushingForce", ("/ground", "/bodyset/b/off"), **LINEAR)
-    )
-    text = text.replace("</Body>", f"<components>{away}</components></Body>")
-    imported = parse_model(Source("m.osim", text)).require_value()
-    assert lost(imported, "bushings that are not at a joint") == ("bush",)
+    force = bushing("BushingForce", ("/ground", "/bodyset/b/off"), **LINEAR)
+    model = MODEL.replace("</Body>", f"<components>{away}</components></Body>")
+    assert lost(imported("PinJoint", force, model), "bushings that are not at a joint") == ("bush",)
 
 
 def test_terms_of_several_angles_are_a_loss():
     force = bushing("ExpressionBasedBushingForce", Mz_expression="2*theta_z+theta_x")
-    imported = parse_model(Source("m.osim", MODEL.format("PinJoint", force))).require_value()
-    assert lost(imported, "several angles") == ("bush",)
+    assert lost(imported("PinJoint", force), "several angles") == ("bush",)

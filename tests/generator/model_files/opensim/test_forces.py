@@ -18,9 +18,9 @@ from springs import (
     CoupledAxis,
     CoupledSpring,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     damping_torque,
 )
@@ -116,13 +116,13 @@ def check(of: Figure, springs: SpringSet, folder: Path, count: int = 3) -> None:
 FIGURES = {"prototype": PROTOTYPE, "clavicles": CLAVICLES, "pendulum": PENDULUM}
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("name", FIGURES)
 def test_shipped_figures_have_the_moments_of_their_springs(
-    name: str, joining: Joining, tmp_path: Path
+    name: str, law: SphericalLaw, tmp_path: Path
 ) -> None:
     of = FIGURES[name]
-    check(of, replace(own_springs(of), joining=joining), tmp_path)
+    check(of, replace(own_springs(of), law=law), tmp_path)
 
 
 def test_a_loop_has_the_moments_of_its_springs(tmp_path: Path) -> None:
@@ -149,10 +149,10 @@ CHAINS = {
 }
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("name", CHAINS)
 def test_laws_of_all_kinds_in_joints_of_all_kinds(
-    name: str, joining: Joining, tmp_path: Path
+    name: str, law: SphericalLaw, tmp_path: Path
 ) -> None:
     axes, reverse = CHAINS[name]
     of = two_bodies(axes, [0.1] * len(axes), reverse=reverse)
@@ -163,7 +163,7 @@ def test_laws_of_all_kinds_in_joints_of_all_kinds(
         "tested",
         tuple(AxisSpring(d, law, damping) for d, law in zip(directions, laws, strict=True)),
     )
-    check(of, replace(spring_set(springs), joining=joining), tmp_path)
+    check(of, replace(spring_set(springs), law=law), tmp_path)
 
 
 COUPLED = CoupledExponential(

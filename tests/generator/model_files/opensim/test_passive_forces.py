@@ -1,26 +1,21 @@
 """Forces of coordinates as laws: torques and damping as in OpenSim or its documentation."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from generator.diagnostics import Source
 from generator.model_files.formats import parse_model
-from generator.model_files.imported import Imported
-from generator.rotations import Array
-from springs import AxisSpring, total_torque
+from springs import total_torque
 from springs.interpolated import Interpolated
-from tests.generator.model_files.imported_models import lost, written_and_read
-
-MODEL = """<?xml version="1.0"?><OpenSimDocument Version="40500"><Model name="m">
-<gravity>0 -9.81 0</gravity><BodySet name="bodyset"><objects><Body name="b"><mass>1</mass>
-<mass_center>0 0 0</mass_center><inertia>1 1 1 0 0 0</inertia></Body></objects></BodySet>
-<JointSet name="jointset"><objects><{0} name="j"><socket_parent_frame>/ground</socket_parent_frame>
-<socket_child_frame>/bodyset/b</socket_child_frame><coordinates><Coordinate name="q1">
-<default_value>0.2</default_value><range>-1.5 1.5</range></Coordinate></coordinates></{0}></objects>
-</JointSet><ForceSet name="forceset"><objects>{1}</objects></ForceSet></Model></OpenSimDocument>"""
+from tests.generator.model_files.imported_models import lost
+from tests.generator.model_files.opensim.one_joint import (
+    MODEL,
+    acceleration_in_opensim,
+    imported,
+    read,
+)
 
 ANGLES = np.linspace(-1.4, 1.4, 57)
 
@@ -51,41 +46,17 @@ FORCES = {
 """Forces, and whether a springs file holds them exactly."""
 
 
-def read(forces: str, folder: Path, joint: str = "PinJoint") -> tuple[Imported, AxisSpring]:
-    imported = parse_model(Source("m.osim", MODEL.format(joint, forces))).require_value()
-    _, springs = written_and_read(imported, folder)
-    (axis,) = (*springs.joints["j"].axes, *springs.joints["j"].translations)
-    return imported, axis
-
-
-def opensim_forces(forces: str, folder: Path) -> tuple[Array, float]:
-    """Torques at the angles, and damping; the moment of inertia is one, and no weight turns."""
-    api: Any = pytest.importorskip("opensim")
-    api.Logger.setLevelString("error")
-    (folder / "m.osim").write_text(MODEL.format("PinJoint", forces))
-    model = api.Model(str(folder / "m.osim"))
-    state = model.initSystem()
-    coordinate = model.getCoordinateSet().get(0)
-
-    def acceleration(angle: float, rate: float) -> float:
-        coordinate.setValue(state, angle)
-        coordinate.setSpeedValue(state, rate)
-        model.realizeAcceleration(state)
-        return coordinate.getAccelerationValue(state)
-
-    still = np.array([acceleration(angle, 0.0) for angle in ANGLES])
-    return still, acceleration(0.0, -0.5) - acceleration(0.0, 0.5)
-
-
 @pytest.mark.verify
 @pytest.mark.parametrize("name", FORCES)
 def test_torques_are_those_of_opensim(name: str, tmp_path: Path):
     forces, exact = FORCES[name]
-    theirs, damping = opensim_forces(forces, tmp_path)
-    imported, axis = read(forces, tmp_path)
+    acceleration = acceleration_in_opensim("PinJoint", forces, tmp_path)
+    theirs = np.array([acceleration(angle, 0.0) for angle in ANGLES])
+    damping = acceleration(0.0, -0.5) - acceleration(0.0, 0.5)
+    model, axis = read("PinJoint", forces, tmp_path)
     error = 1e-12
     if not exact:
-        (place,) = lost(imported, "tables of points")
+        (place,) = lost(model, "tables of points")
         error = 1.2 * float(place.split(": ")[1].split(" ")[0])
     ours = total_torque(axis.elastic, ANGLES)
     assert np.abs(ours - theirs).max() <= error
@@ -94,7 +65,7 @@ def test_torques_are_those_of_opensim(name: str, tmp_path: Path):
 
 def test_limits_and_their_transitions_are_in_degrees(tmp_path: Path):
     """Beyond the transition of 10 deg the torque grows as the angle beyond the limit."""
-    _, axis = read(LIMIT, tmp_path)
+    _, axis = read("PinJoint", LIMIT, tmp_path)
     torques = total_torque(axis.elastic, np.radians([-80.0, -45.0, -25.0, 0.0, 35.0, 55.0, 80.0]))
     assert torques == pytest.approx([50.0, 15.0, 0.0, 0.0, 0.0, -30.0, -80.0], abs=1e-9)
 
@@ -103,7 +74,7 @@ def test_exponential_limits_are_exact(tmp_path: Path):
     """De Groote's curves, in OpenSim since 4.6.1: an exponential at either limit."""
     limits = force("ExponentialCoordinateLimitForce", lower_shape_parameters="2 3",
                    upper_shape_parameters="4 5", lower_limit=-0.6, upper_limit=0.9)  # fmt: skip
-    _, axis = read(limits, tmp_path)
+    _, axis = read("PinJoint", limits, tmp_path)
     expected = 2.0 * np.exp(-3.0 * (ANGLES + 0.6)) - 4.0 * np.exp(5.0 * (ANGLES - 0.9))
     np.testing.assert_allclose(total_torque(axis.elastic, ANGLES), expected, rtol=1e-12)
 
@@ -111,24 +82,24 @@ def test_exponential_limits_are_exact(tmp_path: Path):
 def test_linear_stops_are_exact(tmp_path: Path):
     stop = force("CoordinateLinearStopForce", stiffness=7, damping=0.3, lower_limit=-0.6,
                  upper_limit=0.9)  # fmt: skip
-    imported, axis = read(stop, tmp_path)
+    model, axis = read("PinJoint", stop, tmp_path)
     expected = 7.0 * (np.clip(ANGLES, -0.6, 0.9) - ANGLES)
     np.testing.assert_allclose(total_torque(axis.elastic, ANGLES), expected, atol=1e-12)
-    assert lost(imported, "damping of limit forces") == ("a_CoordinateLinearStopForce",)
+    assert lost(model, "damping of limit forces") == ("a_CoordinateLinearStopForce",)
 
 
 def test_linear_forces_along_slides_are_springs(tmp_path: Path):
-    _, axis = read(expression("-30*q-2*qdot") + SPRING, tmp_path, "SliderJoint")
+    _, axis = read("SliderJoint", expression("-30*q-2*qdot") + SPRING, tmp_path)
     assert total_torque(axis.elastic, 0.5) == pytest.approx(-30.0 * 0.5 - 3.0 * 0.4)
     assert axis.damping.viscous == pytest.approx(2.4)
 
 
 @pytest.mark.parametrize("bounds", ["-99999.9 99999.9", "1e-300 2e-300", "-inf inf", "1 -1"])
 def test_ranges_without_a_meaning_are_no_ranges(bounds: str):
-    model = MODEL.replace("-1.5 1.5", bounds).format("PinJoint", expression("-exp(9*q)"))
-    imported = parse_model(Source("m.osim", model)).require_value()
-    assert imported.springs is not None
-    law = imported.springs.entries[0].law
+    model = MODEL.replace("-1.5 1.5", bounds)
+    springs = imported("PinJoint", expression("-exp(9*q)"), model).springs
+    assert springs is not None
+    law = springs.entries[0].law
     assert isinstance(law, Interpolated)
     assert law.torque(0.4) == pytest.approx(-np.exp(3.6), rel=1e-3)
 
@@ -147,8 +118,7 @@ def test_ranges_without_a_meaning_are_no_ranges(bounds: str):
     ],
 )
 def test_other_forces_are_losses(joint: str, forces: str, sentence: str):
-    imported = parse_model(Source("m.osim", MODEL.format(joint, forces))).require_value()
-    assert len(lost(imported, sentence)) == 1
+    assert len(lost(imported(joint, forces), sentence)) == 1
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from generator.model_files.formats import read_model
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.write import format_files
 from generator.springs_file.read import read_springs
-from springs import Joining, SpringSet
+from springs import SphericalLaw, SpringSet
 from tests.generator.model_files.imported_models import (
     lost,
     without_carried_texts,
@@ -36,10 +36,10 @@ DAMPING = 1e-9
 LOST = "along paths"
 
 
-def written(name: str, folder: Path, joining: Joining = Joining.CONSERVATIVE) -> Path:
+def written(name: str, folder: Path, law: SphericalLaw = SphericalLaw.CONSERVATIVE) -> Path:
     """A model without the figure and the springs that it carries, as other programs save it."""
     figure, springs = sprung_figure(name)
-    return bare_model(figure, replace(springs, joining=joining), folder)
+    return bare_model(figure, replace(springs, law=law), folder)
 
 
 def bare_model(figure: Figure, springs: SpringSet, folder: Path) -> Path:
@@ -62,12 +62,12 @@ def path(unchanged: Path, tmp_path: Path) -> Path:
     return tmp_path / unchanged.name
 
 
-def check_torques(name: str, imported: Imported, folder: Path, joining: Joining) -> None:
+def check_torques(name: str, imported: Imported, folder: Path, law: SphericalLaw) -> None:
     figure, springs = sprung_figure(name)
-    springs = replace(springs, joining=joining)
+    springs = replace(springs, law=law)
     folder.mkdir()
     back_figure, back = written_and_read(imported, folder)
-    assert back.joining is joining
+    assert back.law is law
     for joint in springs.joints:
         found = compare(figure, springs, back_figure, back, joint)
         allowed = LARGEST_FACTOR * stated(imported.losses, joint) + RELATIVE * found.size
@@ -78,20 +78,20 @@ def check_torques(name: str, imported: Imported, folder: Path, joining: Joining)
 @pytest.mark.slow
 @pytest.mark.verify
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
-def test_models_that_opensim_saves_keep_their_torques(name: str, joining: Joining, tmp_path: Path):
+@pytest.mark.parametrize("law", VECTOR_LAWS)
+def test_models_that_opensim_saves_keep_their_torques(name: str, law: SphericalLaw, tmp_path: Path):
     api = pytest.importorskip("opensim")
-    path = written(name, tmp_path, joining)
+    path = written(name, tmp_path, law)
     model, saved = api.Model(str(path)), tmp_path / "saved.osim"
     model.initSystem()
     model.printToXML(str(saved))
-    check_torques(name, read_model(saved), tmp_path / "back", joining)
+    check_torques(name, read_model(saved), tmp_path / "back", law)
 
 
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
-def test_models_without_texts_keep_their_torques(joining: Joining, tmp_path: Path):
-    imported = read_model(written("prototype", tmp_path, joining))
-    check_torques("prototype", imported, tmp_path / "back", joining)
+@pytest.mark.parametrize("law", VECTOR_LAWS)
+def test_models_without_texts_keep_their_torques(law: SphericalLaw, tmp_path: Path):
+    imported = read_model(written("prototype", tmp_path, law))
+    check_torques("prototype", imported, tmp_path / "back", law)
     assert not any(LOST in loss.what for loss in imported.losses.entries)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from generator.figure import Figure
 from generator.model_files.opensim.write import format_osim
-from springs import AxisSpring, Damping, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, Damping, JointSprings, Linear, SphericalLaw, SpringSet
 from tests.chains import SKEW, X, Y, Z, chain, negative
 from tests.generator.model_files.engines import OpenSim, moved
 from tests.generator.model_files.model_cases import (
@@ -50,10 +50,10 @@ def test_springs_of_hinges(axis: tuple[float, float, float], tmp_path: Path) -> 
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("joining", VECTOR_LAWS)
-def test_springs_of_balls(joining: Joining, tmp_path: Path) -> None:
+@pytest.mark.parametrize("law", VECTOR_LAWS)
+def test_springs_of_balls(law: SphericalLaw, tmp_path: Path) -> None:
     springs = spring_set(JointSprings("closing", BALL_LAWS))
-    check(LOOPS["closed by a ball"], replace(springs, joining=joining), tmp_path)
+    check(LOOPS["closed by a ball"], replace(springs, law=law), tmp_path)
 
 
 def losses_of(of: Figure, springs: JointSprings) -> set[str]:

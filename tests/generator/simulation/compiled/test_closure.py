@@ -222,7 +222,7 @@ CASES = {
             FOURBAR, "rocker_bearing", "crank_bearing", "rocker_pin", "crank_pin"
         ),
         SpringSet({"crank_pin": hinge_springs("crank_pin")}),
-        rates={"crank_bearing": (40.0,)},
+        rates={"crank_bearing": (25.0,)},
     ),
     "closing hinge, reversed": Case(
         ring(BALLS, "Rs", reverse=True),
@@ -395,7 +395,7 @@ def test_motions_and_reactions_are_those_of_exudyns_integrator(name: str) -> Non
     assert ours.agreement_with_exudyn is not None
     assert ours.agreement_with_exudyn < 1e-10
     # The extrapolation of two passes is much more accurate than their difference, the estimate.
-    loose = {**tight, "tolerance": 1e-4}
+    loose = {**tight, "tolerance": 1e-5 if name == "floating" else 1e-4}
     theirs = simulate(case.figure, case.full_plan(integrator=Integrator.EXUDYN, **loose))
     assert ours.outcome.succeeded
     assert theirs.outcome.succeeded

@@ -24,9 +24,10 @@ from springs import (
     CoupledSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
+    SpringSet,
     Stop,
     group_torque,
     rotation_law,
@@ -37,8 +38,8 @@ from springs.elastic import Elastic
 from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
-from springs.rotation_law import VectorLaw
 from springs.smooth_limit import SmoothLimit
+from springs.spherical import VectorLaw
 from springs.transformed import Transformed
 from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, chain, negative
 from tests.compiled_models import SEQUENTIAL, Evaluation, evaluate, plain_tables, source_of
@@ -89,20 +90,20 @@ def test_no_compiled_law_drives_out_of_its_limits(law, excess):
     assert evaluate(tables, [above, 0, 0], [0, 0, 0]).torques[0, 0] <= 0.0
 
 
-@pytest.mark.parametrize("joining", Joining)
+@pytest.mark.parametrize("law", SphericalLaw)
 @given(data=st.data(), directions=FRAMES, r=ROTATION, v=ROTATION)
-def test_several_angles_have_the_torque_of_their_joined_laws(joining, data, directions, r, v):
+def test_several_angles_have_the_torque_of_their_joined_laws(law, data, directions, r, v):
     axes = [
         AxisSpring(direction, (data.draw(ANY_LAW), data.draw(ANY_LAW))[: 1 + k], data.draw(DAMPING))
         for k, direction in enumerate(directions)
     ]
     r, v = np.array(r), np.array(v)
-    law = rotation_law(JointSprings("ball", tuple(axes)), joining, directions)
-    elastic, viscous = law.torque(r, SEQUENTIAL), law.damping(r, v, SEQUENTIAL)
-    found = evaluate(plain_tables([rotation_vector_law(law, 0)]), r, v)
+    made = rotation_law(JointSprings("ball", tuple(axes)), law, directions)
+    elastic, viscous = made.torque(r, SEQUENTIAL), made.damping(r, v, SEQUENTIAL)
+    found = evaluate(plain_tables([rotation_vector_law(made, 0)]), r, v)
     assert is_close(found, elastic + viscous)
     scale = 1.0 + np.sum(np.abs(viscous)) + np.sum(np.abs(elastic))
-    spring_power = -elastic @ v if joining is Joining.WEIGHTED else 0.0
+    spring_power = -elastic @ v if law is SphericalLaw.WEIGHTED else 0.0
     assert found.powers[:2] == pytest.approx([-viscous @ v, spring_power], abs=1e-6 * scale)
     assert not found.powers[2:].any()
 
@@ -200,7 +201,7 @@ def test_a_coupled_law_of_a_ball_and_a_hinge_adds_to_their_own(law, r, angle, v)
     uses = [
         rotation_vector_law(VectorLaw((own,)), 0),
         displacement_law(own, 1),
-        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS, Joining.CONSERVATIVE),
+        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS, SpringSet()),
     ]
     found = evaluate(plain_tables(uses), [r, (angle, 0, 0)], [v, (v[0], 0, 0)])
     r, v = np.array(r), np.array(v)
@@ -232,8 +233,8 @@ EXAMPLES = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joining", Joining)
-def test_compiled_laws_are_those_of_plain_python(joining):
+@pytest.mark.parametrize("law", SphericalLaw)
+def test_compiled_laws_are_those_of_plain_python(law):
     """All laws in one function, each for an angle; about three skew axes; and over two joints."""
     assert set(EXAMPLES) == {row.law for row in LAWS}
     laws = list(EXAMPLES.values())
@@ -245,11 +246,11 @@ def test_compiled_laws_are_those_of_plain_python(joining):
         AxisSpring(axis, (law,), Damping(0.2 * k))
         for k, (axis, law) in enumerate(zip((SKEW, ACROSS, THIRD), laws[-3:], strict=True))
     ]
-    law = rotation_law(JointSprings("ball", tuple(axes)), joining, (SKEW, ACROSS, THIRD))
-    uses.append(rotation_vector_law(law, len(laws)))
+    ball = rotation_law(JointSprings("ball", tuple(axes)), law, (SKEW, ACROSS, THIRD))
+    uses.append(rotation_vector_law(ball, len(laws)))
     places = (("ball", X), ("hinge", SKEW), ("ball", Y))
     spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
-    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS, Joining.CONSERVATIVE))
+    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS, SpringSet()))
     plain, compiled = plain_tables(uses), build_law_tables(uses)
     compiled = replace(compiled, function=compiled.function.function)  # of the pointer
     rng = np.random.default_rng(5)

@@ -20,9 +20,9 @@ from springs import (
     CoupledSpring,
     Cubic,
     Damping,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
 )
@@ -131,7 +131,7 @@ CASES = {
     "prototype, coupled": Case(PROTOTYPE, {"spring_choice": "coupled"}, states=50),
     "male50": Case(read_figure("male50"), states=50),
     "prototype, printed": Case(PROTOTYPE, {"spring_choice": "printed"}, states=50),
-    "prototype, weighted": Case(PROTOTYPE, {"joining": Joining.WEIGHTED}, states=50),
+    "prototype, weighted": Case(PROTOTYPE, {"law": SphericalLaw.WEIGHTED}, states=50),
     "prototype, free": Case(PROTOTYPE, {"free_root": True}),
     "prototype, driven": Case(
         PROTOTYPE, {"drives": {"waist": wave(3), "left_knee": wave(1), "right_elbow": wave(1)}}
@@ -143,7 +143,7 @@ CASES = {
         row(3, MIXED), {"springs": NONE, "loads": LOADS, "gravity": (1.0, -9.0, 3.0)}, 2.5
     ),
     "coupled": coupled_row(),
-    "coupled, weighted": coupled_row(joining=Joining.WEIGHTED),
+    "coupled, weighted": coupled_row(law=SphericalLaw.WEIGHTED),
     "coupled, hinge driven": coupled_row(drives={"joint1": wave(1)}),
     "coupled, hinge locked": coupled_row(locked=("joint1",)),
     "coupled, ball driven": coupled_row(drives={"joint0": wave(3)}),

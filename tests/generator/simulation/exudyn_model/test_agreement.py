@@ -39,7 +39,7 @@ from generator.simulation.exudyn_run import integrate
 from generator.simulation.joint_motion import SegmentMotion
 from generator.simulation.plan import Plan
 from generator.simulation.trace import Trace, frame_times
-from springs import NUMPY, AxisSpring, Damping, Joining, Linear, SpringSet
+from springs import NUMPY, AxisSpring, Damping, Linear, SphericalLaw, SpringSet
 from tests.chains import BALL, SKEW, X, chain, free_body, one_body, row
 from tests.poses import Pose, motion_matrix, random_pose
 from tests.runs import springs_of
@@ -201,7 +201,7 @@ CASES = {
     "prototype": (read_figure("prototype"), {}),
     "prototype, coupled": (read_figure("prototype"), {"spring_choice": "coupled"}),
     "male50": (read_figure("male50"), {}),
-    "prototype, weighted": (read_figure("prototype"), {"joining": Joining.WEIGHTED}),
+    "prototype, weighted": (read_figure("prototype"), {"law": SphericalLaw.WEIGHTED}),
     "prototype, free": (read_figure("prototype"), {"free_root": True}),
     "prototype, Python": (read_figure("prototype"), {"python_torques": True}),
     "clavicles": (read_figure("clavicles"), {}),

@@ -300,7 +300,7 @@ FIELDS = (
 
 def test_states_are_taken_and_extended_in_all_parts() -> None:
     one, other = states(4), states(3, 1)
-    longer = one.extend(other)
+    longer = ContactStates.join([one, other])
     mask = np.array([True, False, True, True])
     for name in FIELDS:
         assert np.array_equal(getattr(longer, name)[:4], getattr(one, name))

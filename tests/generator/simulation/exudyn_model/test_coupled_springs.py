@@ -25,9 +25,9 @@ from springs import (
     AxisSpring,
     CoupledAxis,
     CoupledSpring,
-    Joining,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     group_torque,
 )
@@ -267,11 +267,11 @@ def test_directions_have_length_one() -> None:
         CoupledAxis("one", (0.0, 2.0, 0.0))
 
 
-def test_the_joining_is_no_concern_of_coupled_laws() -> None:
+def test_the_law_of_spherical_joints_is_no_concern_of_coupled_laws() -> None:
     pose = random_pose(6)
     one, other = (
-        static_torques(limb(), [pose], Plan(springs=coupled(), joining=joining))
-        for joining in (Joining.CONSERVATIVE, Joining.WEIGHTED)
+        static_torques(limb(), [pose], Plan(springs=coupled(), law=law))
+        for law in (SphericalLaw.CONSERVATIVE, SphericalLaw.WEIGHTED)
     )
     for name in NAMES:
         assert one[name] == pytest.approx(other[name], abs=1e-12)

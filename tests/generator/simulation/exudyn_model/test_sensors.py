@@ -11,7 +11,7 @@ from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.exudyn_model.sensors import SensorLog
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import AxisSpring, Cubic, Damping, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SphericalLaw, SpringSet
 from tests.chains import BALL, X, Y, Z, body, chain, one_body, row
 from tests.contact_figures import FLOOR, ball, block, two_segments
 from tests.runs import springs_of
@@ -55,7 +55,7 @@ def test_the_weighted_law_s_work_is_its_springs_energy() -> None:
     """For a turn about one axis the work against the law is the energy that the axis stores."""
     law = Cubic((0.0, 6.0, 1.0, 8.0))
     axes = tuple(AxisSpring(a, (law if a is Z else Linear(5.0),)) for a in (X, Y, Z))
-    springs = SpringSet({"pin": JointSprings("pin", axes)}, Joining.WEIGHTED)
+    springs = SpringSet({"pin": JointSprings("pin", axes)}, SphericalLaw.WEIGHTED)
     link = body("link", centre=(0.0, -0.2, 0.0))
     run = simulate(
         one_body(BALL, (0.0, 0.0, 0.5), link), Plan(stop=0.5, step=2e-4, springs=springs)

@@ -184,7 +184,7 @@ def test_recordings_are_written(bars, tmp_path):
         motion_writer(tmp_path / f"a{suffix}")(motion, tmp_path / f"a{suffix}")
     _, read = read_npz(tmp_path / "a.npz")
     assert_same(read, recording)
-    page = (tmp_path / "a.html").read_text()
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
     content = page.partition('id="motion">')[2].partition("</script>")[0]
     json.loads(content, parse_constant=pytest.fail)
 

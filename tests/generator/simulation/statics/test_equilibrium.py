@@ -14,7 +14,7 @@ from generator.kinematics.links import Coordinate, Link, Links
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.statics.equilibrium import NoEquilibriumError, find_equilibrium
-from springs import AxisSpring, Cubic, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, Cubic, JointSprings, Linear, SphericalLaw, SpringSet
 from tests.chains import BALL, Y, Z, at, body, chain, figure, ground, joint, one_body, row
 from tests.runs import springs_of
 
@@ -58,14 +58,14 @@ def test_the_settled_prototype_stays_put() -> None:
     assert moved(rest, made, Plan()) < 1e-6
 
 
-@pytest.mark.parametrize("joining", list(Joining))
-def test_a_standing_prototype_settles_by_either_law(joining) -> None:
+@pytest.mark.parametrize("law", list(SphericalLaw))
+def test_a_standing_prototype_settles_by_either_law(law) -> None:
     """The weighted law is no gradient: its rest is one of forces all the same."""
     made = read_figure("prototype")
-    plan = Plan(locked=("root_torso",), joining=joining)
+    plan = Plan(locked=("root_torso",), law=law)
     rest = find_equilibrium(made, plan)
     assert rest.slowest_rate_squared > 1.0
-    assert (rest.energy is None) == (joining is Joining.WEIGHTED)
+    assert (rest.energy is None) == (law is SphericalLaw.WEIGHTED)
     assert np.all(rest.displacements["root_torso"] == 0.0)
     assert moved(rest, made, plan) < 1e-6
 

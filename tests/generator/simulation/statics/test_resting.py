@@ -28,7 +28,7 @@ from generator.kinematics.tree import build_tree
 from generator.simulation.statics import resting
 from generator.simulation.statics.equilibrium import NoEquilibriumError
 from generator.simulation.statics.resting import attach_pose, find_resting_pose
-from springs import AxisSpring, Joining, JointSprings, Linear, SpringSet
+from springs import AxisSpring, JointSprings, Linear, SphericalLaw, SpringSet
 from springs.contact import Surface
 from tests.chains import BALL, FREE, Y, Z, at, body, chain, figure, ground, joint, one_body
 from tests.runs import springs_of
@@ -197,7 +197,7 @@ def test_laws_without_an_energy_have_none():
     axes = tuple(AxisSpring(axis, (Linear(5.0),)) for axis in ((1.0, 0.0, 0.0), Y, Z))
     ball = pendulum_on_a_box()
     top = replace(ball.joints["hinge"], chain=BALL, displacement=(0.1, 0.2, 0.3))
-    springs = SpringSet({"hinge": JointSprings("hinge", axes)}, joining=Joining.WEIGHTED)
+    springs = SpringSet({"hinge": JointSprings("hinge", axes)}, law=SphericalLaw.WEIGHTED)
     plan = Plan(scene=slope(0.0), height=0.0, free_root=True, springs=springs)
     rest = find_resting_pose(ball.with_parts(top), plan)
     assert rest.energy is rest.start_energy is None
