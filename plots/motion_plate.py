@@ -137,7 +137,7 @@ def _moment(motion: FigureMotion, joint: str, springs: SpringSet, rates: Array) 
     """Passive moment of a joint's own springs on its child, parent's axes, (n, 3) [N m]."""
     own = springs.joints.get(joint, JointSprings(joint))
     rotations = _rotations(motion, joint)
-    if not own.axes:
+    if not own.axes and not own.reach:
         return np.zeros((len(motion.times), 3))
     if len(rotations) == 1:
         spring, k = own.axes[0], rotations[0]
@@ -198,7 +198,7 @@ def _stored_energy(motion: FigureMotion, springs: SpringSet) -> Array:
             axis = np.asarray(own.axes[0].direction) @ chain[rotations[0]].axis
             angle = float(np.sign(axis)) * motion.displacements[name][:, rotations[0]]
             stored += total_energy(own.axes[0].elastic, angle)
-        elif rotations and own.axes:
+        elif rotations and (own.axes or own.reach):
             law = rotation_law(own, springs.law, motion.tree.chains[name].rotation_axes)
             stored += law.energy(_rotation_vectors(motion, name))
         for spring in own.translations:

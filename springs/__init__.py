@@ -15,7 +15,9 @@ from springs.joint import (
     SpringSet,
 )
 from springs.linear import Linear
+from springs.reach import Reach, ReachPoint, TurnRange
 from springs.spherical import (
+    ReachLaw,
     RotationLaw,
     conservative_energy,
     conservative_torque,
@@ -41,6 +43,9 @@ __all__ = [
     "Linear",
     "NotRestoringError",
     "Operations",
+    "Reach",
+    "ReachLaw",
+    "ReachPoint",
     "Real",
     "RotationLaw",
     "Singularity",
@@ -48,6 +53,7 @@ __all__ = [
     "SpringSet",
     "Stop",
     "Surface",
+    "TurnRange",
     "conservative_energy",
     "conservative_torque",
     "damping_torque",

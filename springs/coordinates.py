@@ -12,15 +12,11 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 from math import cos, radians, sin
 from operator import add
-from typing import TypeAlias
 
 from springs.backends import NUMPY, Operations, Real, Vector
 from springs.elastic import total_energy, total_torque
 from springs.joint import AxisSpring, Direction, Singularity
-
-Parts: TypeAlias = tuple[Real, Real, Real]
-"""Components of a vector. A number that is exactly 0 or 1 makes a product vanish or disappear, so
-that recorded code and expression trees have no such terms."""
+from springs.parts import Parts, combined, cross, dot, half_quaternion, minus, plus, times
 
 POLE_COSINE = 1e-3
 """Least cosine of the middle angle: within 0.06 deg of the pole the dual vectors are bounded, in
@@ -28,9 +24,6 @@ torques and rates alike, so that damping dissipates there as well."""
 
 LARGEST_SINE = cos(radians(1.0))
 """Sine of the middle one of three angles, in size, at which a run ends: 1 deg from the pole."""
-
-_SMALL_ANGLE = 1e-4
-"""Angle below which sin(a/2)/a is taken from its series [rad]."""
 
 _PERPENDICULAR = 1e-9
 
@@ -58,20 +51,16 @@ class CoordinatesAt:
             inner, middle, outer = forces
             k, s = self.inverse_square, self.sine
             forces = [
-                _times(k, _minus(inner, _times(s, outer))),
+                times(k, minus(inner, times(s, outer))),
                 middle,
-                _times(k, _minus(outer, _times(s, inner))),
+                times(k, minus(outer, times(s, inner))),
             ]
-        total: Parts = (0.0, 0.0, 0.0)
-        for size, axis in zip(forces, self.vectors, strict=True):
-            x, y, z = (_plus(part, _times(size, e)) for part, e in zip(total, axis, strict=True))
-            total = (x, y, z)
-        return ops.vector(total)
+        return ops.vector(combined(*zip(forces, self.vectors, strict=True)))
 
     def rates(self, rate: Vector, ops: Operations) -> tuple[Real, ...]:
         """Return the rates of the displacements [rad/s] of an angular velocity."""
         parts = (ops.part(rate, 0), ops.part(rate, 1), ops.part(rate, 2))
-        along = [_dot(parts, axis) for axis in self.vectors]
+        along = [dot(parts, axis) for axis in self.vectors]
         if len(along) == 2:
             return tuple(along)
         inner, middle, outer = along
@@ -107,7 +96,7 @@ class ChainCoordinates:
     def _handedness(self) -> float:
         """1 for n1, n2, n3 as x, y, z, else -1."""
         first, second, third = self.axes
-        return float(_dot(first, _cross(second, third)))
+        return float(dot(first, cross(second, third)))
 
     def place(self, direction: Direction) -> tuple[int, float]:
         """Return the index of the rotation about an axis, and 1 or -1 for the opposite axis.
@@ -115,40 +104,33 @@ class ChainCoordinates:
         Raises ValueError where no rotation is about it.
         """
         for index, axis in enumerate(self.axes):
-            along = float(_dot(axis, direction))
+            along = float(dot(axis, direction))
             if abs(abs(along) - 1.0) < _PERPENDICULAR:
                 return index, 1.0 if along > 0.0 else -1.0
         raise ValueError("a law of coordinates needs springs about axes of the joint's chain")
 
     def at(self, r: Vector, ops: Operations) -> CoordinatesAt:
         """Return the displacements at a rotation vector [rad], shape (..., 3)."""
-        a = ops.norm(r)
-        small = a < _SMALL_ANGLE
-        safe = ops.removable(small, 1.0, a)
-        share = ops.removable(small, 0.5 - a * a / 48.0, ops.sin(0.5 * safe) / safe)
-        w = ops.cos(0.5 * a)
-        v = (share * ops.part(r, 0), share * ops.part(r, 1), share * ops.part(r, 2))
+        w, v = half_quaternion(r, ops)
         inner, outer = self.axes[0], self.axes[-1]
         inner_half, inner_in_parent = _turned(inner, w, v, 1.0)
         outer_half, outer_in_child = _turned(outer, w, v, -1.0)
         if len(self.axes) == 2:
-            normal = _cross(outer, inner)
+            normal = cross(outer, inner)
             angles = (
-                self._angle(0, _dot(normal, outer_in_child), _dot(outer, outer_in_child), ops),
-                self._angle(1, _dot(normal, inner_in_parent), _dot(inner, inner_in_parent), ops),
+                self._angle(0, dot(normal, outer_in_child), dot(outer, outer_in_child), ops),
+                self._angle(1, dot(normal, inner_in_parent), dot(inner, inner_in_parent), ops),
             )
             return CoordinatesAt(angles, (inner_half, outer_half), 0.0, 1.0)
         sense, middle = round(self._handedness), self.axes[1]
-        sine = _dot(inner_half, outer_half)
-        across = _cross(outer_half, inner_half)
-        cosine = ops.sqrt(_dot(across, across))
+        sine = dot(inner_half, outer_half)
+        across = cross(outer_half, inner_half)
+        cosine = ops.sqrt(dot(across, across))
         cosine = ops.removable(cosine < POLE_COSINE, POLE_COSINE, cosine)
         angles = (
-            self._angle(0, sense * _dot(middle, outer_in_child), _dot(outer, outer_in_child), ops),
+            self._angle(0, sense * dot(middle, outer_in_child), dot(outer, outer_in_child), ops),
             ops.atan2(-sense * sine, cosine),
-            self._angle(
-                2, sense * _dot(middle, inner_in_parent), _dot(inner, inner_in_parent), ops
-            ),
+            self._angle(2, sense * dot(middle, inner_in_parent), dot(inner, inner_in_parent), ops),
         )
         x, y, z = (sense * part / cosine for part in across)
         return CoordinatesAt(
@@ -252,51 +234,15 @@ def _turned(axis: Direction, w: Real, v: Parts, sense: float) -> tuple[Parts, Pa
         v: Sine of half the angle, times the axis of the rotation.
         sense: 1 for the rotation, -1 for its inverse.
     """
-    once = _cross(v, axis)
-    twice = _cross(v, once)
+    once = cross(v, axis)
+    twice = cross(v, once)
     g = 1.0 / (1.0 + w)
     half = tuple(
-        _plus(_plus(n, _times(sense, c)), _times(g, cc))
+        plus(plus(n, times(sense, c)), times(g, cc))
         for n, c, cc in zip(axis, once, twice, strict=True)
     )
     whole = tuple(
-        _plus(n, 2.0 * (_plus(_times(sense, _times(w, c)), cc)))
+        plus(n, 2.0 * (plus(times(sense, times(w, c)), cc)))
         for n, c, cc in zip(axis, once, twice, strict=True)
     )
     return (half[0], half[1], half[2]), (whole[0], whole[1], whole[2])
-
-
-def _is_number(value: Real, number: float) -> bool:
-    return isinstance(value, int | float) and value == number
-
-
-def _times(x: Real, y: Real) -> Real:
-    if _is_number(x, 0.0) or _is_number(y, 0.0):
-        return 0.0
-    if _is_number(x, 1.0):
-        return y
-    if _is_number(y, 1.0):
-        return x
-    if _is_number(x, -1.0):
-        return -y
-    if _is_number(y, -1.0):
-        return -x
-    return x * y
-
-
-def _plus(x: Real, y: Real) -> Real:
-    return y if _is_number(x, 0.0) else x if _is_number(y, 0.0) else x + y
-
-
-def _minus(x: Real, y: Real) -> Real:
-    return x if _is_number(y, 0.0) else -y if _is_number(x, 0.0) else x - y
-
-
-def _cross(x: Parts, y: Parts) -> Parts:
-    a, b, c = (_minus(_times(x[i], y[j]), _times(x[j], y[i])) for i, j in ((1, 2), (2, 0), (0, 1)))
-    return a, b, c
-
-
-def _dot(x: Parts, y: Parts) -> Real:
-    terms = [_times(a, b) for a, b in zip(x, y, strict=True)]
-    return _plus(_plus(terms[0], terms[1]), terms[2])

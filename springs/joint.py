@@ -4,6 +4,7 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import hypot
+from typing import TYPE_CHECKING
 
 from springs.backends import NUMPY, Operations, Real
 from springs.coupled import CoupledExponential
@@ -12,6 +13,9 @@ from springs.elastic import Elastic, total_friction
 from springs.hysteresis import Hysteresis
 from springs.short_repr import short_repr
 from springs.transformed import Transformed
+
+if TYPE_CHECKING:
+    from springs.reach import Reach
 
 Direction = tuple[float, float, float]
 
@@ -128,12 +132,24 @@ class JointSprings:
 
     For a chain of one rotation the only axis is that of the rotation. A slide's spring is an
     `AxisSpring` along its direction, with metres, newtons and N/m in place of radians, N m and
-    N m/rad. Axes and slides without any law are left out.
+    N m/rad. Axes and slides without any law are left out. A reach takes the place of the elastic
+    laws about axes, which have damping only.
     """
 
     joint: str
     axes: tuple[AxisSpring, ...] = ()
     translations: tuple[AxisSpring, ...] = ()
+    reach: "Reach | None" = None
+
+    def __post_init__(self) -> None:
+        """Refuse elastic laws of axes beside those of a reach."""
+        if self.reach is not None and any(axis.elastic for axis in self.axes):
+            raise ValueError("a joint with a reach has damping only about its axes")
+
+    @property
+    def is_elastic(self) -> bool:
+        """True with an elastic law of the rotation."""
+        return self.reach is not None or any(axis.elastic for axis in self.axes)
 
 
 @short_repr
@@ -226,6 +242,7 @@ class SpringSet:
                 joint,
                 axes=tuple(axis.scaled(elastic, damping) for axis in joint.axes),
                 translations=tuple(axis.scaled(elastic, damping) for axis in joint.translations),
+                reach=joint.reach and joint.reach.scaled(elastic),
             )
             for name, joint in self.joints.items()
         }
@@ -240,6 +257,12 @@ class SpringSet:
                 spring
                 for joint in self.joints.values()
                 for spring in (*joint.axes, *joint.translations)
+            ),
+            *(
+                part
+                for joint in self.joints.values()
+                if joint.reach is not None
+                for part in (joint.reach, joint.reach.beyond, joint.reach.turn)
             ),
             *self.coupled,
         )

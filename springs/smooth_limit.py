@@ -1,5 +1,6 @@
 """The limit torque of Saul et al. 2015: a spring beyond each limit that a quintic step turns on."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from springs.backends import NUMPY, Operations, Real
@@ -38,21 +39,21 @@ class SmoothLimit:
 
     def torque(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child about the axis [N m] at `angle` [rad]."""
-        below = self.lower_stiffness * self._smoothed_excess(self.lower - angle, ops)
-        return below - self.upper_stiffness * self._smoothed_excess(angle - self.upper, ops)
+        below, above = self._sides(self._smoothed_excess, angle, ops)
+        return below - above
 
     def energy(self, angle: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J], zero between the limits."""
-        below = self.lower_stiffness * self._smoothed_excess_integral(self.lower - angle, ops)
-        return below + self.upper_stiffness * self._smoothed_excess_integral(
-            angle - self.upper, ops
-        )
+        below, above = self._sides(self._smoothed_excess_integral, angle, ops)
+        return below + above
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """Both ends of each transition [rad], where a higher derivative jumps."""
         width = self.transition
-        return self.lower - width, self.lower, self.upper, self.upper + width
+        below = (self.lower - width, self.lower) if self.lower_stiffness else ()
+        above = (self.upper, self.upper + width) if self.upper_stiffness else ()
+        return below + above
 
     def mirrored(self) -> "SmoothLimit":
         """The law of the same joint when its angle is counted the other way."""
@@ -64,6 +65,16 @@ class SmoothLimit:
             self.transition,
             mirror_range(self.valid_range),
         )
+
+    def _sides(
+        self, function: Callable[[Real, Operations], Real], angle: Real, ops: Operations
+    ) -> tuple[Real, Real]:
+        """Return both stiffnesses times a function of the excess; a side without one is 0."""
+        if not self.lower_stiffness and not self.upper_stiffness:
+            return 0.0 * angle, 0.0 * angle
+        below = self.lower_stiffness and function(self.lower - angle, ops) * self.lower_stiffness
+        above = self.upper_stiffness and function(angle - self.upper, ops) * self.upper_stiffness
+        return below, above
 
     def _smoothed_excess(self, x: Real, ops: Operations) -> Real:
         """Angle x S(x / transition) [rad], zero where x is not positive."""

@@ -16,6 +16,7 @@ from springs.backends import NUMPY, Operations, Real, Vector
 from springs.coordinates import ChainCoordinates, CoordinateLaw
 from springs.elastic import total_energy, total_torque
 from springs.joint import AxisSpring, Direction, JointSprings, Singularity, SphericalLaw
+from springs.reach import Reach
 
 _SMALL_ANGLE = 1e-2
 """Angle below which (a/2)/sin(a/2) is taken from its series [rad]."""
@@ -131,13 +132,66 @@ class VectorLaw:
         return group_torque(reduce(add, parts), r, ops)
 
 
+@dataclass(frozen=True)
+class ReachLaw:
+    """A limb's reach, and damping about the axes of the half-way frame.
+
+    Attributes:
+        axes: Damping of the axes.
+        reach: Directions and turns of the limb.
+    """
+
+    axes: tuple[AxisSpring, ...]
+    reach: Reach
+
+    @property
+    def is_conservative(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def singularity(self) -> Singularity:
+        """None: the direction opposite to the centre is out of reach."""
+        return Singularity.NONE
+
+    def torque(self, r: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the elastic torque."""
+        return self.reach.torque(r, ops)
+
+    def energy(self, r: Vector, ops: Operations = NUMPY) -> Real:
+        """Return the stored energy."""
+        return self.reach.energy(r, ops)
+
+    def damping(self, r: Vector, rate: Vector, ops: Operations = NUMPY) -> Vector:
+        """Return the torque of damping about the axes of the half-way frame."""
+        return damping_torque(self.axes, r, rate, ops)
+
+    def angles(
+        self, directions: Sequence[Direction], r: Vector, ops: Operations = NUMPY
+    ) -> Sequence[Real]:
+        """Raise ValueError: a reach has no coordinates."""
+        if directions:
+            raise ValueError("a law over several joints cannot read a joint with a reach")
+        return []
+
+    def torque_about(
+        self,
+        directions: Sequence[Direction],
+        torques: Sequence[Real],
+        r: Vector,
+        ops: Operations = NUMPY,
+    ) -> Vector:
+        """Raise ValueError, as `angles`."""
+        raise ValueError("a law over several joints cannot read a joint with a reach")
+
+
 def rotation_law(
     springs: JointSprings, law: SphericalLaw, chain: Sequence[Direction]
 ) -> RotationLaw:
     """Return the law of a joint of several rotations.
 
     Args:
-        springs: Springs of its axes.
+        springs: Springs of its axes, or its reach.
         law: Rule that joins them.
         chain: Axes of its rotations, innermost first.
 
@@ -145,6 +199,8 @@ def rotation_law(
         ValueError: A spring is about no axis of a chain whose coordinates the law needs, or the
             chain's outer axes are not perpendicular.
     """
+    if springs.reach is not None:
+        return ReachLaw(springs.axes, springs.reach)
     if law is not SphericalLaw.COORDINATES:
         return VectorLaw(springs.axes, law is SphericalLaw.WEIGHTED)
     coordinates = ChainCoordinates(

@@ -1,13 +1,13 @@
 """The figure of a person: segments with sites, joints with axes and limits.
 
 Joints are at the borders of de Leva's segments. Elbows and knees are hinges about the axis across
-the limb: the carrying angle of the elbow is not modelled. Ankles turn about two axes; all other
-joints are spherical. The forearm turns at the wrist, so that the elbow stays an exact hinge.
+the limb: the carrying angle of the elbow is not modelled. The forearm turns at the elbow, so that
+elbows, wrists and ankles have two axes; the other joints are spherical.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import degrees, pi, radians
+from math import pi
 
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
@@ -44,10 +44,6 @@ _UPRIGHT = Rotation((-pi / 2.0, 0.0, -pi / 2.0))
 
 _DOWNWARDS = Rotation((-pi, 0.0, 0.0))
 """Axes of a limb (x forward, y right, z down) in those of the trunk."""
-
-MAX_LIMIT = radians(170.0)
-"""Largest limit [rad]. The angle of a ball is a component of its rotation vector, which ends at 180
-deg: a stop at that angle would never act, and a run that comes there ends."""
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -124,7 +120,10 @@ PERSON_JOINTS: tuple[PersonJoint, ...] = (
     _trunk_joint("neck", "upper_torso", "head"),
     PersonJoint("shoulder", ("upper_torso", "cl_lateral"), ("upper_arm", "proximal"), _BALL),
     PersonJoint(
-        "elbow", ("upper_arm", "distal"), ("lower_arm", "proximal"), (JointRotation("flexion", _Y),)
+        "elbow",
+        ("upper_arm", "distal"),
+        ("lower_arm", "proximal"),
+        (JointRotation("forearm pronation", _Z), JointRotation("flexion", _Y)),
     ),
     PersonJoint(
         "wrist",
@@ -133,7 +132,6 @@ PERSON_JOINTS: tuple[PersonJoint, ...] = (
         (
             JointRotation("flexion", (-1.0, 0.0, 0.0)),
             JointRotation("radial deviation", _Y),
-            JointRotation("forearm pronation", _Z),
         ),
     ),
     PersonJoint("hip_joint", ("lower_torso", "lateral"), ("upper_leg", "proximal"), _BALL),
@@ -199,21 +197,14 @@ def limit_sources(body: Body) -> tuple[SourcedNumber, ...]:
                 quantity, rule = f"{name}limit of {end.motion}", _limit_rule(end, body.measures.sex)
                 sources.append(
                     SourcedNumber(
-                        *(joint.name, quantity, _limit(end), "rad", origin, end.reference, rule)
+                        *(joint.name, quantity, end.angle, "rad", origin, end.reference, rule)
                     )
                 )
     return tuple(sources)
 
 
-def _limit(end: RangeEnd) -> float:
-    """Angle of the stop at an end of the normal range [rad]."""
-    return max(-MAX_LIMIT, min(end.angle, MAX_LIMIT))
-
-
 def _limit_rule(end: RangeEnd, sex: Sex) -> str:
     rule = "end of the normal range of motion"
-    if _limit(end) != end.angle:
-        rule += f" ({degrees(end.angle):.4g} deg), but not beyond {degrees(MAX_LIMIT):.4g} deg"
     if sex is Sex.FEMALE and end.source not in PUBLICATIONS_OF_WOMEN:
         rule += "; not measured in women, who move more in nearly every joint"
     return rule
@@ -278,7 +269,7 @@ def _joint(joint: PersonJoint, side: str, body: Body) -> Joint:
     if joint is _ROOT_JOINT:
         return figure_joint
     ends = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
-    lower, upper = (tuple(map(_limit, row)) for row in zip(*ends, strict=True))
+    lower, upper = (tuple(end.angle for end in row) for row in zip(*ends, strict=True))
     return replace(figure_joint, lower_limit=lower, upper_limit=upper)
 
 

@@ -7,7 +7,7 @@ from a damping ratio of the limb that swings about the joint (`generator.person.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, radians
+from math import degrees, pi, radians
 from textwrap import fill
 
 from generator.diagnostics import UsageError
@@ -24,9 +24,10 @@ from generator.person.passive_laws import (
 )
 from generator.person.sources import DataFile, Origin, SourcedNumber, load_data_file
 from generator.springs_file.coupled import CoupledEntry
-from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.parse import REACH_AXES, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
-from springs import Damping, SphericalLaw
+from generator.springs_file.reach import ReachEntry
+from springs import Damping, ReachPoint, SphericalLaw, TurnRange
 from springs.elastic import Elastic, Range
 from springs.exponential import Exponential
 from springs.interpolated import Interpolated
@@ -147,11 +148,75 @@ def springs_comment() -> str:
     return "\n\n".join(fill(note, _COMMENT_WIDTH) for note in notes)
 
 
-def person_springs(axes: Iterable[PassiveAxis], leg: SpringsFile) -> SpringsFile:
-    """Return the passive springs of a person: those of `leg_springs`, and one curve an axis."""
-    own = {(entry.joints, entry.axis): entry for entry in leg.entries}
-    entries = [own.get((axis.names, axis.axis)) or _entry(axis) for axis in axes]
-    return SpringsFile(tuple(entries), law=SphericalLaw.CONSERVATIVE, coupled=leg.coupled)
+def person_springs(
+    axes: Iterable[PassiveAxis], leg: SpringsFile, reach: SpringsFile
+) -> SpringsFile:
+    """Return the passive springs of a person: one curve an axis but for those of leg and reach.
+
+    Args:
+        axes: the `passive_axes` of the person.
+        leg: its `leg_springs`.
+        reach: its `reach_springs`.
+    """
+    axes = tuple(axes)
+    own = {(entry.joints, entry.axis): entry for entry in (*leg.entries, *reach.entries)}
+    entries = [own.pop((axis.names, axis.axis), None) or _entry(axis) for axis in axes]
+    return SpringsFile(
+        (*entries, *own.values()),
+        law=SphericalLaw.COORDINATES,
+        coupled=leg.coupled,
+        reaches=reach.reaches,
+    )
+
+
+def reach_springs(body: Body, axes: Iterable[PassiveAxis]) -> SpringsFile:
+    """Return the reach of the arms with its laws, and the damping of the shoulders.
+
+    Args:
+        body: the person.
+        axes: the `passive_axes` of the person, of which the damping is taken.
+    """
+    data = load_data_file(_DATA_FILE)
+    row = data.content["reach"]
+    shoulders = [axis for axis in axes if axis.joint == row["joint"]]
+    names, (scale, rule) = shoulders[0].names, _scale(body, row, data)
+    reach = ReachEntry(
+        names,
+        row["long_axis"],
+        tuple(row["planes"]),
+        _radians(row["centre_deg"]),
+        tuple(ReachPoint(*_radians(point)) for point in row["boundary_deg"]),
+        tuple(
+            TurnRange(ReachPoint(plane, elevation), lower, upper)
+            for plane, elevation, lower, upper in map(_radians, row["turns_deg"])
+        ),
+        reference=row["reference"],
+        why=row["why"].strip(),
+    )
+    laws = [
+        SpringEntry(
+            names,
+            axis,
+            _wall(row[key]).law,
+            scale,
+            reference="; ".join(map(str, _wall(row[key]).references)),
+            why=rule,
+        )
+        for axis, key in zip(REACH_AXES, ("beyond", "turn"), strict=True)
+    ]
+    return SpringsFile((*map(_damping_entry, shoulders), *laws), reaches=(reach,))
+
+
+def _wall(row: Row) -> PassiveLaw:
+    """Return the wall of an angle beyond an end."""
+    wall = build_law({"wall": row}, LawContext((-pi, 0.0)))
+    assert isinstance(wall.law, SmoothLimit)
+    law = replace(wall.law, lower=-pi, lower_stiffness=0.0, valid_range=None)
+    return replace(wall, law=law)
+
+
+def _radians(values: Iterable[float]) -> tuple[float, ...]:
+    return tuple(map(angle_from_degrees, values))
 
 
 def leg_springs(
@@ -216,7 +281,7 @@ def dorsiflexors(body: Body, ankle: PassiveAxis) -> PassiveAxis:
 
 
 def _normal_range(body: Body, joint: str, motion: str) -> Range:
-    """Ends of the normal range of a rotation, also where the stops are narrower [rad]."""
+    """Ends of the normal range of a rotation [rad]."""
     low, high = motion_range(*_ROTATIONS[joint, motion], body.measures.sex)
     return low.angle, high.angle
 
@@ -309,25 +374,26 @@ def _damping_entry(axis: PassiveAxis) -> SpringEntry:
 
 
 def spring_sources(
-    body: Body, axes: Iterable[PassiveAxis], legs: Iterable[SpringsFile]
+    body: Body, axes: Iterable[PassiveAxis], others: Iterable[SpringsFile]
 ) -> tuple[SourcedNumber, ...]:
-    """Return every number of a person's springs with its source, the laws of the leg last.
+    """Return every number of a person's springs with its source, those of legs and reach last.
 
     Args:
         body: the person.
         axes: axes of `passive_axes`.
-        legs: springs of `leg_springs`.
+        others: springs of `leg_springs` and `reach_springs`.
     """
-    axes, legs = tuple(axes), tuple(legs)
+    axes, others = tuple(axes), tuple(others)
     damped = {
-        (entry.joints, entry.axis) for leg in legs for entry in leg.entries if entry.law is None
+        (entry.joints, entry.axis) for one in others for entry in one.entries if entry.law is None
     }
     rows = [
         row for axis in axes for row in _axis_sources(axis, (axis.names, axis.axis) not in damped)
     ]
     ankle = next(axis for axis in axes if (axis.joint, axis.motion) == ("ankle", "dorsiflexion"))
     rows += _law_sources(dorsiflexors(body, ankle), "dorsiflexors")
-    rows += [row for leg in legs for entry in leg.coupled for row in _coupled_sources(entry)]
+    rows += [row for one in others for entry in one.coupled for row in _coupled_sources(entry)]
+    rows += [row for one in others for entry in one.reaches for row in _reach_sources(entry, one)]
     return tuple(rows)
 
 
@@ -398,6 +464,38 @@ def _printed_numbers(law: PublishedLaw) -> Iterator[tuple[str, float, str]]:
     else:
         for name, value in law.row.printed.coefficients.items():
             yield f"{name} as printed", value, ""
+
+
+def _reach_sources(entry: ReachEntry, springs: SpringsFile) -> Iterator[SourcedNumber]:
+    """The numbers of the reach of the arms."""
+    row = load_data_file(_DATA_FILE).content["reach"]
+    source, origin = parse_reference(row), Origin(row["kind"])
+    part = row["joint"]
+
+    def number(quantity: str, value: float) -> SourcedNumber:
+        return SourcedNumber(part, f"reach: {quantity}", value, "rad", origin, source, entry.why)
+
+    plane, elevation = entry.centre
+    yield number("plane of the centre", plane)
+    yield number("elevation of the centre", elevation)
+    for point in entry.boundary:
+        yield number(
+            f"elevation of the boundary in plane {degrees(point.plane):.4g} deg", point.elevation
+        )
+    for turn in entry.turns:
+        where = f"in plane {degrees(turn.at.plane):.4g} deg at {degrees(turn.at.elevation):.4g} deg"
+        yield number(f"lowest turn {where}", turn.lower)
+        yield number(f"highest turn {where}", turn.upper)
+    for law in springs.entries:
+        if law.axis in REACH_AXES and isinstance(law.law, SmoothLimit):
+            reference = _wall(row["beyond" if law.axis == REACH_AXES[0] else "turn"]).references[0]
+            for quantity, value, unit in _law_numbers(law.law):
+                label = f"{law.axis}: {quantity}"
+                yield SourcedNumber(part, label, value, unit, Origin.SCALED, reference, law.why)
+            label = f"{law.axis}: factor of the torque"
+            yield SourcedNumber(
+                part, label, law.scale, "", Origin.SCALED, _scaling_reference(), law.why
+            )
 
 
 def _coupled_sources(entry: CoupledEntry) -> Iterator[SourcedNumber]:

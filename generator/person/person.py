@@ -19,6 +19,7 @@ from generator.person.passive_joints import (
     leg_springs,
     passive_axes,
     person_springs,
+    reach_springs,
     spring_sources,
 )
 from generator.person.shape import body_surfaces, shape_sources
@@ -114,8 +115,9 @@ def build_person(
     legs = (
         [riener] if springs == "riener" else [leg_springs(body, axes, hip_datum=hip_datum), riener]
     )
-    sources += spring_sources(body, axes, legs)
-    springs_file = person_springs(axes, legs[0])
+    reach = reach_springs(body, axes)
+    sources += spring_sources(body, axes, (*legs, reach))
+    springs_file = person_springs(axes, legs[0], reach)
     figure = replace(figure, springs_text=write_springs(springs_file))
     beside = None if springs == "riener" else riener
     return Person(body, figure, surfaces, axes, springs_file, beside, sources)

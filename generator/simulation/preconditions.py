@@ -180,7 +180,7 @@ def placement_obstacles(
     coupled = {axis.joint for spring in springs.coupled for axis in spring.axes}
     for name, joint in placement.tree.figure.joints.items():
         own = springs.joints.get(name, JointSprings(name))
-        elastic = name in coupled or any(axis.elastic for axis in own.axes)
+        elastic = name in coupled or own.is_elastic
         chain = placement.tree.chains[name]
         several = len(chain.rotations) > 1
         obstacle = _translation_obstacle(placement, joint, own)
@@ -190,6 +190,8 @@ def placement_obstacles(
             yield obstacle
         elif coordinates is not None:
             yield coordinates
+        elif own.reach is not None:
+            continue
         elif several and (elastic or (own.axes and springs.law is SphericalLaw.COORDINATES)):
             where = singular_orientation(placement, joint, springs.law)
             if where is not None:
@@ -207,7 +209,7 @@ def _coordinate_obstacle(
     law: SphericalLaw,
 ) -> Diagnostic | None:
     """Check that a law of coordinates has the axes that it needs."""
-    if len(chain.rotations) < 2 or law is not SphericalLaw.COORDINATES:
+    if len(chain.rotations) < 2 or (law is not SphericalLaw.COORDINATES and not springs.reach):
         return None
     try:
         rotation_law(springs, law, chain.rotation_axes).angles(coupled_axes, np.zeros(3))

@@ -22,7 +22,7 @@ from generator.springs_file.laws import (
     is_finite,
 )
 from generator.springs_file.optional import OptionalRecord
-from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.parse import REACH_AXES, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from springs import (
     AxisSpring,
@@ -97,10 +97,12 @@ def bind_optional_records(
 def bind_springs_file(
     figure: Figure, content: SpringsFile, diagnostics: Diagnostics
 ) -> list[BoundSpring]:
-    """Bind the springs of a springs file; a stated sense or dead zone overrides the rule."""
+    """Bind the springs about axes; a stated sense or dead zone overrides the rule."""
     bound: list[BoundSpring] = []
     for entry in content.entries:
         for k, name in enumerate(entry.joints):
+            if entry.axis in REACH_AXES:
+                continue
             place = entry.origins.get(f"joints.{k}")
             joint = figure.joints.get(name)
             if joint is None:

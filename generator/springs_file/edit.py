@@ -5,15 +5,18 @@ from dataclasses import dataclass, replace
 from functools import cache
 from math import degrees
 from pathlib import Path
+from typing import TypeVar
 
 from generator.diagnostics import ModelError, UsageError, shorten
 from generator.figure import Figure, Joint, Vector
 from generator.springs_file.axes import AXIS_NAMES, AxisError, axis_by_name, parallel_sign
 from generator.springs_file.bind import modified_law
+from generator.springs_file.bind_reach import reach_entry, reach_laws
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.laws import CubicEntry, EntryLaw, write_law
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
+from generator.springs_file.reach import ReachEntry
 from generator.springs_file.read import PRINTED_SPRINGS, find_springs_file, load_springs
 from generator.springs_file.write import write_springs
 from springs import (
@@ -23,6 +26,7 @@ from springs import (
     Damping,
     Elastic,
     Linear,
+    Reach,
     SphericalLaw,
     SpringSet,
     Stop,
@@ -249,8 +253,13 @@ def format_changes(
         ModelError: a springs file cannot state a law.
     """
     entries: list[SpringEntry] = []
+    reaches: list[ReachEntry] = []
     for name, joint in springs.joints.items():
         below = base.joints[name].axes if name in base.joints else ()
+        if joint.reach is not None and (
+            name not in base.joints or joint.reach != base.joints[name].reach
+        ):
+            _add_reach(figure, name, joint.reach, reaches, entries)
         for spring in joint.axes:
             before = _spring_about(below, spring.direction)
             if before is None or spring != before.oriented_along(spring.direction):
@@ -258,19 +267,24 @@ def format_changes(
     if not entries:
         return ""
     stem = None if figure.path is None else figure.path.stem
-    return write_springs(SpringsFile(tuple(entries), stem, law, extends=extends))
+    return write_springs(
+        SpringsFile(tuple(entries), stem, law, reaches=tuple(reaches), extends=extends)
+    )
 
 
 def format_all(figure: Figure, springs: SpringSet) -> str:
-    """Return a springs file that states all springs about axes and extends no other."""
+    """Return a springs file without laws over several joints that extends no other."""
     entries: list[SpringEntry] = []
+    reaches: list[ReachEntry] = []
     for name, joint in springs.joints.items():
+        if joint.reach is not None:
+            _add_reach(figure, name, joint.reach, reaches, entries)
         for spring in joint.axes:
             if elastic_law(spring) is not None or spring.damping != Damping():
                 _add_entry(entries, _entry(figure.joints[name], spring, None))
     stem = None if figure.path is None else figure.path.stem
-    file = SpringsFile(tuple(entries), stem, springs.law, stands_alone=True)
-    return write_springs(file) if entries else ""
+    file = SpringsFile(tuple(entries), stem, springs.law, reaches=tuple(reaches), stands_alone=True)
+    return write_springs(file) if entries or reaches else ""
 
 
 def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
@@ -284,7 +298,10 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     bare = replace(figure, path=None, springs_text=None)
     own = load_springs(bare).require_value().springs
     entries: list[SpringEntry] = []
+    reaches: list[ReachEntry] = []
     for name, joint in springs.joints.items():
+        if joint.reach is not None:
+            _add_reach(figure, name, joint.reach, reaches, entries)
         below = own.joints[name].axes if name in own.joints else ()
         for spring in joint.axes:
             before = _spring_about(below, spring.direction)
@@ -292,10 +309,10 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
                 _add_entry(entries, _entry(figure.joints[name], spring, None))
     coupled = tuple(_coupled_entry(figure, spring) for spring in springs.coupled)
     text = ""
-    if entries or coupled:
+    if entries or coupled or reaches:
         law = None if springs.law is own.law else springs.law
         try:
-            text = write_springs(SpringsFile(tuple(entries), None, law, coupled))
+            text = write_springs(SpringsFile(tuple(entries), None, law, coupled, tuple(reaches)))
         except ValueError as failure:
             raise ModelError(f"a springs file cannot state these springs: {failure}") from None
     made = springs_from_text(text, bare, Path(f"model{SPRINGS_FILE.suffix}"))
@@ -304,6 +321,17 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     ):
         raise ModelError("a springs file cannot state these springs beside the figure's own")
     return text
+
+
+def _add_reach(
+    figure: Figure, name: str, reach: Reach, reaches: list[ReachEntry], entries: list[SpringEntry]
+) -> None:
+    """Add the tables of a reach and its laws."""
+    joint = figure.joints[name]
+    _add_entry(reaches, reach_entry(joint, reach))
+    for axis, law in reach_laws(reach):
+        stated = _entry_about(axis, joint, law, None)
+        _add_entry(entries, replace(stated, damping=None))
 
 
 def _coupled_entry(figure: Figure, spring: CoupledSpring) -> CoupledEntry:
@@ -323,7 +351,10 @@ def _coupled_entry(figure: Figure, spring: CoupledSpring) -> CoupledEntry:
     )
 
 
-def _add_entry(entries: list[SpringEntry], entry: SpringEntry) -> None:
+Entry = TypeVar("Entry", SpringEntry, ReachEntry)
+
+
+def _add_entry(entries: list[Entry], entry: Entry) -> None:
     """Add an entry, or its joint to an equal one."""
     for k, one in enumerate(entries):
         if replace(one, joints=entry.joints) == entry:
@@ -335,12 +366,19 @@ def _add_entry(entries: list[SpringEntry], entry: SpringEntry) -> None:
 def _entry(joint: Joint, spring: AxisSpring, before: AxisSpring | None) -> SpringEntry:
     """Return the table of a spring that differs from another one."""
     axis, direction = _declared_axis(joint, spring.direction)
-    spring = spring.oriented_along(direction)
+    before = before and before.oriented_along(direction)
+    return _entry_about(axis, joint, spring.oriented_along(direction), before)
+
+
+def _entry_about(
+    axis: str | None, joint: Joint, spring: AxisSpring, before: AxisSpring | None
+) -> SpringEntry:
+    """Return the table of a spring about a named axis."""
     law = elastic_law(spring)
     stop = next((one for one in spring.elastic if isinstance(one, Stop)), Stop(None, None))
     if law is None and any(not isinstance(one, Stop) for one in spring.elastic):
         raise ModelError(f"a springs file cannot state several laws of `{shorten(joint.name)}`")
-    same = before is not None and before.oriented_along(direction).elastic == spring.elastic
+    same = before is not None and before.elastic == spring.elastic
     linear = law is not None and isinstance(plain_law(law).law, Linear)
     if law is None or (same and not linear):  # the fields of a figure have linear laws only
         reference, why = ("", "") if law is not None else (spring.reference, spring.why)

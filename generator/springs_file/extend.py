@@ -1,12 +1,13 @@
 """Springs of a file laid over those of the file that it extends."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from generator.diagnostics import Diagnostics, shorten
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import BoundSpring
+from generator.springs_file.bind_reach import BoundReach
 from springs import CoupledSpring, Damping, SphericalLaw
 from springs.joint import Direction
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
@@ -23,6 +24,7 @@ class FileSprings:
         origin: the file's name, followed by those that it extends.
         springs: springs about one axis of one joint each.
         coupled: coupled over several joints.
+        reaches: directions that limbs reach.
         law: law of spherical joints.
         replaced: laws over several joints that stand for others.
     """
@@ -32,12 +34,14 @@ class FileSprings:
     coupled: tuple[CoupledSpring, ...] = ()
     law: SphericalLaw | None = None
     replaced: "tuple[LawReplacement, ...]" = ()
+    reaches: tuple[BoundReach, ...] = ()
 
     def extend(self, base: "FileSprings", diagnostics: Diagnostics) -> "FileSprings":
         """Return these springs, and those of `base` that they do not replace.
 
         A law replaces the law of `base` about the same axis, as does a law over several joints with
-        that axis; damping replaces damping. What is not stated about an axis stays.
+        that axis, and a reach those about all axes of its joint; damping replaces damping. What is
+        not stated about an axis stays.
 
         Args:
             base: springs of the extended file.
@@ -59,13 +63,23 @@ class FileSprings:
                     one.span,
                     "extend other springs, or state the law over several joints here",
                 )
+        reached = {one.joint for one in self.reaches}
+        kept_reaches = tuple(one for one in base.reaches if one.joint not in reached)
+        for one in self.springs:
+            if one.spring.elastic and any(one.joint == other.joint for other in kept_reaches):
+                diagnostics.error(
+                    f"`{shorten(one.joint)}` has a reach in {base.origin}: axes have damping only",
+                    one.span,
+                    "extend other springs, or state the reach here",
+                )
         kept_laws = [spring.law for spring in kept_coupled]
         return FileSprings(
             f"{self.origin} over {base.origin}",
-            tuple(_merge(self.springs, base.springs, own_axes)),
+            tuple(_merge(self.springs, base.springs, own_axes, reached)),
             (*self.coupled, *kept_coupled),
             self.law or base.law,
             (*self.replaced, *(one for one in base.replaced if one.law in kept_laws)),
+            (*self.reaches, *kept_reaches),
         )
 
 
@@ -82,7 +96,10 @@ def _has_axis(axes: list[_JointAxis], joint: str, direction: Direction) -> bool:
 
 
 def _merge(
-    own: tuple[BoundSpring, ...], base: tuple[BoundSpring, ...], coupled_axes: list[_JointAxis]
+    own: tuple[BoundSpring, ...],
+    base: tuple[BoundSpring, ...],
+    coupled_axes: list[_JointAxis],
+    reached: Container[str],
 ) -> Iterator[BoundSpring]:
     """Yield the springs of `base` as `own` changes them, then the others of `own`."""
     used: list[BoundSpring] = []
@@ -98,7 +115,7 @@ def _merge(
         )
         is_coupled = _has_axis(coupled_axes, below.joint, below.spring.direction)
         kept = below.spring
-        if is_coupled:
+        if is_coupled or below.joint in reached:
             kept = replace(kept, elastic=(), reference="", why="")
         if above is None:
             if kept.elastic or kept.damping != Damping():

@@ -1,8 +1,9 @@
 """The springs file, `STEM.springs.toml`.
 
-It has one `[[spring]]` for each curve and one `[[coupled]]` for each law over several joints. The
-unit of every number is part of its key. Several joints may share a curve: its angle is that of each
-joint's declared axis, so the mirror image needs no second table.
+It has one `[[spring]]` for each curve, one `[[coupled]]` for each law over several joints and one
+`[[reach]]` for the directions of each limb that has them. The unit of every number is part of its
+key. Several joints may share a curve: its angle is that of each joint's declared axis, so the
+mirror image needs no second table.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,6 +26,7 @@ from generator.springs_file.laws import (
     write_law,
 )
 from generator.springs_file.published import PublishedLaw
+from generator.springs_file.reach import ReachEntry, parse_reach_entry
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import (
     ENERGY_HINT,
@@ -48,6 +50,12 @@ SPRING_TABLE = "spring"
 COUPLED_TABLE = "coupled"
 """Name of the tables of laws over several joints."""
 
+REACH_TABLE = "reach"
+"""Name of the tables of the directions that a limb reaches."""
+
+REACH_AXES = ("reach", "turn")
+"""Names of the angles beyond the boundary of a reach and beyond an end of the turn."""
+
 EXTENDS_KEY, BASE_KEY = "extends", "base"
 NO_BASE = "none"
 
@@ -59,7 +67,7 @@ FILE_ROWS = TableRows(
         Choice(BASE_KEY, (NO_BASE,)),
         Choice("law", tuple(SphericalLaw)),
     ),
-    (SPRING_TABLE, COUPLED_TABLE),
+    (SPRING_TABLE, COUPLED_TABLE, REACH_TABLE),
 )
 """Rows above all tables."""
 
@@ -74,7 +82,7 @@ class _Axis(Choice[str]):
 
 _HEAD = (
     Names("joints", example='["left_knee", "right_knee"]'),
-    _Axis("axis", (*AXIS_NAMES, ONLY_AXIS), is_always_written=True),
+    _Axis("axis", (*AXIS_NAMES, ONLY_AXIS, *REACH_AXES), is_always_written=True),
     Text("motion"),
 )
 _HYSTERESIS = Number("hysteresis_Nm", 0.0, hint=ENERGY_HINT, attribute="hysteresis")
@@ -120,7 +128,8 @@ class SpringEntry:
 
     Attributes:
         joints: the joints that have this spring.
-        axis: "x", "y" or "z" of the joint frame, or None for the only axis of a joint.
+        axis: "x", "y" or "z" of the joint frame, None for the only axis of a joint, or one of
+            `REACH_AXES`.
         law: elastic law, or None for damping alone.
         scale: factor of the elastic torque.
         offset: shift of the elastic curve towards larger angles [rad].
@@ -161,6 +170,7 @@ class SpringsFile:
         figure: the figure that it was written for.
         law: law of spherical joints; None for that of the file that is extended.
         coupled: laws over several joints.
+        reaches: directions that limbs reach.
         extends: name or path of the springs file whose other springs stay; None for the figure's
             own file.
         stands_alone: whether no other springs stay (`base = "none"`).
@@ -171,6 +181,7 @@ class SpringsFile:
     figure: str | None = None
     law: SphericalLaw | None = None
     coupled: tuple[CoupledEntry, ...] = ()
+    reaches: tuple[ReachEntry, ...] = ()
     extends: str | None = None
     stands_alone: bool = False
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
@@ -200,11 +211,13 @@ def _parse_content(
         top.error(BASE_KEY, f"`{BASE_KEY}` excludes `{EXTENDS_KEY}`", "write one of them")
     entries = [_parse_entry(table) for table in top.tables(SPRING_TABLE, "springs")]
     coupled = [parse_coupled_entry(table) for table in top.tables(COUPLED_TABLE, "coupled laws")]
-    if not entries and not coupled and not diagnostics.has_errors:
+    reaches = [parse_reach_entry(table) for table in top.tables(REACH_TABLE, "reaches")]
+    if not entries and not coupled and not reaches and not diagnostics.has_errors:
         diagnostics.error("there is no spring in this file", spans.table(""), "write `[[spring]]`")
     return SpringsFile(
         tuple(entry for entry in entries if entry),
         coupled=tuple(entry for entry in coupled if entry),
+        reaches=tuple(entry for entry in reaches if entry),
         stands_alone=stands_alone,
         origins={key: top.span(key) for key in document},
         **values,

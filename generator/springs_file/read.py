@@ -1,6 +1,6 @@
 """The springs of a figure, from a file beside it or a chosen one, and from its own fields."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -38,9 +38,17 @@ from generator.springs_file.bind_coupled import (
     build_coupled_springs,
     replaced_laws,
 )
+from generator.springs_file.bind_reach import bind_reaches
 from generator.springs_file.extend import FileSprings
 from generator.springs_file.optional import OPTIONAL_FILE
-from generator.springs_file.parse import BASE_KEY, EXTENDS_KEY, NO_BASE, SPRINGS_FILE, SpringsFile
+from generator.springs_file.parse import (
+    BASE_KEY,
+    EXTENDS_KEY,
+    NO_BASE,
+    REACH_AXES,
+    SPRINGS_FILE,
+    SpringsFile,
+)
 from generator.text_io import load_text, make_source
 from springs import (
     AxisSpring,
@@ -370,6 +378,7 @@ class _FileBinder:
             bind_coupled_springs(self.figure, content, self.diagnostics),
             content.law,
             replaced_laws(content),
+            bind_reaches(self.figure, content, self.diagnostics),
         )
         return springs, content
 
@@ -410,7 +419,7 @@ def _build_spring_set(
     joints = {
         name: springs
         for name, joint in figure.joints.items()
-        if (springs := _combine_springs(joint, bound.springs, diagnostics)) is not None
+        if (springs := _combine_springs(joint, bound, diagnostics)) is not None
     }
     law = law or bound.law or SphericalLaw.CONSERVATIVE
     if law is SphericalLaw.COORDINATES:
@@ -427,7 +436,7 @@ MAX_MIDDLE_LIMIT = radians(80.0)
 def _check_coordinates(joint: Joint, springs: JointSprings, diagnostics: Diagnostics) -> None:
     """Report what a joint lacks for a law of coordinates, and a middle axis that nears its pole."""
     turns = [k for k, factor in enumerate(joint.chain) if is_rotation(factor.kind)]
-    if len(turns) < 2:
+    if len(turns) < 2 or springs.reach is not None:
         return
     try:
         rotation_law(
@@ -477,6 +486,8 @@ def joints_without_elastic_law(figure: Figure, springs: SpringSet) -> tuple[str,
 
 def _is_elastic(springs: JointSprings | None) -> bool:
     """Return whether a joint has an elastic law besides stops and feeble springs."""
+    if springs is not None and springs.reach is not None:
+        return True
     axes = () if springs is None else (*springs.axes, *springs.translations)
     laws = [law for axis in axes for law in axis.elastic if not isinstance(law, Stop)]
     return any(not isinstance(law, Linear) or law.stiffness >= MIN_STIFFNESS for law in laws)
@@ -497,13 +508,16 @@ def _parse_content(
 
 
 def _combine_springs(
-    joint: Joint, bound_springs: Iterable[BoundSpring], diagnostics: Diagnostics
+    joint: Joint, bound: FileSprings, diagnostics: Diagnostics
 ) -> JointSprings | None:
     """Combine the springs of a joint in the order of its chain, then those about other axes.
 
     None for a joint without springs.
     """
-    bound_springs = [one for one in bound_springs if one.joint == joint.name]
+    bound_springs = [one for one in bound.springs if one.joint == joint.name]
+    reach = next((one.reach for one in bound.reaches if one.joint == joint.name), None)
+    if reach is not None:
+        return JointSprings(joint.name, tuple(one.spring for one in bound_springs), reach=reach)
     used: list[BoundSpring] = []
     axes: list[AxisSpring] = []
     slides: list[AxisSpring] = []
@@ -645,7 +659,7 @@ def _springs_without_figure(
     """
     bound_springs: list[BoundSpring] = []
     for entry in content.entries:
-        for k, name in enumerate(entry.joints):
+        for k, name in enumerate(() if entry.axis in REACH_AXES else entry.joints):
             spring = spring_from_entry(
                 name, entry, _AXIS_DIRECTIONS[entry.axis], diagnostics, bounded=False
             )

@@ -4,10 +4,12 @@ from generator.springs_file.coupled import COUPLED_ROWS
 from generator.springs_file.parse import (
     COUPLED_TABLE,
     FILE_ROWS,
+    REACH_TABLE,
     SPRING_TABLE,
     SpringsFile,
     entry_lines,
 )
+from generator.springs_file.reach import REACH_ROWS
 from generator.toml_file.writer import document_to_toml
 
 
@@ -23,5 +25,6 @@ def write_springs(content: SpringsFile, comment: str = "") -> str:
             holds.
     """
     tables = [(SPRING_TABLE, entry_lines(entry)) for entry in content.entries]
+    tables += [(REACH_TABLE, REACH_ROWS.lines(entry)) for entry in content.reaches]
     tables += [(COUPLED_TABLE, COUPLED_ROWS.lines(entry)) for entry in content.coupled]
     return document_to_toml(FILE_ROWS.noun, FILE_ROWS.lines(content), tables, comment)

@@ -14,6 +14,7 @@ from generator.person.passive_joints import (
     leg_springs,
     passive_axes,
     person_springs,
+    reach_springs,
 )
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
@@ -52,7 +53,8 @@ def make_person(
     if person.springs != "none":
         axes = passive_axes(body)
         kind = "riener" if person.springs == "riener" else "published"
-        content = person_springs(axes, leg_springs(body, axes, kind, person.hip_datum))
+        leg = leg_springs(body, axes, kind, person.hip_datum)
+        content = person_springs(axes, leg, reach_springs(body, axes))
         file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
     loaded = load_springs(figure, choice=file, law=law, text=text).require_value()
     if not with_spheres:

@@ -181,29 +181,43 @@ class TableReader:
             min_count: how many there are at least.
             units: "deg" for a number of each pair in degrees.
         """
+        pairs = self.number_lists(key, min_count, units, "pair", "two")
+        return tuple((first, second) for first, second in pairs)
+
+    def number_lists(
+        self, key: str, min_count: int, units: Sequence[str], noun: str, count: str
+    ) -> tuple[tuple[float, ...], ...]:
+        """A list of lists of numbers in SI, `min_count` or more; empty as None for `number`.
+
+        Args:
+            key: its name.
+            min_count: how many there are at least.
+            units: "deg" for a number of each in degrees.
+            noun: what each is called in errors.
+            count: how many numbers it has, in words.
+        """
         if key not in self.content:
             return ()
         items = self.items(key)
         if items is None or not all(isinstance(item, list) for item in items):
-            self.error(
-                key, f"`{key}` must be a list of pairs of numbers", "as in `[[0, 1.5], [10, 2]]`"
-            )
+            example = ", ".join(["0", "1.5", "30", "2"][: len(units)])
+            message = f"`{key}` must be a list of {noun}s of numbers"
+            self.error(key, message, f"as in `[[{example}], ...]`")
             return ()
         if len(items) < min_count:
-            noun = "pair" if len(items) == 1 else "pairs"
-            self.error(key, f"`{key}` has {len(items)} {noun} and needs {min_count} at least")
+            found = f"{len(items)} {noun if len(items) == 1 else noun + 's'}"
+            self.error(key, f"`{key}` has {found} and needs {min_count} at least")
             return ()
-        read: list[Pair] = []
+        read: list[tuple[float, ...]] = []
         for k, item in enumerate(items):
-            if len(item) != 2:
-                noun = "number" if len(item) == 1 else "numbers"
-                self.error(key, f"a pair has two numbers, not {len(item)} {noun}", "", k)
+            if len(item) != len(units):
+                numbers = "number" if len(item) == 1 else "numbers"
+                self.error(key, f"a {noun} has {count} numbers, not {len(item)} {numbers}", "", k)
                 continue
-            first, second = (
-                self._number(key, one, k, part, units[part]) for part, one in enumerate(item)
-            )
-            if first is not None and second is not None:
-                read.append((first, second))
+            values = [self._number(key, one, k, part, units[part]) for part, one in enumerate(item)]
+            known = tuple(value for value in values if value is not None)
+            if len(known) == len(units):
+                read.append(known)
         return tuple(read) if len(read) == len(items) else ()
 
     def items(self, key: str) -> list[Any] | None:

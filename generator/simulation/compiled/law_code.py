@@ -27,6 +27,7 @@ from springs import (
     CoupledAxis,
     CoupledSpring,
     JointSprings,
+    ReachLaw,
     Real,
     RotationLaw,
     SpringSet,
@@ -126,9 +127,10 @@ def rotation_vector_law(law: RotationLaw, joint: int) -> LawUse:
     """Record the law of a rotation vector; without springs, no torque."""
     code = _Code()
     r, rate = code.read_vector("x", "X[j0, {}]"), code.read_vector("v", "V[j0, {}]")
-    if not law.axes:
+    if not law.axes and not isinstance(law, ReachLaw):
         return code.use([f"T[j0, {k}] = 0.0" for k in range(3)], joint)
-    with _NamedLaw(*law.axes):
+    parts = (law.reach.beyond, law.reach.turn) if isinstance(law, ReachLaw) else ()
+    with _NamedLaw(*law.axes, *parts):
         elastic, damping = law.torque(r, RECORDING), law.damping(r, rate, RECORDING)
     e, d = ([code.name(vector[k]) for k in range(3)] for vector in (elastic, damping))
     ends = [f"T[j0, {k}] = elastic * {e[k]} + viscous * {d[k]}" for k in range(3)]

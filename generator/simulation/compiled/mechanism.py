@@ -435,7 +435,7 @@ class _Builder:
                 continue
             joint, chain = self.figure.joints[name], self.tree.chains[name]
             own = self.springs.joints.get(name, JointSprings(name))
-            if own.axes or name in coupled_names:
+            if own.axes or own.reach or name in coupled_names:
                 row_of[name] = len(rows)
                 if len(chain.rotations) == 1:
                     spring = (
@@ -448,7 +448,7 @@ class _Builder:
                 else:
                     law = rotation_law(own, self.springs.law, chain.rotation_axes)
                     uses.append(rotation_vector_law(law, len(rows)))
-                    elastic = name in coupled_names or any(axis.elastic for axis in own.axes)
+                    elastic = name in coupled_names or own.is_elastic
                     ends = self._end_links(joint.ends)
                     ends_run = elastic and law.singularity is Singularity.HALF_TURN
                     rows.append([*ends, -1, int(ends_run), ROTATION_VECTOR, -1])

@@ -36,6 +36,7 @@ from springs import (
     AxisSpring,
     JointSprings,
     Operations,
+    ReachLaw,
     Real,
     RotationLaw,
     SphericalLaw,
@@ -205,7 +206,8 @@ def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw)
         return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(rotation, rate, SYMBOLIC)
 
     axes = tuple(law.axes)
-    item, function = _add_wrench_connector(own, joint, wrench if axes else None)
+    acts = bool(axes) or isinstance(law, ReachLaw)
+    item, function = _add_wrench_connector(own, joint, wrench if acts else None)
     return Connector(item, axes, JointKind.SPHERICAL, function, law=law)
 
 
@@ -332,7 +334,7 @@ def add_joint_springs(
     """
     chain = builder.placement.tree.chains[joint.name]
     connectors: list[Connector] = []
-    if springs.axes or read_rotation:
+    if springs.axes or springs.reach or read_rotation:
         if sum(is_rotation(axis.kind) for axis in chain.joint_axes) == 1:
             axis = springs.axes[0] if springs.axes else None
             connectors.append(add_revolute_spring(builder, joint, chain, axis))

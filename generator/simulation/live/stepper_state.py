@@ -339,7 +339,7 @@ class StepperState:
             if own.axes and len(chain.rotations) == 1:
                 spring = own.axes[0].oriented_along(chain.rotation_axes[0])
                 total += float(total_energy(spring.elastic, rotations[name][0]))
-            elif own.axes and springs.law is not SphericalLaw.WEIGHTED:
+            elif own.reach or (own.axes and springs.law is not SphericalLaw.WEIGHTED):
                 law = rotation_law(own, springs.law, chain.rotation_axes)
                 total += float(law.energy(rotations[name])[0])
             for spring in own.translations:

@@ -1,0 +1,155 @@
+"""Binding of the reaches of a springs file to the joints of a figure."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
+from generator.figure import Figure, Joint, Vector
+from generator.springs_file.axes import (
+    AXIS_NAMES,
+    AxisError,
+    axis_by_name,
+    axis_label,
+    parallel_sign,
+    rotation_axes,
+)
+from generator.springs_file.bind import spring_from_entry
+from generator.springs_file.parse import REACH_AXES, SpringsFile
+from generator.springs_file.reach import LONG_AXES, ReachEntry
+from springs import AxisSpring, Damping, Reach, ReachPoint, Stop
+from springs.joint import UNKNOWN_AXIS
+from springs.reach import NO_LAW
+
+_STOP_ONLY = replace(NO_LAW, elastic=(Stop(None, 0.0),))
+"""Law of a reach without a curve: the stop at its end."""
+
+
+@dataclass(frozen=True)
+class BoundReach:
+    """A reach that a file gives a joint.
+
+    Attributes:
+        joint: its name.
+        reach: its reach.
+        span: span of the joint in the file.
+    """
+
+    joint: str
+    reach: Reach
+    span: Span | None
+
+
+def bind_reaches(
+    figure: Figure, content: SpringsFile, diagnostics: Diagnostics
+) -> tuple[BoundReach, ...]:
+    """Return the reaches of a file, with the laws of the springs whose axis is of a reach."""
+    found: dict[str, BoundReach] = {}
+    for entry in content.reaches:
+        for k, name in enumerate(entry.joints):
+            span = entry.origins.get(f"joints.{k}")
+            joint = figure.joints.get(name)
+            if joint is None:
+                message = f"the figure has no joint `{shorten(name)}`"
+                diagnostics.error(message, span, spelling_hint(name, figure.joints))
+            elif name in found:
+                diagnostics.error(f"a second reach of `{shorten(name)}`", span)
+            else:
+                reach = _build_reach(joint, entry, content, span, diagnostics)
+                if reach is not None:
+                    found[name] = BoundReach(name, reach, span)
+    reached = {name for entry in content.reaches for name in entry.joints}
+    for entry in content.entries:
+        for k, name in enumerate(entry.joints):
+            span = entry.origins.get(f"joints.{k}")
+            if entry.axis in REACH_AXES and name not in reached:
+                hint = "a table `[[reach]]` states it"
+                diagnostics.error(f"joint `{shorten(name)}` has no reach in this file", span, hint)
+            elif entry.axis not in REACH_AXES and name in reached and entry.law is not None:
+                hint = 'its laws have the axis "reach" or "turn"'
+                message = f"joint `{shorten(name)}` has a reach: its axes have damping only"
+                diagnostics.error(message, span, hint)
+    return tuple(found.values())
+
+
+def _build_reach(
+    joint: Joint,
+    entry: ReachEntry,
+    content: SpringsFile,
+    span: Span | None,
+    diagnostics: Diagnostics,
+) -> Reach | None:
+    """Return the reach of a joint; None with a fault noted."""
+    if len(rotation_axes(joint)) != 3:
+        hint = "a reach is of a joint with three rotations"
+        message = f"joint `{shorten(joint.name)}` does not turn about three axes"
+        diagnostics.error(message, span, hint)
+        return None
+    beyond, turn = (_law(joint, axis, content, diagnostics) for axis in REACH_AXES)
+    try:
+        first, second = (axis_by_name(joint, name) for name in entry.planes)
+        declared = axis_by_name(joint, entry.long_axis[-1])
+        long_axis = _axis_vector(entry.long_axis)
+        return Reach(
+            long_axis,
+            (first, second),
+            ReachPoint(*entry.centre),
+            entry.boundary,
+            entry.turns,
+            entry.harmonics,
+            float(parallel_sign(long_axis, declared) or 1),
+            beyond,
+            turn,
+            entry.reference,
+            entry.why,
+        )
+    except AxisError as fault:
+        diagnostics.error(str(fault), entry.origins.get("planes") or span, fault.hint)
+    except ValueError as fault:
+        diagnostics.error(str(fault), entry.origins.get("boundary_deg") or span)
+    return None
+
+
+def _law(joint: Joint, axis: str, content: SpringsFile, diagnostics: Diagnostics) -> AxisSpring:
+    """Return the law of an axis of a reach, with the stop at its end."""
+    entries = [one for one in content.entries if one.axis == axis and joint.name in one.joints]
+    for second in entries[1:]:
+        span = second.origins.get("spring")
+        diagnostics.error(f"a second law of the {axis} of `{shorten(joint.name)}`", span)
+    if not entries:
+        return _STOP_ONLY
+    (entry, *_) = entries
+    if entry.damping is not None and entry.damping != Damping():
+        hint = "the joint's axes have it"
+        diagnostics.error("a law of a reach has no damping", entry.origins.get("spring"), hint)
+    stop = Stop(None, 0.0, entry.stop_stiffness, entry.stop_onset)
+    spring = spring_from_entry(joint.name, entry, UNKNOWN_AXIS, diagnostics, bounded=False)
+    found = NO_LAW if spring is None else replace(spring, damping=Damping())
+    return replace(found, elastic=(*found.elastic, stop))
+
+
+def _axis_vector(name: str) -> Vector:
+    sign = -1.0 if name.startswith("-") else 1.0
+    x, y, z = (sign if letter == name[-1] else 0.0 for letter in AXIS_NAMES)
+    return x, y, z
+
+
+def reach_entry(joint: Joint, reach: Reach) -> ReachEntry:
+    """Return the table of a reach, without its laws."""
+    return ReachEntry(
+        (joint.name,),
+        next(name for name in LONG_AXES if _axis_vector(name) == reach.long_axis),
+        tuple(axis_label(axis).lstrip("-") for axis in reach.planes),
+        (reach.centre.plane, reach.centre.elevation),
+        reach.boundary,
+        reach.turns,
+        reach.harmonics,
+        reach.reference,
+        reach.why,
+    )
+
+
+def reach_laws(reach: Reach) -> Iterator[tuple[str, AxisSpring]]:
+    """Yield the laws of a reach that a file states, by the names of their axes."""
+    for axis, law in zip(REACH_AXES, (reach.beyond, reach.turn), strict=True):
+        if law != _STOP_ONLY:
+            yield axis, law
