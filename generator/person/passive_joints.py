@@ -180,17 +180,18 @@ def reach_springs(body: Body, axes: Iterable[PassiveAxis]) -> SpringsFile:
     row = data.content["reach"]
     shoulders = [axis for axis in axes if axis.joint == row["joint"]]
     names, (scale, rule) = shoulders[0].names, _scale(body, row, data)
+    plane, elevation = _radians(row["centre_deg"])
     reach = ReachEntry(
         names,
         row["long_axis"],
         tuple(row["planes"]),
-        _radians(row["centre_deg"]),
+        (plane, elevation),
         tuple(ReachPoint(*_radians(point)) for point in row["boundary_deg"]),
         tuple(
             TurnRange(ReachPoint(plane, elevation), lower, upper)
             for plane, elevation, lower, upper in map(_radians, row["turns_deg"])
         ),
-        reference=row["reference"],
+        reference=str(parse_reference(row)),
         why=row["why"].strip(),
     )
     laws = [
@@ -479,9 +480,8 @@ def _reach_sources(entry: ReachEntry, springs: SpringsFile) -> Iterator[SourcedN
     yield number("plane of the centre", plane)
     yield number("elevation of the centre", elevation)
     for point in entry.boundary:
-        yield number(
-            f"elevation of the boundary in plane {degrees(point.plane):.4g} deg", point.elevation
-        )
+        where = f"in plane {degrees(point.plane):.4g} deg"
+        yield number(f"elevation of the boundary {where}", point.elevation)
     for turn in entry.turns:
         where = f"in plane {degrees(turn.at.plane):.4g} deg at {degrees(turn.at.elevation):.4g} deg"
         yield number(f"lowest turn {where}", turn.lower)
