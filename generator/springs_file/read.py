@@ -517,7 +517,8 @@ def _combine_springs(
     bound_springs = [one for one in bound.springs if one.joint == joint.name]
     reach = next((one.reach for one in bound.reaches if one.joint == joint.name), None)
     if reach is not None:
-        return JointSprings(joint.name, tuple(one.spring for one in bound_springs), reach=reach)
+        dampers = tuple(replace(one.spring, elastic=()) for one in bound_springs)
+        return JointSprings(joint.name, dampers, reach=reach)
     used: list[BoundSpring] = []
     axes: list[AxisSpring] = []
     slides: list[AxisSpring] = []
