@@ -152,10 +152,10 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
                     _add_actuator(actuators, title, (1.0, 0.0, 0.0), **ends, gear=gear)
 
 
-def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> Element:
+def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> None:
     """Add an actuator without control; `bias` are its force and the slopes of this."""
     fixed = {"gainprm": "0", "biastype": "affine", "biasprm": format_numbers(bias)}
-    return add_element(actuators, "general", name=name, **attributes, **fixed)
+    add_element(actuators, "general", name=name, **attributes, **fixed)
 
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -177,8 +177,8 @@ _FITTED = "springs approximated by piecewise cubics"
 _FIT_SAMPLES = 721
 """Displacements at which the error of a fit is computed."""
 
-_CONVERT = "convert with `--law coordinates`"
-_DAMPING = f"damping of several rotations that is not equal about all axes is left out: {_CONVERT}"
+_ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
+_DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
@@ -398,11 +398,7 @@ class _BodyWriter:
         """Springs and damping of several rotations: of the ball, if equal about all axes."""
         stiffness = isotropic_stiffness(joint, springs, self._law)
         if stiffness is None or (ball is None and any(stiffness)):
-            self._losses.add(
-                f"springs of joints of several rotations under the {self._law.value} law are left "
-                f"out: {_CONVERT}",
-                joint.name,
-            )
+            self._losses.add(_ROTATIONS, joint.name)
         elif ball is not None and any(stiffness):
             k1, k2, k3 = stiffness
             ball.set("stiffness", _format_stiffness((-k1, -k2, -k3)))
