@@ -198,16 +198,16 @@ def test_damping_that_differs_between_axes_takes_energy() -> None:
         assert power < 0.0
 
 
-def test_energy_stays_below_that_of_the_start() -> None:
+def test_energy_falls_until_a_shoulder_nears_its_pole() -> None:
     of = bent_prototype()
     loaded = MuJoCo(of, replace(own_springs(of), law=SphericalLaw.COORDINATES))
     loaded.model.opt.enableflags |= loaded.api.mjtEnableBit.mjENBL_ENERGY
     energies: list[float] = []
-    for frame in range(31):
-        loaded.reach(0.1 * frame)
+    for frame in range(51):
+        loaded.reach(0.01 * frame)
         energies.append(float(loaded.data.energy.sum()))
-    assert max(energies[1:]) < energies[0]
-    assert energies[-1] < 0.9 * energies[0]
+    assert not any(warning.number for warning in loaded.data.warning)
+    assert np.diff(energies).max() < 0.0
 
 
 @pytest.mark.parametrize("name", SHIPPED)
