@@ -24,7 +24,8 @@ from generator.rotations import Array, pose_matrix
 from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.statics.static_forces import StaticState
-from springs import JointSprings, SpringSet
+from springs import JointSprings, SphericalLaw, SpringSet
+from springs.coordinates import LARGEST_SINE
 
 Poses = dict[str, Array]
 Values = Mapping[str, Array]
@@ -276,14 +277,21 @@ class OpenSimModel:
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def joint_grid(joint: Joint, springs: JointSprings) -> Array:
-    """Displacements of orientations in the range of a joint, shape (poses, n) [rad or m]."""
+def joint_grid(joint: Joint, springs: JointSprings, law: SphericalLaw) -> Array:
+    """Displacements of orientations in the range of a joint, shape (poses, n) [rad or m].
+
+    Under the law of coordinates those beyond the pole of three rotations, at which a run ends, are
+    left out.
+    """
     count = GRID[min(len(joint.chain), 3)]
     ranges = joint_ranges(joint, springs)
     rows = np.array(list(product(*(np.linspace(*ends, count) for ends in ranges))))
     chain = build_chain(joint.chain)
     turns = Rotation.from_matrix(chain.pose(rows)[:, :3, :3])
-    return rows[(turns.magnitude() < HALF_TURN) & are_in_range(chain, ranges, rows)]
+    inside = (turns.magnitude() < HALF_TURN) & are_in_range(chain, ranges, rows)
+    if law is SphericalLaw.COORDINATES and len(chain.rotations) == 3:
+        inside &= np.abs(rows[:, chain.rotations[1]]) < np.arcsin(LARGEST_SINE)
+    return rows[inside]
 
 
 def our_moments(figure: Figure, springs: SpringSet, joint: str, rows: Array) -> Array:
@@ -308,7 +316,7 @@ def moment_differences(
     Every `sparse`-th pose of the grid is taken; the other joints are at zero.
     """
     at_zero = {name: np.zeros(len(each.chain)) for name, each in figure.joints.items()}
-    rows = joint_grid(figure.joints[joint], springs.joints[joint])[::sparse]
+    rows = joint_grid(figure.joints[joint], springs.joints[joint], springs.law)[::sparse]
     theirs = np.array([model.moments({**at_zero, joint: row}, joint) for row in rows])
     ours = our_moments(figure, springs, joint, rows)
     return theirs - ours, float(np.abs(ours).max())

@@ -3,8 +3,8 @@
 Run with `python -m benchmarks exports`. For each shipped figure it compares the moments of the
 springs in poses over the joints' ranges with the errors that the writer states, and half a second
 of fall with ours, with and without springs. The other program falls twice, the second time finer:
-the change is its own error. In MuJoCo the file without springs falls a third time, with our laws in
-a callback, so that what is left of the difference is the fits'.
+the change is its own error. MuJoCo's files are under the law of coordinates, the only one that they
+hold; the file without springs falls a third time, with the figure's own law in a callback.
 """
 
 from collections.abc import Iterator, Mapping
@@ -35,7 +35,7 @@ from generator.rotations import inverse_pose
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
-from springs import SpringSet
+from springs import SphericalLaw, SpringSet
 
 COMMAND = "python -m benchmarks exports"
 
@@ -72,6 +72,16 @@ class Case:
     name: str
     figure: Figure
     springs: SpringSet
+
+    @property
+    def in_coordinates(self) -> "Case":
+        """The case under the law of coordinates."""
+        return replace(self, springs=replace(self.springs, law=SphericalLaw.COORDINATES))
+
+    @property
+    def in_callback(self) -> "Case":
+        """The case without laws over several joints, which MuJoCo's callback leaves out."""
+        return replace(self, springs=replace(self.springs, coupled=()))
 
 
 def posed(figure: Figure, degrees: Mapping[str, tuple[float, ...]]) -> Figure:
@@ -142,6 +152,7 @@ def engines() -> Iterator[Any]:
 def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
     """The row of a figure in a program."""
     found: dict[str, object] = {"figure": case.name, "program": engine.name}
+    called, case = case.in_callback, case.in_coordinates if engine is MuJoCoModel else case
     model = engine(case.figure, case.springs, folder)
     warnings = len(model.warnings)
     if case.springs.joints and engine is not PinocchioModel:
@@ -156,9 +167,9 @@ def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
         found |= fall_row(model, case, case.springs, "with springs")
     bare = engine(case.figure, SpringSet(), folder)
     if case.springs.joints and isinstance(bare, MuJoCoModel):
-        times, ours = our_fall(case.figure, case.springs)
-        called = bare.fall(times, LAW_STEP, case.springs)
-        found["our laws there [mm]"] = 1e3 * difference(case.figure, called, ours)[0]
+        times, ours = our_fall(called.figure, called.springs)
+        fall = bare.fall(times, LAW_STEP, called.springs)
+        found["our laws there [mm]"] = 1e3 * difference(case.figure, fall, ours)[0]
     found |= fall_row(bare, case, SpringSet(), "without")
     found["warnings"] = warnings + len(bare.warnings)
     return found
@@ -221,10 +232,13 @@ def motion_rows(
 
 
 def motions(case: Case) -> Iterator[dict[str, object]]:
-    """The falls that the plate draws: by the files, and by our laws in MuJoCo."""
+    """The falls that the plate draws: by the files, and by our laws in MuJoCo.
+
+    That of MuJoCo's file is under the law of coordinates.
+    """
     times, _ = our_fall(case.figure, case.springs)
     with TemporaryDirectory() as folder:
-        mujoco = MuJoCoModel(case.figure, case.springs, Path(folder))
+        mujoco = MuJoCoModel(case.figure, case.in_coordinates.springs, Path(folder))
         motion = mujoco.fall(times, ACCURACIES["MuJoCo"][1])
         yield from motion_rows(case, times, motion, "MuJoCo")
         bare = MuJoCoModel(case.figure, SpringSet(), Path(folder))

@@ -172,7 +172,7 @@ def test_your_passive_curves_in_opensim_and_mujoco(reader: Reader) -> None:
         Path(name).read_text().count("<ExpressionBasedCoordinateForce ")
         for name in ("body.osim", "mine.osim")
     ]
-    assert counts == [4, 5]
+    assert counts == [19, 20]
 
 
 @pytest.mark.parametrize("reader", ["figure-language", "api"], indirect=True)

@@ -34,7 +34,6 @@ from generator.model_files.mjcf.joints import (
     parse_pose,
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
-from generator.model_files.mjcf.site_actuators import with_site_actuators
 from generator.model_files.mjcf.tendons import with_tendons
 from generator.model_files.xml import (
     XmlElement,
@@ -353,8 +352,7 @@ def figure_from_mjcf(
     for world in worlds:
         reader.read_world(world)
     bodies = with_tendons(document, reader.scaled_bodies(), diagnostics, losses)
-    bodies, used = with_site_actuators(document, bodies, reader.sites, losses)
-    _add_section_losses(document, losses, used)
+    _add_section_losses(document, losses)
     geoms.add_asset_losses()
     tree = BodyTree(
         tuple(bodies),
@@ -384,8 +382,8 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
     return rotation_to_y_up(gravity, losses)
 
 
-def _add_section_losses(document: Document, losses: Losses, used: set[int]) -> None:
-    """Report sections and settings that a figure does not have, but for elements that are read."""
+def _add_section_losses(document: Document, losses: Losses) -> None:
+    """Report sections and settings that a figure does not have."""
     for section in document.root.children:
         if section.tag in _READ_SECTIONS:
             continue
@@ -395,7 +393,7 @@ def _add_section_losses(document: Document, losses: Losses, used: set[int]) -> N
         elif section.tag == "visual" or not section.children:
             losses.add(what)
         else:
-            names = [e.get("name") or e.tag for e in section.children if id(e) not in used]
+            names = [element.get("name") or element.tag for element in section.children]
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
                 losses.add(what, *others)

@@ -13,14 +13,9 @@ one joint, slack on one side. An exponential of a law over several joints is suc
 their angles are those of hinges. A curve without a zero has its constant part in the actuator
 `JOINT_constant`.
 
-The springs of several rotations are functions of the rotation vector r, which is the length of an
-actuator between two sites, about a gear: site and refsite are those of the joint. A law about an
-axis is a sum of ramps, slope * (x - start) beyond a start, x = r . axis; the first may apply
-everywhere. Ramp k of the spring about axis n of joint J is two actuators without control, each with
-half the torque: `J_spring_n_k_parent` (site of the child, refsite of the parent, gear = axis) and
-`J_spring_n_k_child` (sites exchanged, gear = -axis). `biasprm` is half the torque at x = 0 and half
-the slope by x, and `forcerange` cuts the torque off on the other side of the start. Viscous damping
-that differs between axes is `J_damping_n_parent` and `..._child` with half of each in `biasprm`.
+The springs of several rotations that are functions of the rotation vector are left out, but for a
+torque that is equal in all directions and viscous damping that is equal about all axes: those are
+the ball's own. Under a law of coordinates the springs are those of hinges.
 """
 
 from collections.abc import Mapping
@@ -50,18 +45,9 @@ from generator.model_files.fit_error import (
     FitError,
     FitErrors,
     format_range,
-    format_size,
     joint_ranges,
 )
-from generator.model_files.mjcf.spring_fit import (
-    ROUNDING,
-    Ramp,
-    axis_ramps,
-    damping_error,
-    isotropic_stiffness,
-    largest_torque,
-    spring_error,
-)
+from generator.model_files.mjcf.ball_springs import ROUNDING, isotropic_stiffness
 from generator.model_files.mjcf.visuals import add_visuals
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.piecewise import (
@@ -166,10 +152,10 @@ def add_loads(model: ExportModel, actuators: Element) -> None:
                     _add_actuator(actuators, title, (1.0, 0.0, 0.0), **ends, gear=gear)
 
 
-def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> Element:
+def _add_actuator(actuators: Element, name: str, bias: ArrayLike, **attributes: str) -> None:
     """Add an actuator without control; `bias` are its force and the slopes of this."""
     fixed = {"gainprm": "0", "biastype": "affine", "biasprm": format_numbers(bias)}
-    return add_element(actuators, "general", name=name, **attributes, **fixed)
+    add_element(actuators, "general", name=name, **attributes, **fixed)
 
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -186,16 +172,13 @@ _LIGHT = {"ambient": "0.4 0.4 0.4", "diffuse": "0.5 0.5 0.5"}
 _UNREACHABLE_LENGTH = 1e6
 """Unreachable end of a tendon's slack range [rad or m]."""
 
-_MAX_FORCE = 1e9
-"""End of a force range that is not reached [N m]."""
-
 _CURVES = "springs whose torque is infinite within the joint's range"
 _FITTED = "springs approximated by piecewise cubics"
 _FIT_SAMPLES = 721
 """Displacements at which the error of a fit is computed."""
 
-_RAMPS = "springs of several rotations, approximated by torques about axes of parent and child"
-_DAMPING = "damping of several rotations, approximated by that about axes of parent and child"
+_ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
+_DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
@@ -412,62 +395,18 @@ class _BodyWriter:
     def _add_rotation_springs(
         self, ball: Element | None, joint: Joint, springs: JointSprings
     ) -> None:
-        """Springs and damping of several rotations: of the ball itself, if equal about all axes."""
+        """Springs and damping of several rotations: of the ball, if equal about all axes."""
         stiffness = isotropic_stiffness(joint, springs, self._law)
+        if stiffness is None or (ball is None and any(stiffness)):
+            self._losses.add(_ROTATIONS, joint.name)
+        elif ball is not None and any(stiffness):
+            k1, k2, k3 = stiffness
+            ball.set("stiffness", _format_stiffness((-k1, -k2, -k3)))
         damping = common_damping(springs.axes)
-        if stiffness is not None and (ball is not None or not any(stiffness)):
-            if ball is not None and any(stiffness):
-                k1, k2, k3 = stiffness
-                ball.set("stiffness", _format_stiffness((-k1, -k2, -k3)))
-        else:
-            ramps = [(axis, axis_ramps(joint, springs, axis)) for axis in springs.axes]
-            for number, (axis, each) in enumerate(ramps, 1):
-                for place, ramp in enumerate(each, 1):
-                    self._add_ramp(joint, axis, f"spring_{number}_{place}", ramp)
-            error = spring_error(joint, springs, self._law, ramps)
-            largest = largest_torque(joint, springs, self._law)
-            if error.largest > ROUNDING * largest:
-                self._fits.add(_RAMPS, joint.name, error, f", of {format_size(largest)} N m")
         if damping and ball is not None:
             ball.set("damping", format_numbers(damping))
         elif damping != 0.0:
-            for number, axis in enumerate(springs.axes, 1):
-                if axis.damping.viscous:
-                    terms = (0.0, 0.0, -0.5 * axis.damping.viscous)
-                    self._add_pair(joint, axis, f"damping_{number}", terms)
-            error = damping_error(joint, springs)
-            if error.largest > ROUNDING * max(axis.damping.viscous for axis in springs.axes):
-                self._fits.add(_DAMPING, joint.name, error)
-
-    def _add_ramp(self, joint: Joint, axis: AxisSpring, name: str, ramp: Ramp) -> None:
-        """A ramp as a pair of actuators."""
-        slope = 0.5 * ramp.slope
-        if ramp.start is None:
-            self._add_pair(joint, axis, name, (0.5 * ramp.offset, slope, 0.0))
-            return
-        positive = ramp.slope > 0.0 if ramp.above else ramp.slope < 0.0
-        ends = (0.0, _MAX_FORCE) if positive else (-_MAX_FORCE, 0.0)
-        self._add_pair(joint, axis, name, (-slope * ramp.start, slope, 0.0), ends)
-
-    def _add_pair(
-        self,
-        joint: Joint,
-        axis: AxisSpring,
-        name: str,
-        terms: tuple[float, float, float],
-        ends: tuple[float, float] | None = None,
-    ) -> None:
-        """Torques about an axis of the parent and of the child that have the same size."""
-        parent, child = (site_name(self._model, ref) for ref in joint.ends)
-        gear = np.array([0.0, 0.0, 0.0, *axis.direction])
-        frames = {"parent": (child, parent, gear), "child": (parent, child, -gear)}
-        for frame, (site, refsite, about) in frames.items():
-            title = f"{self._model.joints[joint.name]}_{name}_{frame}"
-            gear = format_numbers(about + 0.0)
-            sites = {"site": site, "refsite": refsite}
-            actuator = _add_actuator(self._actuators, title, terms, **sites, gear=gear)
-            if ends is not None:
-                actuator.set("forcerange", format_numbers(ends))
+            self._losses.add(_DAMPING, joint.name)
 
     def _add_axis_spring(
         self,

@@ -62,6 +62,13 @@ def test_revolutes_stay_separate_on_demand(tmp_path: Path):
     assert "hip_x_right" in read_figure(single).joints
 
 
+def test_springs_of_balls_are_not_in_mujoco_models_but_under_a_law_of_coordinates(tmp_path: Path):
+    path = tmp_path / "out.xml"
+    said = run("convert", "prototype", path).stdout
+    assert "springs of several rotations (convert with `--law coordinates`): waist" in said
+    assert "not in" not in run("convert", "prototype", path, "--law", "coordinates").stdout
+
+
 def test_a_figure_is_not_written_over_its_model(tmp_path: Path):
     model = tmp_path / "one.xml"
     model.write_bytes(PIN.read_bytes())

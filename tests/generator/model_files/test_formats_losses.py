@@ -30,6 +30,7 @@ from springs import (
     Damping,
     JointSprings,
     Linear,
+    SphericalLaw,
     SpringSet,
     Stop,
 )
@@ -55,8 +56,8 @@ Text = Callable[[Figure, SpringSet], tuple[str, Losses]]
 
 BALLS = ["waist", "right_hip_joint", "left_hip_joint", "left_shoulder", "right_shoulder"]
 HINGES = ["right_elbow", "left_elbow", "right_knee", "left_knee"]
-SEVERAL = "springs of several rotations, approximated by torques about axes of parent and child"
-DAMPING = "damping of several rotations, approximated by that about axes of parent and child"
+SEVERAL = "springs of several rotations (convert with `--law coordinates`)"
+DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 CURVED = "springs approximated by piecewise cubics"
 COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 ROWS = (
@@ -78,9 +79,12 @@ def lost(write: Text, of: Figure, springs: SpringSet) -> dict[str, set[str]]:
     }
 
 
-def test_of_the_prototype_mujoco_approximates_the_springs_of_its_balls() -> None:
-    expected = {SEVERAL: set(BALLS)}
-    assert lost(format_mjcf, PROTOTYPE, own_springs(PROTOTYPE)) == expected
+def test_of_the_prototype_mujoco_loses_the_springs_of_its_balls() -> None:
+    springs = own_springs(PROTOTYPE)
+    for law in (SphericalLaw.CONSERVATIVE, SphericalLaw.WEIGHTED):
+        under = replace(springs, law=law)
+        assert lost(format_mjcf, PROTOTYPE, under) == {SEVERAL: set(BALLS)}
+    assert not lost(format_mjcf, PROTOTYPE, replace(springs, law=SphericalLaw.COORDINATES))
 
 
 def test_of_the_prototype_opensim_loses_nothing() -> None:
@@ -142,7 +146,7 @@ def test_mujoco_has_a_coulomb_friction_of_its_own() -> None:
     assert joints["rail"].get("damping") == "1"
 
 
-def test_springs_of_several_turns_are_approximated_unless_they_are_equal_about_all_axes() -> None:
+def test_springs_of_several_turns_are_left_out_unless_they_are_equal_about_all_axes() -> None:
     of = two_bodies(chain("Rx Ry Rz"), (0.1, 0.2, 0.3))
     alike = equal(of, "tested", 3.0, 0.1)
     assert not lost(format_mjcf, of, spring_set(alike))
@@ -158,6 +162,8 @@ def test_springs_of_several_turns_are_approximated_unless_they_are_equal_about_a
     ):
         springs = spring_set(JointSprings("tested", (axis, *alike.axes[1:])))
         assert lost(format_mjcf, of, springs) == {expected: {"tested"}}
+        coordinates = lost(format_mjcf, of, replace(springs, law=SphericalLaw.COORDINATES))
+        assert set(coordinates) == ({COULOMB} if axis is rubbing else set())
     two_axes = spring_set(JointSprings("tested", alike.axes[:2]))
     assert lost(format_mjcf, of, two_axes) == {SEVERAL: {"tested"}, DAMPING: {"tested"}}
     universal = two_bodies(chain("Rx Ry"), (0.1, 0.2))
@@ -172,9 +178,6 @@ def test_errors_of_fits_are_losses_in_newton_metres_over_the_range() -> None:
     (where,) = loss.where
     assert loss.what == CURVED
     assert re.fullmatch(r"hinge \(\S+ N m at most, \S+ N m rms over -90 to 90 deg\)", where)
-    own = format_mjcf(PROTOTYPE, own_springs(PROTOTYPE))[1].entries[0]
-    assert own.what == SEVERAL
-    assert all(re.search(r"\(\S+ N m at most, \S+ N m rms, of \d+ N m\)", w) for w in own.where)
 
 
 def test_a_limit_at_infinity_is_none_in_urdf() -> None:
