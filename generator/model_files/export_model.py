@@ -22,9 +22,20 @@ from generator.loads import site_loads
 from generator.losses import Losses
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
-from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
+from springs import (
+    AxisSpring,
+    CoupledSpring,
+    JointSprings,
+    Reach,
+    ReachLaw,
+    RotationLaw,
+    SphericalLaw,
+    SpringSet,
+    rotation_law,
+)
 from springs.coordinates import CoordinateLaw
 from springs.elastic import Frictional
+from springs.spherical import VectorLaw
 
 
 @dataclass(frozen=True)
@@ -152,12 +163,22 @@ class JointLaws:
         uncoupled: springs that are functions of one displacement alone, in the sense of its axis,
             by index in the chain; under a law of coordinates all are.
         combined: springs of several rotations, which are functions of the rotation vector.
+        reach: reach of the limb below the joint; `combined` has its damping.
     """
 
     chain: Chain
     law: SphericalLaw
     uncoupled: Mapping[int, AxisSpring]
     combined: tuple[AxisSpring, ...]
+    reach: Reach | None = None
+
+    @property
+    def of_rotation(self) -> RotationLaw | None:
+        """The law of the springs that are functions of the rotation vector; None without any."""
+        if self.reach is not None:
+            return ReachLaw(self.combined, self.reach)
+        is_weighted = self.law is SphericalLaw.WEIGHTED
+        return VectorLaw(self.combined, is_weighted) if self.combined else None
 
     @property
     def is_ball(self) -> bool:
@@ -191,7 +212,7 @@ def split_joint_laws(chain: Chain, springs: JointSprings, law: SphericalLaw) -> 
     if len(chain.rotations) == 1 and springs.axes:
         (place,) = chain.rotations
         alone[place] = in_axis_sense(springs.axes[0], chain.joint_axes[place].axis)
-    elif law is SphericalLaw.COORDINATES and springs.axes:
+    elif law is SphericalLaw.COORDINATES and springs.axes and springs.reach is None:
         try:
             coordinates = rotation_law(springs, law, chain.rotation_axes)
         except ValueError as failure:
@@ -210,7 +231,7 @@ def split_joint_laws(chain: Chain, springs: JointSprings, law: SphericalLaw) -> 
             )
             raise InputError([error(message)])
         alone[places[0]] = in_axis_sense(spring, axes[places[0]])
-    return JointLaws(chain, law, alone, combined)
+    return JointLaws(chain, law, alone, combined, springs.reach)
 
 
 def in_axis_sense(spring: AxisSpring, axis: Vector) -> AxisSpring:
@@ -252,6 +273,9 @@ def add_common_losses(
     for joint in model.tree.closures:
         if joint.name in model.springs.joints and not has_loops:
             losses.add("springs of joints that close loops", joint.name)
+    for name, springs in model.tree_springs.items():
+        if springs.reach is not None:
+            losses.add("the reach of limbs: directions and turns have no ends", name)
     for spring in model.springs.coupled:
         if has_coupled and model.is_in_tree(spring):
             continue

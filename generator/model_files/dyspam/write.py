@@ -134,6 +134,8 @@ def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
         joints = (axis.joint for axis in spring.axes)
         losses.add("springs over several joints, left out", *dict.fromkeys(joints))
     for name, joint in springs.joints.items():
+        if joint.reach is not None:
+            losses.add("the reach of limbs, left out", name)
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
             losses.add("what springs say of their motions, references and reasons", name)
     if springs.law is not SphericalLaw.CONSERVATIVE:

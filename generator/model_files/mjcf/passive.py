@@ -18,8 +18,7 @@ from generator.losses import Losses
 from generator.model_files.export_model import JointLaws, build_export_model
 from generator.model_files.mjcf.write import body_name, chain_indices, site_name
 from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
-from springs import AxisSpring, SphericalLaw, SpringSet, total_torque
-from springs.spherical import damping_torque, elastic_torque
+from springs import AxisSpring, RotationLaw, SpringSet, total_torque
 
 
 @dataclass(frozen=True)
@@ -33,9 +32,9 @@ class _Single:
 
 @dataclass(frozen=True)
 class _Several:
-    """The springs of several rotations of a joint, its sites and the places of its speeds."""
+    """The law of several rotations of a joint, its sites and the places of its speeds."""
 
-    springs: tuple[AxisSpring, ...]
+    law: RotationLaw
     parent: int
     child: int
     speeds: tuple[int, ...]
@@ -55,7 +54,6 @@ class PassiveSprings:
         """
         export = build_export_model(figure, springs, Losses("MuJoCo model"))
         branches = {branch.joint.name: branch for branch in export.tree.joints}
-        self._law: SphericalLaw = springs.law
         self._single: list[_Single] = []
         self._several: list[_Several] = []
         for name in export.tree_springs:
@@ -65,7 +63,8 @@ class PassiveSprings:
                 joint = places[k]
                 position, speed = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
                 self._single.append(_Single(spring, position, speed))
-            if laws.combined:
+            law = laws.of_rotation
+            if law is not None:
                 speeds: list[int] = []
                 for k, joint in places.items():
                     first = int(model.jnt_dofadr[joint])
@@ -77,7 +76,7 @@ class PassiveSprings:
                     int(model.site(site_name(export, e)).id) for e in branch.joint.ends
                 )
                 sign = 1.0 if branch.parent_is_inboard else -1.0
-                self._several.append(_Several(laws.combined, parent, child, tuple(speeds), sign))
+                self._several.append(_Several(law, parent, child, tuple(speeds), sign))
 
     def __call__(self, _model: Any, data: Any) -> None:
         """Add the torques in the state of `data` (`mujoco.MjData`)."""
@@ -93,8 +92,7 @@ class PassiveSprings:
             speeds = list(each.speeds)
             axes: Array = each.sign * data.cdof[speeds, :3]
             rate = half_way.T @ (data.qvel[speeds] @ axes)
-            torque = elastic_torque(self._law, each.springs, r)
-            torque = torque + damping_torque(each.springs, r, rate)
+            torque = each.law.torque(r) + each.law.damping(r, rate)
             data.qfrc_passive[speeds] += axes @ (half_way @ torque)
 
 

@@ -97,7 +97,7 @@ class ForceWriter:
         rates = [rotation.turn_rate(direction, k) for k in range(len(angles))]
         component = rotation.component(direction)
         torque = total_torque(spring.elastic, _LENGTH, EXPRESSION_OPERATIONS)
-        if self._model.springs.law is SphericalLaw.CONSERVATIVE:
+        if self._model.springs.law is not SphericalLaw.WEIGHTED:
             path = _Path(angles, rotation.definitions, component)
             self._add_path_force(f"{label}_spring", path, -1.0 * torque)
         else:
