@@ -7,6 +7,7 @@ from a damping ratio of the limb that swings about the joint (`generator.person.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from math import degrees, pi, radians
 from textwrap import fill
 
@@ -243,7 +244,8 @@ def leg_springs(
     ankle = own["ankle dorsiflexion"]
     is_whole = ankle in damped
     last = _entry(dorsiflexors(body, ankle) if is_whole else ankle)
-    entries = (*map(_damping_entry, damped[:2]), last)
+    hip, knee = damped[:2]
+    entries = (_damping_entry(hip), _entry(thigh_calf_contact(body, knee)), last)
     scale, rule = _scale(body, leg, data)
     row = coupled_law(leg["published"])
     coupled = CoupledEntry(
@@ -279,6 +281,13 @@ def dorsiflexors(body: Body, ankle: PassiveAxis) -> PassiveAxis:
     terms = tuple(term for term in whole.law.terms if term.amplitude > 0.0)
     law = replace(whole, law=replace(whole.law, terms=terms, constant=0.0))
     return replace(ankle, law=law, origin=Origin(row["kind"]), choice=row["why"].strip())
+
+
+def thigh_calf_contact(body: Body, knee: PassiveAxis) -> PassiveAxis:
+    """Return the knee with the contact of thigh and calf, which stands beside a law of the leg."""
+    row = load_data_file(_DATA_FILE).content["thigh_calf"]
+    law = build_law(row, LawContext(_normal_range(body, knee.joint, knee.motion)))
+    return replace(knee, law=law, origin=Origin(row["kind"]), choice=row["why"].strip())
 
 
 def _normal_range(body: Body, joint: str, motion: str) -> Range:
@@ -385,12 +394,21 @@ def spring_sources(
         others: springs of `leg_springs` and `reach_springs`.
     """
     axes, others = tuple(axes), tuple(others)
-    damped = {
-        (entry.joints, entry.axis) for one in others for entry in one.entries if entry.law is None
-    }
-    rows = [
-        row for axis in axes for row in _axis_sources(axis, (axis.names, axis.axis) not in damped)
+    leg_axes = [
+        {*zip(zip(*entry.joints, strict=True), entry.axes, strict=True)}
+        for one in others
+        for entry in one.coupled
     ]
+
+    reached = {name for one in others for entry in one.reaches for name in entry.joints}
+
+    def has_own_law(axis: PassiveAxis) -> bool:
+        is_covered = all((axis.names, axis.axis) in covered for covered in leg_axes)
+        return not is_covered and not reached & set(axis.names)
+
+    rows = [row for axis in axes for row in _axis_sources(axis, has_own_law(axis))]
+    knee = next(axis for axis in axes if axis.joint == "knee")
+    rows += _law_sources(thigh_calf_contact(body, knee), "thigh-calf contact")
     ankle = next(axis for axis in axes if (axis.joint, axis.motion) == ("ankle", "dorsiflexion"))
     rows += _law_sources(dorsiflexors(body, ankle), "dorsiflexors")
     rows += [row for one in others for entry in one.coupled for row in _coupled_sources(entry)]
@@ -400,9 +418,11 @@ def spring_sources(
 
 def _law_sources(axis: PassiveAxis, name: str) -> Iterator[SourcedNumber]:
     """The numbers of the elastic law of an axis."""
-    reference = axis.law.references[0] if axis.law.references else None
-    rule = " ".join(filter(None, (axis.choice, axis.law.rule)))
-    for quantity, value, unit in _law_numbers(axis.law.law):
+    law = axis.law
+    rule = " ".join(filter(None, (axis.choice, law.rule)))
+    first = law.references[0] if law.references else None
+    references = law.point_references or repeat(first)
+    for (quantity, value, unit), reference in zip(_law_numbers(law.law), references, strict=False):
         label = f"{name}: {quantity}"
         yield SourcedNumber(axis.joint, label, value, unit, axis.origin, reference, rule)
 

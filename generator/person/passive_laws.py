@@ -50,11 +50,13 @@ class PassiveLaw:
         law: law as a springs file holds it.
         references: publications of its numbers.
         rule: how the law follows from them, in sentences, or "".
+        point_references: publication of each point, or () where all are of the first.
     """
 
     law: Elastic | PublishedLaw
     references: tuple[Reference, ...] = ()
     rule: str = ""
+    point_references: tuple[Reference, ...] = ()
 
     @property
     def elastic(self) -> Elastic:
@@ -106,22 +108,28 @@ def _published(row: Row, context: LawContext) -> PassiveLaw:
 
 
 def _pieces(row: Row, context: LawContext) -> PassiveLaw:
-    """Points of published curves, to which a linear spring may be added."""
+    """Points of published curves, with a linear spring added but to those of the whole torque."""
     del context
     points: list[tuple[float, float]] = []
-    references: dict[Reference, None] = {}
+    references: list[Reference] = []
     plus = row.get("plus")
     for piece in row["pieces"]:
         source = curve(piece["published"])
-        references[source.reference] = None
+        references += [source.reference] * len(piece["deg"])
         for angle in piece["deg"]:
             torque = float(source.law.torque(angle_from_degrees(angle)))
-            if plus is not None:
+            if plus is not None and not piece.get("is_whole", False):
                 torque -= plus["stiffness_Nm_rad"] * angle_from_degrees(angle - plus["rest_deg"])
             points.append((angle, torque))
+    added: list[Reference] = []
     if plus is not None:
-        references[publication(plus["published"]).reference] = None
-    return PassiveLaw(_rounded_points(points), tuple(references))
+        added = [publication(plus["published"]).reference]
+        added = [each for each in added if each.text not in {one.text for one in references}]
+    return PassiveLaw(
+        _rounded_points(points),
+        tuple(dict.fromkeys([*references, *added])),
+        point_references=tuple(references),
+    )
 
 
 def _points(row: Row, context: LawContext) -> PassiveLaw:

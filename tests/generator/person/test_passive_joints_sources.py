@@ -53,6 +53,8 @@ def test_published_numbers_have_a_publication_and_estimates_say_so():
     [
         ("waist", "lumbar lateral bend to the right: torque at 28 deg", -53.5),
         ("wrist", "radial deviation: stiffness", 1.74),
+        ("elbow", "flexion: torque at -10 deg", 7.067),
+        ("knee", "thigh-calf contact: torque at 150 deg", -2.63),
         ("knee", "flexion: damping ratio of the limb", 0.068),
         ("hip_joint and knee", "law of the leg, constant about hip flexion", 8.072),
         ("hip_joint and knee and ankle", "law of the leg, exponential 2: hip flexion", 2.314),
@@ -67,6 +69,16 @@ def test_published_numbers_have_a_publication_and_estimates_say_so():
 def test_numbers_are_those_of_the_publications(part, quantity, value):
     found = [one for one in sources() if (one.part, one.quantity) == (part, quantity)]
     assert [one.value for one in found] == [pytest.approx(value)]
+
+
+def test_each_point_has_the_publication_of_its_own_piece():
+    points = [one for one in sources() if one.quantity.startswith("lumbar flexion: torque at")]
+    for one in points:
+        author = "Schmidt" if one.quantity.split()[4].startswith("-") else "Watt"
+        assert author in one.reference.text
+    elbow = {one.quantity: one.reference for one in sources() if one.part == "elbow"}
+    assert "Engin" in elbow["flexion: torque at 0 deg"].text
+    assert "Saul" in elbow["flexion: torque at 130 deg"].text
 
 
 def test_no_row_stands_twice():

@@ -38,6 +38,17 @@ def test_a_spring_may_be_added_to_points():
     assert law.torque(0.0) == pytest.approx(2.0 * radians(30.0), abs=1e-4)
 
 
+def test_the_spring_is_not_added_to_points_of_the_whole_torque():
+    plus = {"published": "wiegner_watts_1986", "stiffness_Nm_rad": 2.0, "rest_deg": 30}
+    whole = {"published": "schmidt_1998/extension", "deg": [-20, -10], "is_whole": True}
+    row = {"pieces": [whole, {"published": "schmidt_1998/flexion", "deg": [0, 60]}], "plus": plus}
+    law = build_law(row, CONTEXT)
+    assert law.elastic.torque(radians(-20.0)) == pytest.approx(20.0 * 2.6 / 6.0, abs=1e-4)
+    assert law.elastic.torque(0.0) == pytest.approx(2.0 * radians(30.0), abs=1e-4)
+    assert len(law.point_references) == 4
+    assert len(law.references) == 2
+
+
 def test_a_wall_begins_at_its_distance_before_both_ends():
     row = {"wall": {"published": "saul_2015/shoulder_elv", "before_end_deg": 30}}
     law = build_law(row, CONTEXT)

@@ -184,6 +184,13 @@ HAN = [
 WATT = [
     ("lateral_bend", 7.0, -1.7),
     ("lateral_bend", -28.0, 53.5),
+    ("flexion", 69.6, -26.67),
+]
+ENGIN_CHEN = [
+    ("hyperextension", -10.0, 7.067),
+]
+ZELLE = [
+    ("thigh_calf", 150.0, -2.63),
 ]
 WIEGNER_WATTS = [
     ("softest", 50.0, 0.40 * (1.8675 - 50 * D)),
@@ -222,6 +229,8 @@ CURVES = {
     "han_2010": HAN,
     "silder_2007": SILDER,
     "watt_2022": WATT,
+    "engin_chen_1987": ENGIN_CHEN,
+    "zelle_2009": ZELLE,
     "wiegner_watts_1986": WIEGNER_WATTS,
     "formica_2012": FORMICA,
     "delp_1996": DELP,
@@ -585,6 +594,28 @@ def test_lumbar_bend_integrates_the_stiffness_of_the_quarters():
     law = curve("watt_2022/lateral_bend").law
     torques = [-law.torque(radians(angle)) for angle in (7.0, 14.0, 21.0, 28.0)]
     assert torques == pytest.approx(7.0 * np.cumsum(means), abs=0.06)
+
+
+def test_lumbar_flexion_integrates_the_stiffness_of_three_zones():
+    law, third = curve("watt_2022/flexion").law, 69.6 / 3.0
+    at_ends = [-law.torque(radians(third * k)) for k in (1, 2, 3)]
+    assert at_ends == pytest.approx(100.0 / 3.0 * np.cumsum((0.0, 0.1, 0.7)), abs=0.01)
+    inside = [-law.torque(radians(third * (k + 0.5))) for k in (1, 2)]
+    assert inside == pytest.approx([100.0 / 6.0 * 0.1, 100.0 / 3.0 * (0.1 + 0.35)], abs=0.01)
+
+
+def test_the_points_of_engin_and_chen_are_their_cubic_of_extension():
+    law = curve("engin_chen_1987/hyperextension").law
+    for angle in (0.0, 5.0, 10.0, 15.0):
+        assert law.torque(radians(-angle)) == pytest.approx(cubic(*ELBOW, angle * D), abs=1e-3)
+
+
+def test_the_contact_of_thigh_and_calf_is_the_fit_of_its_source():
+    law = curve("zelle_2009/thigh_calf").law
+    angles = np.arange(90.0, 171.0, 1.0)
+    fitted = -25.385677 * (np.tanh(4.066036 * angles * D - 12.097768) + 0.999998)
+    assert law.torque(np.radians(angles)) == pytest.approx(fitted, rel=0.01, abs=0.02)
+    assert law.torque(0.0) == 0.0
 
 
 def test_silder_s_points_are_one_for_each_degree():
