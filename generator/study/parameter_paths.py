@@ -2,7 +2,7 @@
 
     springs.scale                        elastic torques of all joints, stops excepted
     springs.damping_scale                damping and friction of all joints
-    springs.JOINT[.AXIS].scale           those of a joint, and of the terms of a law over several
+    springs.JOINT[.AXIS].scale           those of a joint and its reach, and of the terms of a law over several
                                          joints that depend on it
     springs.JOINT[.AXIS].damping_scale
     springs.JOINT[.AXIS].offset_deg      shift of the elastic curve
@@ -362,6 +362,9 @@ class _PathParser:
             for each in coupled
         ):
             return True
+        own = self._case.springs.joints.get(joint.name)
+        if needs_law and own is not None and own.reach is not None:
+            return len(self._words) == 3 and self._words[2] == Quantity.SCALE.value
         if axis.spring is None:
             return False
         return not needs_law or any(not isinstance(law, Stop) for law in axis.spring.elastic)

@@ -205,14 +205,19 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
         if not is_elastic:
             return case
         coupled = tuple(_scale_coupled(each, path.targets, value) for each in springs.coupled)
-        return case.with_springs(replace(case.springs, coupled=coupled))
+        names = {target.name for target in path.targets}
+        joints = {
+            name: _with_reach(joint, scale) if name in names else joint
+            for name, joint in case.springs.joints.items()
+        }
+        return case.with_springs(replace(case.springs, joints=joints, coupled=coupled))
     if is_elastic:
         coupled = tuple(replace(spring, law=spring.law.scaled(value)) for spring in springs.coupled)
         springs = replace(springs, coupled=coupled)
     if path.quantity is not Quantity.COUPLED_SCALE:
         joints = {
             name: replace(
-                joint,
+                _with_reach(joint, scale),
                 axes=tuple(map(scale, joint.axes)),
                 translations=tuple(map(scale, joint.translations)),
             )
@@ -220,6 +225,14 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
         }
         springs = replace(springs, joints=joints)
     return case.with_springs(springs)
+
+
+def _with_reach(joint: JointSprings, change: Callable[[AxisSpring], AxisSpring]) -> JointSprings:
+    """Return the springs of a joint with a change of the laws of its reach."""
+    if joint.reach is None:
+        return joint
+    beyond, turn = change(joint.reach.beyond), change(joint.reach.turn)
+    return replace(joint, reach=replace(joint.reach, beyond=beyond, turn=turn))
 
 
 def _scale_spring(spring: AxisSpring, elastic: float, damping: float) -> AxisSpring:
