@@ -262,7 +262,7 @@ class SpringSet:
                 part
                 for joint in self.joints.values()
                 if joint.reach is not None
-                for part in (joint.reach, joint.reach.beyond, joint.reach.turn)
+                for _, part in joint.reach.parts
             ),
             *self.coupled,
         )

@@ -167,6 +167,11 @@ class Reach:
         return replace(fit, residuals=(off_boundary, off_turn))
 
     @property
+    def parts(self) -> tuple[tuple[str, "Reach | AxisSpring"], ...]:
+        """What has a reference, with the name of its angle."""
+        return ("reach", self), ("reach", self.beyond), ("turn", self.turn)
+
+    @property
     def residuals(self) -> tuple[float, float]:
         """Largest distances of the points from the boundary and the ends of the turn [rad]."""
         return self._fit.residuals

@@ -286,6 +286,9 @@ def cite(
         for spring in (*joint.axes, *joint.translations):
             if spring.reference:
                 uses[spring.reference].append(f"{joint.joint} {axis_name(spring.direction)}")
+        for name, part in joint.reach.parts if joint.reach is not None else ():
+            if part.reference:
+                uses[part.reference].append(f"{joint.joint} {name}")
     for spring in spring_set.coupled:
         if spring.reference:
             uses[spring.reference].append(" with ".join(coupled_axis_names(spring)))

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import exp
+from math import degrees, exp
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from generator.cli import inputs, options
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
@@ -24,7 +26,7 @@ from generator.springs_file.laws import (
     range_in_degrees,
 )
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
-from springs import AxisSpring, CoupledSpring, JointSprings, SpringSet
+from springs import AxisSpring, CoupledSpring, JointSprings, Reach, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
 
 
@@ -286,6 +288,7 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
                 "axes": [_axis_data(spring) for spring in joint.axes],
                 "slides": [_axis_data(spring) for spring in joint.translations],
             }
+            | ({} if joint.reach is None else {"reach": _reach_data(joint.reach)})
             for name, joint in springs.joints.items()
         },
         "coupled": [_coupled_spring_data(spring) for spring in springs.coupled],
@@ -294,6 +297,8 @@ def springs_data(springs: SpringSet) -> dict[str, object]:
 
 def spring_lines(joint: JointSprings) -> Iterator[str]:
     """Yield a line for each law of each axis of a joint, and one for its reference."""
+    if joint.reach is not None:
+        yield from _reach_lines(joint.reach)
     for spring, units in [(s, ROTATION_UNITS) for s in joint.axes] + [
         (s, TRANSLATION_UNITS) for s in joint.translations
     ]:
@@ -307,6 +312,43 @@ def spring_lines(joint: JointSprings) -> Iterator[str]:
             yield f"  damping {viscous}, friction {damping.coulomb:g} {units.effort}"
         if spring.reference:
             yield f"  reference: {spring.reference}"
+
+
+def _reach_lines(reach: Reach) -> Iterator[str]:
+    """Yield the range of a reach and how well it fits, its laws, and its reference."""
+    angles = np.degrees(reach.boundary_at(np.radians(np.arange(360.0))))
+    off_boundary, off_turn = np.degrees(reach.residuals)
+    yield (
+        f"reach: {angles.min():.0f} to {angles.max():.0f} deg from plane "
+        f"{degrees(reach.centre.plane):.4g}, elevation {degrees(reach.centre.elevation):.4g} deg; "
+        f"it meets its points within {off_boundary:.1f} deg"
+    )
+    for law in reach.beyond.elastic:
+        yield f"  {describe_law(law)}"
+    if reach.turns:
+        yield f"turn about the limb; it meets its ranges within {off_turn:.1f} deg"
+        for law in reach.turn.elastic:
+            yield f"  {describe_law(law)}"
+    if reach.reference:
+        yield f"  reference: {reach.reference}"
+
+
+def _reach_data(reach: Reach) -> dict[str, object]:
+    off_boundary, off_turn = reach.residuals
+    return {
+        "centre_deg": [degrees(reach.centre.plane), degrees(reach.centre.elevation)],
+        "boundary_deg": [[degrees(p.plane), degrees(p.elevation)] for p in reach.boundary],
+        "turns_deg": [
+            [degrees(v) for v in (t.at.plane, t.at.elevation, t.lower, t.upper)]
+            for t in reach.turns
+        ],
+        "boundary_residual_deg": degrees(off_boundary),
+        "turn_residual_deg": degrees(off_turn),
+        "beyond": [law_data(law) for law in reach.beyond.elastic],
+        "turn": [law_data(law) for law in reach.turn.elastic],
+        "reference": reach.reference,
+        "why": reach.why,
+    }
 
 
 def coupled_spring_lines(spring: CoupledSpring) -> Iterator[str]:

@@ -2,8 +2,8 @@
 
     springs.scale                        elastic torques of all joints, stops excepted
     springs.damping_scale                damping and friction of all joints
-    springs.JOINT[.AXIS].scale           those of a joint and its reach, and of the terms of a law over several
-                                         joints that depend on it
+    springs.JOINT[.AXIS].scale           those of a joint and its reach, and of the terms of a law
+                                         over several joints that depend on it
     springs.JOINT[.AXIS].damping_scale
     springs.JOINT[.AXIS].offset_deg      shift of the elastic curve
     springs.JOINT[.AXIS].viscous_Nms_rad

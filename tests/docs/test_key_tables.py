@@ -7,6 +7,7 @@ import pytest
 from generator.input_files.links import LINK_ROWS
 from generator.springs_file.coupled import COUPLED_ROWS
 from generator.springs_file.parse import FILE_ROWS, SPRING_ROWS
+from generator.springs_file.reach import REACH_ROWS
 from generator.study.study_tables import (
     DESIGN_ROWS,
     MEASURE_ROWS,
@@ -21,6 +22,7 @@ TABLES: list[tuple[str, TableRows]] = [
     ("springs-file.md#", FILE_ROWS),
     ("springs-file.md#A curve about an axis", SPRING_ROWS),
     ("springs-file.md#A law over several joints", COUPLED_ROWS),
+    ("springs-file.md#The reach of a limb", REACH_ROWS),
     ("links.md", LINK_ROWS),
     ("study-file.md", DESIGN_ROWS),
     ("study-file.md", PARAMETER_ROWS),
