@@ -65,6 +65,7 @@ PLATES: Mapping[str, str] = {
         ("person_body", ("person_body",)),
         ("person_pendulums", ("person_pendulums",)),
         ("person_posture", ("person_posture",)),
+        ("person_reach", ("person_reach",)),
         ("study_of_falls", ("study_falls", "study_falls_stiffness")),
     )
     for name in names

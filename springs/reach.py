@@ -185,6 +185,11 @@ class Reach:
         beyond, turn = self.beyond.scaled(elastic, 1.0), self.turn.scaled(elastic, 1.0)
         return replace(self, beyond=beyond, turn=turn)
 
+    def depth(self, r: Vector, ops: Operations = NUMPY) -> Real:
+        """Return the angle beyond the boundary, negative inside [rad]."""
+        at = self.at(r, ops)
+        return at.theta - at.boundary(ops)[0]
+
     def at(self, r: Vector, ops: Operations = NUMPY) -> "ReachAt":
         """Return the place in the reach of a rotation vector [rad], shape (..., 3)."""
         return _at(self._fit, r, ops)

@@ -47,7 +47,7 @@ MEASURED_POSTURES: Mapping[str, Posture] = {
 }
 """Postures of the men who were measured. The angles of the last one are assumed."""
 
-SITTING = on_both_sides({"hip_joint": (0.0, 0.0, 90.0), "knee": (90.0,), "elbow": (90.0,)})
+SITTING = on_both_sides({"hip_joint": (0.0, 0.0, 90.0), "knee": (90.0,), "elbow": (0.0, 90.0)})
 
 _HELD_OUT = on_both_sides({"shoulder": (0.0, 10.0, 0.0), "hip_joint": (0.0, 4.0, 0.0)})
 

@@ -208,7 +208,7 @@ _REPORTED = (
     ("left_ankle", 1, "ankle dorsiflexed"),
     ("left_shoulder", 2, "shoulder flexed"),
     ("left_shoulder", 1, "shoulder abducted"),
-    ("left_elbow", 0, "elbow flexed"),
+    ("left_elbow", 1, "elbow flexed"),
     ("waist", 2, "waist flexed"),
     ("thorax", 2, "thorax flexed"),
     ("neck", 2, "neck flexed"),
