@@ -7,7 +7,7 @@ elbows, wrists and ankles have two axes; the other joints are spherical.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import pi
+from math import degrees, pi
 
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
@@ -44,6 +44,9 @@ _UPRIGHT = Rotation((-pi / 2.0, 0.0, -pi / 2.0))
 
 _DOWNWARDS = Rotation((-pi, 0.0, 0.0))
 """Axes of a limb (x forward, y right, z down) in those of the trunk."""
+
+MAX_LIMIT = pi
+"""Largest limit [rad]: a limb that is raised by 180 deg points upwards."""
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -197,14 +200,21 @@ def limit_sources(body: Body) -> tuple[SourcedNumber, ...]:
                 quantity, rule = f"{name}limit of {end.motion}", _limit_rule(end, body.measures.sex)
                 sources.append(
                     SourcedNumber(
-                        *(joint.name, quantity, end.angle, "rad", origin, end.reference, rule)
+                        *(joint.name, quantity, _limit(end), "rad", origin, end.reference, rule)
                     )
                 )
     return tuple(sources)
 
 
+def _limit(end: RangeEnd) -> float:
+    """Angle of the stop at an end of the normal range [rad]."""
+    return max(-MAX_LIMIT, min(end.angle, MAX_LIMIT))
+
+
 def _limit_rule(end: RangeEnd, sex: Sex) -> str:
     rule = "end of the normal range of motion"
+    if _limit(end) != end.angle:
+        rule += f" ({degrees(end.angle):.4g} deg), but not beyond {degrees(MAX_LIMIT):.4g} deg"
     if sex is Sex.FEMALE and end.source not in PUBLICATIONS_OF_WOMEN:
         rule += "; not measured in women, who move more in nearly every joint"
     return rule
@@ -269,7 +279,7 @@ def _joint(joint: PersonJoint, side: str, body: Body) -> Joint:
     if joint is _ROOT_JOINT:
         return figure_joint
     ends = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
-    lower, upper = (tuple(end.angle for end in row) for row in zip(*ends, strict=True))
+    lower, upper = (tuple(map(_limit, row)) for row in zip(*ends, strict=True))
     return replace(figure_joint, lower_limit=lower, upper_limit=upper)
 
 

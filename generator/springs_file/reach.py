@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from generator.diagnostics import Span
+from generator.diagnostics import Severity, Span
 from generator.springs_file.axes import AXIS_NAMES
 from generator.springs_file.coupled import PROVENANCE_ROWS
 from generator.toml_file.reader import Pair, TableReader
@@ -101,7 +101,7 @@ def parse_reach_entry(table: TableReader) -> ReachEntry | None:
     if planes and (len(planes) != 2 or not set(planes) <= set(AXIS_NAMES)):
         hint = 'the axes of planes 0 and 90 deg, as in `["x", "y"]`'
         table.error("planes", "`planes` must be two of x, y and z", hint)
-    if len(table.diagnostics.entries) > before or table.diagnostics.has_errors:
+    if any(one.severity is Severity.ERROR for one in table.diagnostics.entries[before:]):
         return None
     origins = {key: table.span(key) for key in table.content} | {"reach": table.header_span}
     origins |= {f"joints.{k}": table.span("joints", k) for k in range(len(values["joints"]))}

@@ -20,6 +20,7 @@ from generator.person.passive_joints import (
     leg_springs,
     passive_axes,
     person_springs,
+    reach_springs,
     springs_comment,
 )
 from generator.person.sources import Origin
@@ -48,8 +49,9 @@ def leg(kind="published", hip_datum=HIP_DATUM, *person):
     return leg_springs(make(*person)[0], axes(*person), kind, hip_datum)
 
 
-def all_springs(kind="published", *person):
-    return person_springs(axes(*person), leg(kind, HIP_DATUM, *person))
+def all_springs(kind="published", *person, hip_datum=HIP_DATUM):
+    reach = reach_springs(make(*person)[0], axes(*person))
+    return person_springs(axes(*person), leg(kind, hip_datum, *person), reach)
 
 
 def bound(content):
@@ -134,7 +136,9 @@ def test_bound_springs_are_those_of_the_axes_and_equal_on_both_sides():
             found = [one for one in springs.joints[name].axes if one.motion == axis.motion]
             assert len(found) == 1
             assert found[0].damping == axis.damping
-            if (axis.names, axis.motion) not in legs:
+            if springs.joints[name].reach is not None:
+                assert not found[0].elastic
+            elif (axis.names, axis.motion) not in legs:
                 torques = axis.scale * np.asarray(axis.law.elastic.torque(angles))
                 assert total_torque(found[0].elastic[:1], angles) == pytest.approx(
                     torques, abs=1e-9
@@ -146,6 +150,7 @@ def test_reading_after_writing_returns_equal_springs(content):
     read = SPRINGS_FILE.parse_text(write_springs(content)).require_value()
     assert (read.entries, read.law) == (content.entries, content.law)
     assert read.coupled == content.coupled
+    assert read.reaches == content.reaches
 
 
 def test_doubts_about_the_curves_are_only_firm_ends_of_range():
@@ -191,7 +196,7 @@ def test_the_law_of_the_leg_has_an_energy_and_only_the_doubt_of_its_source(kind,
 
 def leg_torques(datum, *degrees_of_joints):
     """Torques of the left leg of the man at hip, knee and ankle [deg], stops left out [N m]."""
-    springs = bound(person_springs(axes(), leg(hip_datum=radians(datum))))
+    springs = bound(all_springs(hip_datum=radians(datum)))
     angles = np.radians(degrees_of_joints)
     hip, knee, ankle = springs.coupled[0].law.torques(angles)
     own = next(one for one in springs.joints["left_ankle"].axes if one.motion == "dorsiflexion")

@@ -48,7 +48,10 @@ def test_every_rotation_has_a_spring_and_stops():
         for name in joint.names:
             motions = {axis.motion for axis in springs.joints[name].axes}
             assert motions == {rotation.motion for rotation in joint.rotations}
-            for axis in springs.joints[name].axes:
+            reach = springs.joints[name].reach
+            assert (reach is not None) == (joint.name == "shoulder")
+            laws = springs.joints[name].axes if reach is None else (reach.beyond, reach.turn)
+            for axis in laws:
                 assert [isinstance(law, Stop) for law in axis.elastic].count(True) == 1
 
 
@@ -65,13 +68,13 @@ def test_a_person_keeps_its_springs():
 def test_springs_of_a_file_extend_those_of_a_person(tmp_path: Path):
     file = tmp_path / "elbow.springs.toml"
     file.write_text(
-        '[[spring]]\njoints = ["left_elbow"]\nstiffness_Nm_rad = 5.0\nrest_deg = 0.0\n',
+        '[[spring]]\njoints = ["left_elbow"]\naxis = "y"\nstiffness_Nm_rad = 5.0\nrest_deg = 0.0\n',
         encoding="utf-8",
     )
     changed, before = read_springs(file, MAN.figure), MAN.model.springs
     others = {name: joint for name, joint in before.joints.items() if name != "left_elbow"}
     assert {name: changed.joints[name] for name in others} == others
-    assert Linear(5.0, 0.0) in changed.joints["left_elbow"].axes[0].elastic
+    assert Linear(5.0, 0.0) in changed.joints["left_elbow"].axes[1].elastic
 
 
 def test_the_springs_of_a_leg():
