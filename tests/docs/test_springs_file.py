@@ -14,11 +14,13 @@ from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import (
     COUPLED_TABLE,
     FILE_ROWS,
+    REACH_TABLE,
     SPRING_ROWS,
     SPRING_TABLE,
     SPRINGS_FILE,
     SpringsFile,
 )
+from generator.springs_file.reach import REACH_ROWS
 from generator.springs_file.write import write_springs
 from generator.text_io import make_source
 from springs import Cubic, Linear
@@ -28,6 +30,7 @@ PAGE = (DOCS / "springs-file.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 PYTHON = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 CURVES, COUPLED = PAGE.split("## A law over several joints")
+COUPLED, REACH = COUPLED.split("## The reach of a limb")
 
 
 def content(text: str) -> SpringsFile:
@@ -44,12 +47,12 @@ def rows(part: str) -> set[str]:
 
 
 def test_every_example_is_read_and_written_and_read():
-    assert len(EXAMPLES) == 4
+    assert len(EXAMPLES) == 5
     for example in EXAMPLES:
         assert content(write_springs(content(example))) == content(example)
 
 
-FILE_KEYS = set(FILE_ROWS.keys) - {SPRING_TABLE, COUPLED_TABLE}
+FILE_KEYS = set(FILE_ROWS.keys) - {SPRING_TABLE, COUPLED_TABLE, REACH_TABLE}
 
 
 def test_every_key_of_a_curve_is_in_a_table_and_no_other():
@@ -59,6 +62,10 @@ def test_every_key_of_a_curve_is_in_a_table_and_no_other():
 def test_every_key_of_a_coupled_law_is_in_a_table_and_no_other():
     assert rows(COUPLED) == set(COUPLED_ROWS.keys)
     assert all(key in COUPLED for key in TERM_ROWS.keys)
+
+
+def test_every_key_of_a_reach_is_in_a_table_and_no_other():
+    assert rows(REACH) | {"reference"} == set(REACH_ROWS.keys) - {"why"}
 
 
 @pytest.mark.parametrize("example", EXAMPLES)

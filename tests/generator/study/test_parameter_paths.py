@@ -34,7 +34,7 @@ def case(name: str = "male50", choice: str | None = None, floor: bool = True) ->
         ("segments.head.inertia_scale", "", ["head"]),
         ("pose.left_knee", "deg", ["left_knee"]),
         ("pose.hip.3", "deg", ["left_hip_joint", "right_hip_joint"]),
-        ("velocity.elbow", "deg/s", ["left_elbow", "right_elbow"]),
+        ("velocity.knee", "deg/s", ["left_knee", "right_knee"]),
         ("velocity.head.5", "cm/s", ["head"]),
         ("gravity", "", []),
         ("height", "m", []),
