@@ -79,6 +79,12 @@ class Case:
         return replace(self, springs=replace(self.springs, law=SphericalLaw.COORDINATES))
 
     @property
+    def in_file(self) -> "Case":
+        """The case without the springs of joints with a reach, which files do not hold."""
+        joints = {name: one for name, one in self.springs.joints.items() if one.reach is None}
+        return replace(self, springs=replace(self.springs, joints=joints))
+
+    @property
     def in_callback(self) -> "Case":
         """The case without laws over several joints, which MuJoCo's callback leaves out."""
         return replace(self, springs=replace(self.springs, coupled=()))
@@ -152,7 +158,8 @@ def engines() -> Iterator[Any]:
 def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
     """The row of a figure in a program."""
     found: dict[str, object] = {"figure": case.name, "program": engine.name}
-    called, case = case.in_callback, case.in_coordinates if engine is MuJoCoModel else case
+    called, case = case.in_callback, case.in_file
+    case = case.in_coordinates if engine is MuJoCoModel else case
     model = engine(case.figure, case.springs, folder)
     warnings = len(model.warnings)
     if case.springs.joints and engine is not PinocchioModel:

@@ -25,8 +25,8 @@ from springs import (
     rotation_law,
     total_torque,
 )
+from springs.axis import Direction
 from springs.elastic import Range, common_valid_range
-from springs.joint import Direction
 from springs.lint.curve import FIRM_TORQUE, lint_range
 from springs.published.range_of_motion import RangeEnd, normal_range
 from springs.published.rows import PublishedCurve

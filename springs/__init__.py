@@ -1,12 +1,12 @@
 """Torque laws of joints: pure functions of angle and rate, without files or figures."""
 
+from springs.axis import AxisSpring
 from springs.backends import FLOATS, NUMPY, Operations, Real
 from springs.contact import Surface
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, restoring_sense
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
 from springs.joint import (
-    AxisSpring,
     CoupledAxis,
     CoupledSpring,
     JointSprings,

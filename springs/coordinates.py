@@ -13,9 +13,10 @@ from functools import cached_property, reduce
 from math import cos, radians, sin
 from operator import add
 
+from springs.axis import AxisSpring, Direction
 from springs.backends import NUMPY, Operations, Real, Vector
 from springs.elastic import total_energy, total_torque
-from springs.joint import AxisSpring, Direction, Singularity
+from springs.joint import Singularity
 from springs.parts import Parts, combined, cross, dot, half_quaternion, minus, plus, times
 
 POLE_COSINE = 1e-3

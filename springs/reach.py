@@ -21,9 +21,9 @@ from math import atan2, cos, pi, sin
 
 import numpy as np
 
+from springs.axis import UNKNOWN_AXIS, AxisSpring, Direction
 from springs.backends import FLOATS, NUMPY, Array, Operations, Real, Vector
 from springs.elastic import total_energy, total_torque
-from springs.joint import UNKNOWN_AXIS, AxisSpring, Direction
 from springs.parts import Parts, combined, cross, dot, half_quaternion
 from springs.short_repr import short_repr
 
@@ -168,7 +168,7 @@ class Reach:
 
     @property
     def parts(self) -> tuple[tuple[str, "Reach | AxisSpring"], ...]:
-        """What has a reference, with the name of its angle."""
+        """Points and laws by the name of their angle; each has a reference."""
         return ("reach", self), ("reach", self.beyond), ("turn", self.turn)
 
     @property

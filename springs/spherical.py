@@ -12,10 +12,11 @@ from functools import reduce
 from operator import add
 from typing import Protocol
 
+from springs.axis import AxisSpring, Direction
 from springs.backends import NUMPY, Operations, Real, Vector
 from springs.coordinates import ChainCoordinates, CoordinateLaw
 from springs.elastic import total_energy, total_torque
-from springs.joint import AxisSpring, Direction, JointSprings, Singularity, SphericalLaw
+from springs.joint import JointSprings, Singularity, SphericalLaw
 from springs.reach import Reach
 
 _SMALL_ANGLE = 1e-2

@@ -29,7 +29,7 @@ from generator.springs_file.read import LoadedSprings, load_springs_file
 from generator.study.study_tables import STUDY_SUFFIX
 from generator.text_io import is_file, path_exists
 from springs import SpringSet
-from springs.joint import UNKNOWN_AXIS
+from springs.axis import UNKNOWN_AXIS
 from springs.lint.finding import Finding
 from springs.lint.report import (
     CoupledReport,

@@ -159,7 +159,8 @@ def _curves(figure: Figure, springs: SpringSet) -> Iterator[_Curve]:
         found += [each for each in own.axes if each not in found and _has_damping(each)]
         for spring in found:
             sense, coordinate = spring, ROTATION_VECTOR
-            if len(chain.rotations) == 1 or springs.law is SphericalLaw.COORDINATES:
+            has_coordinates = springs.law is SphericalLaw.COORDINATES and own.reach is None
+            if len(chain.rotations) == 1 or has_coordinates:
                 k = max(
                     chain.rotations,
                     key=lambda k: abs(np.dot(chain.joint_axes[k].axis, spring.direction)),

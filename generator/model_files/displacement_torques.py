@@ -16,7 +16,7 @@ from generator.model_files.export_model import JointLaws
 from generator.model_files.fit_error import FitError, orientation_error, within_half_turns
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array, matrix_from_rotation_vector
-from springs import elastic_torque, total_torque
+from springs import total_torque
 from springs.elastic import Range
 
 COUPLING_LOSS = "springs of several rotations, approximated by a sum of torques about single axes"
@@ -135,6 +135,6 @@ def generalized_torques(laws: JointLaws, displacements: Array) -> Array:
         displacements: displacements of the chain, shape (n, factors) [rad or m].
     """
     vectors = rotation_vector(laws.chain, displacements)
-    half_way = np.asarray(elastic_torque(laws.law, laws.combined, vectors))
+    half_way = np.asarray(laws.of_vector.torque(vectors))
     torques = np.einsum("nij,nj->ni", matrix_from_rotation_vector(0.5 * vectors), half_way)
     return np.einsum("nki,ni->nk", laws.chain.twists(displacements)[..., :3], torques)

@@ -27,8 +27,6 @@ from springs import (
     CoupledSpring,
     JointSprings,
     Reach,
-    ReachLaw,
-    RotationLaw,
     SphericalLaw,
     SpringSet,
     rotation_law,
@@ -173,12 +171,9 @@ class JointLaws:
     reach: Reach | None = None
 
     @property
-    def of_rotation(self) -> RotationLaw | None:
-        """The law of the springs that are functions of the rotation vector; None without any."""
-        if self.reach is not None:
-            return ReachLaw(self.combined, self.reach)
-        is_weighted = self.law is SphericalLaw.WEIGHTED
-        return VectorLaw(self.combined, is_weighted) if self.combined else None
+    def of_vector(self) -> VectorLaw:
+        """The law of the springs of several rotations, without a reach."""
+        return VectorLaw(self.combined, self.law is SphericalLaw.WEIGHTED)
 
     @property
     def is_ball(self) -> bool:

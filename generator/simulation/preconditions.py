@@ -38,9 +38,9 @@ from generator.rotations import (
     unit_vector,
 )
 from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
+from springs.axis import Direction
 from springs.coordinates import LARGEST_SINE
 from springs.elastic import Frictional
-from springs.joint import Direction
 
 _HALF_TURN_TOLERANCE = 1e-6
 """A rotation nearer than this to 180 deg has the sign of its vector from its rounding [rad]."""

@@ -7,7 +7,8 @@ from math import hypot
 from generator.diagnostics import shorten
 from generator.figure import Joint, Vector, is_rotation
 from generator.rotations import PERPENDICULAR_TOLERANCE, unit_axis
-from springs.joint import UNKNOWN_AXIS, CoupledSpring
+from springs.axis import UNKNOWN_AXIS
+from springs.joint import CoupledSpring
 
 AXIS_NAMES = ("x", "y", "z")
 """Axes of the joint frame: the frame of the site after `connect`."""

@@ -17,7 +17,7 @@ from generator.springs_file.bind import spring_from_entry
 from generator.springs_file.parse import REACH_AXES, SpringsFile
 from generator.springs_file.reach import LONG_AXES, ReachEntry
 from springs import AxisSpring, Damping, Reach, ReachPoint, Stop
-from springs.joint import UNKNOWN_AXIS
+from springs.axis import UNKNOWN_AXIS
 from springs.reach import NO_LAW
 
 _STOP_ONLY = replace(NO_LAW, elastic=(Stop(None, 0.0),))

@@ -31,10 +31,10 @@ from springs import (
     SpringSet,
     Stop,
 )
+from springs.axis import Direction
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.elastic import Range
 from springs.hysteresis import Hysteresis
-from springs.joint import Direction
 from springs.lint.curve import other_side
 from springs.published.tables import publication, publications
 from springs.transformed import Transformed

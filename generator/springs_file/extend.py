@@ -9,7 +9,7 @@ from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import BoundSpring
 from generator.springs_file.bind_reach import BoundReach
 from springs import CoupledSpring, Damping, SphericalLaw
-from springs.joint import Direction
+from springs.axis import Direction
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 if TYPE_CHECKING:

@@ -57,11 +57,14 @@ class _Points(Row[tuple[ReachPoint, ...]]):
         return list_to_toml(degrees_to_toml((one.plane, one.elevation)) for one in value)
 
 
+_TURN_WORDS = ("row", "four", "[[0, 0, -77, 69], [0, 90, -100, 55]]")
+
+
 class _Turns(Row[tuple[TurnRange, ...]]):
     """Ranges of the turn, each with plane and elevation of its direction."""
 
     def read(self, table: TableReader) -> tuple[TurnRange, ...] | None:
-        rows = table.number_lists(self.key, 6, ("deg",) * 4, "row", "four")
+        rows = table.number_lists(self.key, 6, ("deg",) * 4, _TURN_WORDS)
         for k, (_, _, lower, upper) in enumerate(rows):
             if lower >= upper:
                 hint = "[plane, elevation, lowest, highest]"

@@ -61,7 +61,7 @@ from springs import (
     Stop,
     rotation_law,
 )
-from springs.joint import UNKNOWN_AXIS
+from springs.axis import UNKNOWN_AXIS
 from springs.stop import (
     DEFAULT_STOP_ONSET,
     DEFAULT_STOP_STIFFNESS,

@@ -181,11 +181,11 @@ class TableReader:
             min_count: how many there are at least.
             units: "deg" for a number of each pair in degrees.
         """
-        pairs = self.number_lists(key, min_count, units, "pair", "two")
+        pairs = self.number_lists(key, min_count, units, ("pair", "two", "[[0, 1.5], [10, 2]]"))
         return tuple((first, second) for first, second in pairs)
 
     def number_lists(
-        self, key: str, min_count: int, units: Sequence[str], noun: str, count: str
+        self, key: str, min_count: int, units: Sequence[str], words: tuple[str, str, str]
     ) -> tuple[tuple[float, ...], ...]:
         """A list of lists of numbers in SI, `min_count` or more; empty as None for `number`.
 
@@ -193,16 +193,15 @@ class TableReader:
             key: its name.
             min_count: how many there are at least.
             units: "deg" for a number of each in degrees.
-            noun: what each is called in errors.
-            count: how many numbers it has, in words.
+            words: what each is called in errors, how many numbers it has, and an example.
         """
+        noun, count, example = words
         if key not in self.content:
             return ()
         items = self.items(key)
         if items is None or not all(isinstance(item, list) for item in items):
-            example = ", ".join(["0", "1.5", "30", "2"][: len(units)])
             message = f"`{key}` must be a list of {noun}s of numbers"
-            self.error(key, message, f"as in `[[{example}], ...]`")
+            self.error(key, message, f"as in `{example}`")
             return ()
         if len(items) < min_count:
             found = f"{len(items)} {noun if len(items) == 1 else noun + 's'}"

@@ -29,8 +29,8 @@ from generator.springs_file.edit import (
     edited_springs,
 )
 from springs import AxisSpring, SpringSet
+from springs.axis import Direction
 from springs.elastic import Range
-from springs.joint import Direction
 from springs.published.tables import curves_of_motion
 
 CurveKey = tuple[str, Direction]

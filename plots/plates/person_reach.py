@@ -1,4 +1,4 @@
-"""Where an arm can point, and positions that people take."""
+"""The directions of an arm beside positions of people."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

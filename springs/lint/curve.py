@@ -12,6 +12,7 @@ from math import ceil, degrees, floor, pi, radians
 
 import numpy as np
 
+from springs.axis import AxisSpring
 from springs.backends import FLOATS, Array
 from springs.damping import Damping
 from springs.elastic import (
@@ -24,7 +25,7 @@ from springs.elastic import (
     valid_range,
 )
 from springs.hysteresis import Hysteresis
-from springs.joint import AxisSpring, JointSprings
+from springs.joint import JointSprings
 from springs.lint.finding import Finding, FindingKind
 from springs.published.range_of_motion import RangeEnd
 from springs.transformed import Transformed

@@ -6,9 +6,10 @@ from math import radians
 
 import numpy as np
 
+from springs.axis import AxisSpring
 from springs.coupled import CoupledExponential
 from springs.elastic import total_torque
-from springs.joint import AxisSpring, CoupledSpring, SpringSet
+from springs.joint import CoupledSpring, SpringSet
 from springs.lint.coupled import DEFAULT_RANGE, lint_coupled, lint_original_law
 from springs.lint.curve import (
     FIRM_TORQUE,

@@ -24,7 +24,7 @@ from springs import (
     TurnRange,
     rotation_law,
 )
-from springs.joint import UNKNOWN_AXIS
+from springs.axis import UNKNOWN_AXIS
 from springs.smooth_limit import SmoothLimit
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

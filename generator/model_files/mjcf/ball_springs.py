@@ -11,8 +11,8 @@ from generator.model_files.fit_error import joint_ranges
 from generator.model_files.piecewise import ROTATION_MARGIN
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array
-from springs import JointSprings, SphericalLaw
-from springs.spherical import elastic_torque
+from springs import JointSprings
+from springs.spherical import VectorLaw
 
 ROUNDING = 1e-9
 """Share of the largest torque below which a difference is one of rounding."""
@@ -22,7 +22,7 @@ _GRID = 7
 
 
 def isotropic_stiffness(
-    joint: Joint, springs: JointSprings, law: SphericalLaw
+    joint: Joint, springs: JointSprings, law: VectorLaw
 ) -> tuple[float, float, float] | None:
     """Return k1, k2, k3 of a torque -(k1 a + k2 a^2 + k3 a^3) r/a; None for another law.
 
@@ -35,7 +35,7 @@ def isotropic_stiffness(
         for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True)
     ]
     r = rotation_vector(Chain(joint.chain), np.array(list(product(*turns))))
-    torques = elastic_torque(law, springs.axes, r)
+    torques = law.torque(r)
     angle = np.linalg.norm(r, axis=1)
     powers = np.stack([-r * angle[:, None] ** power for power in range(3)], axis=-1).reshape(-1, 3)
     found = cast("Array", np.linalg.lstsq(powers, torques.ravel())[0])

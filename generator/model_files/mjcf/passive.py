@@ -6,19 +6,28 @@ For a model written without springs:
     mujoco.set_mjcb_passive(PassiveSprings(model, figure, springs))
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from generator.diagnostics import ModelError
 from generator.figure import Figure
+from generator.joint_chain import Chain
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
-from generator.model_files.export_model import JointLaws, build_export_model
+from generator.model_files.export_model import build_export_model, split_joint_laws
 from generator.model_files.mjcf.write import body_name, chain_indices, site_name
 from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
-from springs import AxisSpring, RotationLaw, SpringSet, total_torque
+from springs import (
+    AxisSpring,
+    JointSprings,
+    RotationLaw,
+    SphericalLaw,
+    SpringSet,
+    rotation_law,
+    total_torque,
+)
 
 
 @dataclass(frozen=True)
@@ -57,20 +66,22 @@ class PassiveSprings:
         self._single: list[_Single] = []
         self._several: list[_Several] = []
         for name in export.tree_springs:
-            branch, laws = branches[name], export.laws(name)
-            places = _joint_places(model, body_name(export, branch.outboard), branch, laws)
-            for k, spring in laws.uncoupled.items():
+            branch, own = branches[name], export.joint_springs(name)
+            chain = export.tree.chains[name]
+            places = _joint_places(model, body_name(export, branch.outboard), branch, chain)
+            single = own if len(chain.rotations) == 1 else replace(own, axes=(), reach=None)
+            for k, spring in split_joint_laws(chain, single, springs.law).uncoupled.items():
                 joint = places[k]
                 position, speed = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
                 self._single.append(_Single(spring, position, speed))
-            law = laws.of_rotation
-            if law is not None:
+            if len(chain.rotations) > 1 and (own.axes or own.reach):
+                law = rotation_law(own, springs.law, chain.rotation_axes)
                 speeds: list[int] = []
                 for k, joint in places.items():
                     first = int(model.jnt_dofadr[joint])
                     if k is None:
                         speeds += range(first, first + 3)
-                    elif k in laws.chain.rotations:
+                    elif k in chain.rotations:
                         speeds.append(first)
                 parent, child = (
                     int(model.site(site_name(export, e)).id) for e in branch.joint.ends
@@ -96,11 +107,10 @@ class PassiveSprings:
             data.qfrc_passive[speeds] += axes @ (half_way @ torque)
 
 
-def _joint_places(
-    model: Any, body: str, branch: TreeJoint, laws: JointLaws
-) -> dict[int | None, int]:
+def _joint_places(model: Any, body: str, branch: TreeJoint, chain: Chain) -> dict[int | None, int]:
     """Return the model's joint numbers by place in the chain; None stands for a ball."""
-    from_chain = chain_indices(branch, laws)
+    bare = split_joint_laws(chain, JointSprings(branch.joint.name), SphericalLaw.CONSERVATIVE)
+    from_chain = chain_indices(branch, bare)
     number = int(model.body(body).id)
     first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
     if count != len(from_chain):

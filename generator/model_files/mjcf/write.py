@@ -83,6 +83,7 @@ from springs import (
 )
 from springs.elastic import Range
 from springs.exponential import Exponential, ExponentialTerm
+from springs.spherical import VectorLaw
 
 WORLD = "world"
 """Name of the site whose axes are those of the world; the others have a dot in theirs."""
@@ -376,7 +377,7 @@ class _BodyWriter:
             if k in laws.uncoupled:
                 self._add_axis_spring(element, joint, k, laws.uncoupled[k], springs)
         if laws.combined:
-            self._add_rotation_springs(ball, joint, springs)
+            self._add_rotation_springs(ball, joint, springs, laws.of_vector)
         self._add_friction_losses(joint, laws)
 
     def _joint_element_names(self, joint: Joint, laws: JointLaws) -> dict[int | None, str]:
@@ -393,10 +394,10 @@ class _BodyWriter:
         return {None: name, **parts}
 
     def _add_rotation_springs(
-        self, ball: Element | None, joint: Joint, springs: JointSprings
+        self, ball: Element | None, joint: Joint, springs: JointSprings, law: VectorLaw
     ) -> None:
         """Springs and damping of several rotations: of the ball, if equal about all axes."""
-        stiffness = isotropic_stiffness(joint, springs, self._law)
+        stiffness = isotropic_stiffness(joint, springs, law)
         if stiffness is None or (ball is None and any(stiffness)):
             self._losses.add(_ROTATIONS, joint.name)
         elif ball is not None and any(stiffness):

@@ -17,7 +17,7 @@ from generator.figure import Vector
 from generator.model_files.opensim.expression import ZERO, Expression
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
-from springs.joint import Direction
+from springs.axis import Direction
 
 _MIN_SQUARED_SINE = 1e-12
 """Of half the angle of rotation: below it, 2 atan(S/w)/S differs from 2 by less than 1e-12."""

@@ -1,0 +1,93 @@
+"""The spring about one axis of a joint: its elastic laws, its damping and their reference."""
+
+from dataclasses import dataclass, field, replace
+
+from springs.backends import NUMPY, Operations, Real
+from springs.damping import Damping
+from springs.elastic import Elastic, total_friction
+from springs.hysteresis import Hysteresis
+from springs.short_repr import short_repr
+from springs.transformed import Transformed
+
+Direction = tuple[float, float, float]
+
+UNKNOWN_AXIS: Direction = (0.0, 0.0, 0.0)
+"""Stands for the only axis of a joint whose figure is not known; nothing can be simulated so."""
+
+_NO_DAMPING = Damping()
+
+
+@short_repr
+@dataclass(frozen=True)
+class AxisSpring:
+    """The passive law about one axis of a joint.
+
+    Attributes:
+        direction: unit axis in the joint's frame (the parent site's); positive turns are about it.
+        elastic: laws whose torques add.
+        damping: viscous and Coulomb damping of the rate about the axis.
+        motion: the anatomist's name of a positive angle ("flexion"), or "".
+        reference: where the numbers are from.
+        why: why they are read as they are.
+        middle: middle of the range [rad]; a law of coordinates has its seam opposite to it.
+    """
+
+    direction: Direction
+    elastic: tuple[Elastic, ...] = ()
+    damping: Damping = _NO_DAMPING
+    motion: str = ""
+    reference: str = ""
+    why: str = ""
+    middle: float = field(default=0.0, compare=False)
+
+    def resistance(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
+        """Torque on the child against the rate [N m]: damping, and friction of directional laws.
+
+        Args:
+            angle: component of the displacement along the axis [rad]; read by directional laws.
+            rate: component of its rate [rad/s].
+            ops: functions of the kind of number in both.
+        """
+        friction = total_friction(self.elastic, angle, rate, ops)
+        is_damped = self.damping.viscous or self.damping.coulomb
+        damping = self.damping.torque(rate, ops) if is_damped else 0.0 * rate
+        return damping if friction is None else damping + friction
+
+    def oriented_along(self, axis: Direction) -> "AxisSpring":
+        """Return the same spring about `axis`, which is its direction or the opposite."""
+        along = sum(a * b for a, b in zip(self.direction, axis, strict=True))
+        return self if along > 0.0 else self.with_opposite_axis()
+
+    def with_opposite_axis(self) -> "AxisSpring":
+        """Return the same spring about the opposite axis: direction and laws mirrored."""
+        x, y, z = self.direction
+        laws = tuple(law.mirrored() for law in self.elastic)
+        return replace(self, direction=(-x, -y, -z), elastic=laws, middle=-self.middle)
+
+    def scaled(self, elastic: float, damping: float) -> "AxisSpring":
+        """Return the spring with factors of its elastic torque, and of damping and friction."""
+        if elastic == 1.0 and damping == 1.0:
+            return self
+        laws = tuple(part for law in self.elastic for part in _scaled_law(law, elastic, damping))
+        resistance = replace(
+            self.damping,
+            viscous=damping * self.damping.viscous,
+            coulomb=damping * self.damping.coulomb,
+        )
+        return replace(self, elastic=laws, damping=resistance)
+
+
+def _scaled_law(law: Elastic, elastic: float, friction: float) -> tuple[Elastic, ...]:
+    """Laws whose torques add to the scaled ones of a law.
+
+    The curves of a directional law are scaled like its friction; half of the rest of each belongs
+    to the elastic law, which is their mean.
+    """
+    if not isinstance(law, Hysteresis):
+        return (Transformed(law, elastic),)
+    up, down = law.increasing, law.decreasing
+    rest = 0.5 * (elastic - friction)
+    curves = replace(
+        law, increasing=Transformed(up, friction), decreasing=Transformed(down, friction)
+    )
+    return curves, Transformed(up, rest), Transformed(down, rest)
