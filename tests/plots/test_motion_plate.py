@@ -105,6 +105,7 @@ def test_the_command_draws_motions(tmp_path: Path) -> None:
         assert said in refused.stderr
 
 
+@pytest.mark.slow
 def test_other_springs_than_those_of_the_motion_are_told(tmp_path: Path) -> None:
     path, springs = tmp_path / "fall.action", tmp_path / "stiff.springs.toml"
     springs.write_text('[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 9\n', "utf-8")

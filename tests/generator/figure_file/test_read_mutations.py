@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -96,6 +97,7 @@ def _wound(draw, text, start, end):
             return rest[:place] + piece + rest[place:]
 
 
+@pytest.mark.slow
 @settings(max_examples=500, derandomize=True, deadline=None)
 @given(text=damaged())
 def test_a_damaged_file_is_told_or_read(text):

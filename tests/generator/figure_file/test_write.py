@@ -144,6 +144,7 @@ def _order(figure):
     ]
 
 
+@pytest.mark.slow
 @given(figure=figures())
 def test_any_figure_reads_back_equal_and_in_order(figure):
     text = write_figure(figure)

@@ -42,6 +42,7 @@ def doubts_beside_tails(fit: Fit) -> tuple[str, ...]:
     return fit_doubts(replace(fit, tails=()))
 
 
+@pytest.mark.slow
 def test_a_good_fit_has_none_beside_those_about_tails():
     assert doubts_beside_tails(standard_fit()) == ()
     assert doubts_beside_tails(with_stated_noise(standard_fit(), NOISE)) == ()
@@ -127,6 +128,7 @@ def test_a_law_that_is_missing_shows_in_the_residuals():
     assert "the intervals are too narrow, by a factor of" in found[0]
 
 
+@pytest.mark.slow
 def test_a_coarse_step_is_named_with_its_bias():
     found = fit_doubts(coarse_fit())
     assert "of its standard deviations by the step of 0.02 s, which is too long" in found[0]
@@ -145,6 +147,7 @@ def test_an_estimate_at_its_bound_is_named():
     assert found.startswith(f"{VISCOUS} is at its smallest value")
 
 
+@pytest.mark.slow
 def test_exact_data_are_not_called_wrong():
     data = swing(noise=0.0)
     fit = fit_springs(leg_case(), data, paths(SCALE, VISCOUS, OFFSET), ALONE)

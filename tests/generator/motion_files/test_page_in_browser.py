@@ -93,6 +93,7 @@ def point_left(page: Any) -> float:
     return page.evaluate("parseFloat(document.querySelector('#moment-plot .point').style.left)")
 
 
+@pytest.mark.slow
 def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_path: Path):
     motion = clip("prototype")
     write(motion, tmp_path / "fall.html")

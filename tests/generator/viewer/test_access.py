@@ -192,6 +192,7 @@ def foreign_port() -> Iterator[int]:
         thread.join()
 
 
+@pytest.mark.slow
 def test_a_browser_opens_reloads_and_shares_a_page_that_foreign_pages_do_not_reach(
     run_viewer: Callable[..., Any], browser: Any, foreign_port: int
 ):

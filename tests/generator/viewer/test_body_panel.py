@@ -26,6 +26,7 @@ def hexadecimal(colour: tuple[int, int, int]) -> int:
     return (red << 16) + (green << 8) + blue
 
 
+@pytest.mark.slow
 def test_balance_is_drawn_in_the_colour_of_the_pose(run_viewer, open_page):
     running = run_viewer("prototype", (body_panel.BodyPanel,))
     viewer, page = running.viewer, open_page(running)

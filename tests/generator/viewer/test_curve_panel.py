@@ -3,6 +3,7 @@
 from math import degrees
 
 import numpy as np
+import pytest
 
 from generator.kinematics.placement import forward_kinematics
 from generator.springs_file.read import read_springs
@@ -49,6 +50,7 @@ def bend(viewer: Viewer, joint: str, angle: float) -> None:
     viewer.show(FigureState(Driver.POSE, at, placement.poses))
 
 
+@pytest.mark.slow
 def test_a_curve_is_doubled_on_the_page_and_saved(run_viewer, open_page, tmp_path):
     running = run_viewer("prototype", (CurvePanel,))
     viewer, page = running.viewer, open_page(running)
@@ -88,6 +90,7 @@ def test_a_curve_is_doubled_on_the_page_and_saved(run_viewer, open_page, tmp_pat
     wait_until(lambda: viewer.springs == loaded)
 
 
+@pytest.mark.slow
 def test_the_panel_follows_the_selection_and_other_springs(run_viewer, open_page):
     running = run_viewer("prototype", (CurvePanel,))
     viewer, page = running.viewer, open_page(running)

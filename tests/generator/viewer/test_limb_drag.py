@@ -4,6 +4,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
+import pytest
 from viser import TransformControlsEvent
 from viser.transforms import SO3
 
@@ -36,6 +37,7 @@ def on_screen(client: Any, point: Any) -> tuple[float, float]:
     return camera.image_width / 2 + scale * x / z, camera.image_height / 2 + scale * y / z
 
 
+@pytest.mark.slow
 def test_a_hand_is_dragged_and_a_page_that_leaves_in_mid_drag_does_no_harm(run_viewer, open_page):
     running = run_viewer("prototype")
     viewer = running.viewer

@@ -113,6 +113,7 @@ def test_a_figure_with_loops_has_no_start(run_viewer):
     wait_until(lambda: "closed loops" in panel._clock.content)
 
 
+@pytest.mark.slow
 def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, tmp_path):
     running, panel = start(run_viewer, "prototype")
     page = open_page(running)
@@ -295,6 +296,7 @@ def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path
         assert (tmp_path / name).exists() is is_saved
 
 
+@pytest.mark.slow
 def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
     running, panel = start(run_viewer)
     page = open_page(running)
@@ -323,6 +325,7 @@ def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
     assert np.abs(panel._frame.displacements["shoulder"] - bent["shoulder"]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
     running, panel = start(run_viewer, "prototype")
     page = open_page(running)

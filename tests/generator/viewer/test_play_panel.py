@@ -67,6 +67,7 @@ def test_a_slider_that_moves_on_is_not_set_back(play):
     assert panel._slider.value == 6
 
 
+@pytest.mark.slow
 def test_the_slider_scrubs(play, open_page):
     motion = clip("prototype")
     running, panel = play(motion, ghost=clip("flying"))

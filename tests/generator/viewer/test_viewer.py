@@ -232,6 +232,7 @@ def content_with_markup(folder: Path) -> Content:
     return Content(made, SpringSet({}), placement, folder, title=MARKUP)
 
 
+@pytest.mark.slow
 def test_names_of_files_are_not_markup(run_viewer, open_page, tmp_path):
     running = run_viewer(content_with_markup(tmp_path), PANELS)
     page = open_page(running)
