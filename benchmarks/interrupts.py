@@ -37,7 +37,7 @@ PERSON = ["person", "--sex", "male", "--stature", "1.75m", "--mass", "75kg", "-o
 MADE = {
     "out.fig",
     "out.springs.toml",
-    "out.coupled.springs.toml",
+    "out.riener.springs.toml",
     "out.sources.csv",
     "out_geometry",
 }

@@ -55,6 +55,7 @@ REPEATED = 1e-3
 _STRONG = (
     ("pelvis_force", "Force on the pelvis", "mass_index", "the body mass index"),
     ("pelvis_force", "Force on the pelvis", "ankle", "the stiffness of the ankles"),
+    ("head_force", "Force on the head", "ankle", "the stiffness of the ankles"),
     ("head_force", "Force on the head", "damping", "the damping of the joints"),
     ("damped_energy", "Energy that the joints absorb", "stature", "the stature"),
     ("damped_energy", "Energy that the joints absorb", "mass_index", "the body mass index"),
@@ -63,14 +64,11 @@ _STRONG = (
 
 _WEAK = (
     ("pelvis_force", "Force on the pelvis", "arm", "the stiffness of the arms"),
-    ("damped_energy", "Energy that the joints absorb", "ankle", "the stiffness of the ankles"),
+    ("damped_energy", "Energy that the joints absorb", "arm", "the stiffness of the arms"),
 )
 """The same, where it hardly does."""
 
-_ASSUMED = (
-    "damping follows from assumed ratios, whose scatter is assumed too: the number that matters "
-    "most for the head is the least known"
-)
+_ASSUMED = "damping follows from assumed ratios, whose scatter is assumed too"
 
 
 Ranking = tuple[StudyIndices, StudyRuns]
