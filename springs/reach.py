@@ -180,6 +180,11 @@ class Reach:
         """Return the angles of the boundary from the centre at azimuths [rad]."""
         return _sum_of_harmonics(self._fit.boundary, azimuths)
 
+    @property
+    def torque_at_centre(self) -> float:
+        """Torque beyond the boundary at the centre [N m]; there its direction is not defined."""
+        return float(total_torque(self.beyond.elastic, -self._fit.boundary[0][0], FLOATS))
+
     def scaled(self, elastic: float) -> "Reach":
         """Return the reach with a factor of its torques."""
         beyond, turn = self.beyond.scaled(elastic, 1.0), self.turn.scaled(elastic, 1.0)
@@ -265,7 +270,7 @@ class ReachAt:
         push = total_torque(reach.beyond.elastic, theta - boundary, ops)
         tangent = ops.removable(theta < _SMALL_ANGLE, 1.0, self.half_tangent)
         cotangent = 0.5 * (1.0 / tangent - tangent)
-        # At the centre itself the azimuth has no gradient, and the cone no torque.
+        # At the centre the azimuth has no gradient, and the law beyond the boundary no torque.
         push = ops.removable(theta < _SMALL_ANGLE, 0.0, push)
         around = -push * slope
         total = combined(
@@ -275,7 +280,7 @@ class ReachAt:
             (upper, *by_upper), (lower, *by_lower) = self.end(fit.upper), self.end(fit.lower)
             above = total_torque(reach.turn.elastic, self.turn - upper, ops)
             below = total_torque(reach.turn.elastic, lower - self.turn, ops)
-            # The ends' gradients along p, of which that of p has a smooth part beside a constant.
+            # The gradient of p is a constant vector and a part that vanishes at the centre.
             g1, g2 = (below * b - above * a for a, b in zip(by_upper, by_lower, strict=True))
             p1, p2 = self.place
             about = g2 * p1 - g1 * p2

@@ -20,6 +20,9 @@ from springs import AxisSpring, Damping, Reach, ReachPoint, Stop
 from springs.axis import UNKNOWN_AXIS
 from springs.reach import NO_LAW
 
+_LEAST_TORQUE = 1e-6
+"""Torque at the centre of a reach from which there is a warning [N m]."""
+
 _STOP_ONLY = replace(NO_LAW, elastic=(Stop(None, 0.0),))
 """Law of a reach without a curve: the stop at its end."""
 
@@ -89,7 +92,7 @@ def _build_reach(
         first, second = (axis_by_name(joint, name) for name in entry.planes)
         declared = axis_by_name(joint, entry.long_axis[-1])
         long_axis = _axis_vector(entry.long_axis)
-        return Reach(
+        reach = Reach(
             long_axis,
             (first, second),
             ReachPoint(*entry.centre),
@@ -104,9 +107,18 @@ def _build_reach(
         )
     except AxisError as fault:
         diagnostics.error(str(fault), entry.origins.get("planes") or span, fault.hint)
+        return None
     except ValueError as fault:
         diagnostics.error(str(fault), entry.origins.get("boundary_deg") or span)
-    return None
+        return None
+    if abs(reach.torque_at_centre) > _LEAST_TORQUE:
+        diagnostics.warning(
+            f"the reach of `{shorten(joint.name)}` pushes with {reach.torque_at_centre:.3g} N m at "
+            "its centre, where the way to the boundary has no direction",
+            span,
+            "a law of a reach begins near the boundary, as limits do",
+        )
+    return reach
 
 
 def _law(joint: Joint, axis: str, content: SpringsFile, diagnostics: Diagnostics) -> AxisSpring:

@@ -125,6 +125,15 @@ def test_a_reach_drops_the_curves_of_the_extended_file_and_is_kept_by_others(pat
     assert any(message in one.message for one in faults)
 
 
+def test_a_law_that_pushes_at_the_centre_gets_a_warning(path: Path) -> None:
+    start = LAWS.index("limits_deg")
+    stiff = LAWS[:start] + "stiffness_Nm_rad = 2\n" + LAWS[LAWS.index("stop_stiffness") :]
+    found = reading(path, REACH + stiff)
+    assert found.value is not None
+    assert all("N m at its centre" in one.message for one in found.diagnostics)
+    assert len(found.diagnostics) == 2
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
