@@ -9,7 +9,7 @@ from .contact.record import (
 )
 from .contact.scene import Prop, Scene
 from .conversion import convert
-from .diagnostics import InputError, ModelError, MoverError, UsageError
+from .diagnostics import InputError, ModelError, MoverError, UnknownNameError, UsageError, by_name
 from .figure import (
     Attribute,
     AxisKind,
@@ -36,7 +36,6 @@ from .kinematics.stability import stability
 from .kinematics.tree import build_tree
 from .model import Model
 from .motion_files import ActionFile, read_action, read_npz
-from .named_mapping import UnknownNameError, by_name
 from .person.measures import estimate_measures
 from .person.person import Person, build_person
 from .person.survey import Sex

@@ -15,8 +15,15 @@ from typing import Any, Literal, NamedTuple, TypeVar, assert_never
 
 import numpy as np
 
-from generator.diagnostics import ModelError, Parsed, Span, format_count, shorten
-from generator.named_mapping import Named, NamedMapping
+from generator.diagnostics import (
+    ModelError,
+    Named,
+    NamedMapping,
+    Parsed,
+    Span,
+    format_count,
+    shorten,
+)
 from generator.notebook import html_table
 from generator.rotations import Array, matrix_from_xyz, pose_matrix, unit_vector
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits

@@ -5,9 +5,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import cast
 
-from generator.diagnostics import shorten, spelling_hint
+from generator.diagnostics import UnknownNameError, shorten, spelling_hint
 from generator.figure import Figure
-from generator.named_mapping import UnknownNameError
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet
 

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from generator.contact.record import ContactRecord
-from generator.diagnostics import ModelError, format_count
+from generator.diagnostics import ModelError, NamedMapping, format_count
 from generator.figure import JointAxis, Site
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import MAX_FRAMES_PER_PLACEMENT
 from generator.losses import Losses
 from generator.model import Model
-from generator.named_mapping import NamedMapping
 from generator.notebook import html_table
 from generator.rotations import Array
 from generator.run_options import Integrator

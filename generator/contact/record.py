@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from generator.diagnostics import NamedMapping
 from generator.figure import Vector
-from generator.named_mapping import NamedMapping
 from generator.rotations import Array, unit_vector
 from springs.short_repr import short_repr
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, NamedMapping
 from generator.figure import Figure, Joint
 from generator.kinematics.tree import Tree
-from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_matrix, inverse_pose
 from springs.short_repr import short_repr
 

@@ -19,6 +19,7 @@ import numpy as np
 from generator.diagnostics import (
     Diagnostics,
     InputError,
+    NamedMapping,
     Source,
     Span,
     TooManyErrors,
@@ -36,7 +37,6 @@ from generator.motion_files.motion import (
     Header,
     unrepresented,
 )
-from generator.named_mapping import NamedMapping
 from generator.recording import Ending
 from generator.rotations import Array
 from generator.text_io import write_atomic

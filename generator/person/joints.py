@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import degrees, pi
 
+from generator.diagnostics import by_name
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
     Attribute,
@@ -24,7 +25,6 @@ from generator.figure import (
     Translation,
     Vector,
 )
-from generator.named_mapping import by_name
 from generator.person.body import LIMB_SEGMENTS, SIDES, TRUNK_SEGMENTS, Body, BodySegment
 from generator.person.identity import Identity, range_publications
 from generator.person.shape import foot_contact_spheres

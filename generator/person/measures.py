@@ -21,6 +21,7 @@ from typing import Any
 from generator.diagnostics import (
     Diagnostics,
     InputError,
+    NamedMapping,
     Source,
     Span,
     UsageError,
@@ -28,7 +29,6 @@ from generator.diagnostics import (
     shorten,
 )
 from generator.file_kind import FileKind
-from generator.named_mapping import NamedMapping
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, SurveySample, survey
 from generator.toml_file.reader import TableReader, parse_document

@@ -13,7 +13,7 @@ from functools import cache
 from math import sqrt
 from typing import Any, assert_never
 
-from generator.named_mapping import NamedMapping
+from generator.diagnostics import NamedMapping
 from generator.person.sources import load_data_file
 from springs.published.reference import Reference
 

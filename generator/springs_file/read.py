@@ -12,6 +12,7 @@ from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
     ModelError,
+    NamedMapping,
     Parsed,
     Severity,
     Source,
@@ -23,7 +24,6 @@ from generator.diagnostics import (
 from generator.figure import AxisKind, Figure, Joint, Vector, is_rotation
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
-from generator.named_mapping import NamedMapping
 from generator.rotations import unit_axis
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import (

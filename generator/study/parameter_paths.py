@@ -34,12 +34,11 @@ from enum import StrEnum
 from math import degrees, nan
 from typing import NoReturn
 
-from generator.diagnostics import ModelError, shorten, spelling_hint
+from generator.diagnostics import ModelError, UnknownNameError, shorten, spelling_hint
 from generator.figure import Figure, Joint, Vector, is_rotation
 from generator.kinematics.free_root import FREE_CHAINS
 from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
 from generator.model import Model
-from generator.named_mapping import UnknownNameError
 from generator.rotations import unit_axis
 from generator.run_options import RUN_OPTIONS, VARYING_OPTIONS
 from generator.simulation.plan import Plan, option_faults

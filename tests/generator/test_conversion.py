@@ -8,9 +8,8 @@ import pytest
 
 from generator import Plan, Recording, convert, read_figure, read_npz, simulate
 from generator.conversion import read_motion, read_motion_with_warnings
-from generator.diagnostics import InputError, ModelError, UsageError
+from generator.diagnostics import InputError, ModelError, UnknownNameError, UsageError
 from generator.figure import Figure
-from generator.named_mapping import UnknownNameError
 from tests.command import run
 
 

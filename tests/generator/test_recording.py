@@ -9,10 +9,9 @@ import pytest
 from pandas import read_csv
 
 from generator import Plan, read_action, read_figure, read_npz, simulate
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, UnknownNameError
 from generator.figure import AxisKind, JointAxis
 from generator.kinematics.placement import forward_kinematics
-from generator.named_mapping import UnknownNameError
 from generator.recording import (
     CONTACT_ENERGY_KINDS,
     ENERGY_KINDS,

@@ -10,7 +10,7 @@ import numpy as np
 from generator.contact.scene import Penetration, Scene, deepest_start
 from generator.contact.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.contact.states import ContactModel
-from generator.diagnostics import Diagnostic, ModelError
+from generator.diagnostics import Diagnostic, ModelError, NamedMapping
 from generator.figure import ContactSphere, Figure
 from generator.figure_file.check import require_valid_figure
 from generator.kinematics.closures import independent_constraints, lock_all_axes
@@ -34,7 +34,6 @@ from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.model import Model
-from generator.named_mapping import NamedMapping
 from generator.rotations import Array
 from generator.simulation.exudyn_model.bodies import (
     Constraint,

@@ -23,7 +23,7 @@ import numpy as np
 
 from generator.contact.scene import Scene
 from generator.contact.states import ContactModel
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, NamedMapping
 from generator.figure import Figure, Location, Site, SiteRef, Vector
 from generator.kinematics.free_root import detach_root, free_joints
 from generator.kinematics.links import Links
@@ -33,7 +33,6 @@ from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind, constant_load
 from generator.model import Model
-from generator.named_mapping import NamedMapping
 from generator.recording import Ending, Outcome
 from generator.rotations import Array
 from generator.run_options import Integrator

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from generator.contact.scene import Scene
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, NamedMapping
 from generator.figure import Figure, Site
 from generator.kinematics.links import Links
 from generator.kinematics.placement import (
@@ -26,7 +26,6 @@ from generator.kinematics.placement import (
 )
 from generator.loads import LoadKind, TimedLoad
 from generator.model import Model
-from generator.named_mapping import NamedMapping
 from generator.rotations import Array, cross_product, matrix_from_rotation_vector
 from generator.simulation.exudyn_model.bodies import body_pose
 from generator.simulation.exudyn_model.exudyn_api import exu, rigid

@@ -21,7 +21,7 @@ from generator.contact.record import (
     search_injury,
     summarize_steps,
 )
-from generator.named_mapping import UnknownNameError
+from generator.diagnostics import UnknownNameError
 from generator.rotations import Array, matrix_from_xyz, unit_vector
 from tests.contacts import contact_record
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, UnknownNameError
 from generator.kinematics.placement import (
     checked_joint_values,
     forward_kinematics,
@@ -15,7 +15,6 @@ from generator.kinematics.placement import (
     site_pose,
 )
 from generator.kinematics.tree import build_tree
-from generator.named_mapping import UnknownNameError
 from tests.chains import BALL, chain, row
 
 

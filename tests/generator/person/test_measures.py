@@ -7,8 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError, UsageError
-from generator.named_mapping import UnknownNameError
+from generator.diagnostics import InputError, UnknownNameError, UsageError
 from generator.person.measures import (
     MAX_MASS_INDEX,
     MEASURES_FILE,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.named_mapping import UnknownNameError
+from generator.diagnostics import UnknownNameError
 from generator.person.sources import load_data_file
 from generator.person.survey import MAX_DEVIATIONS, Scaling, Sex, Spread, survey
 from springs.published.reference import Sureness

@@ -11,8 +11,7 @@ import pytest
 from generator import Plan, read_figure, simulate
 from generator.contact.plane import Plane
 from generator.contact.scene import Prop, Scene
-from generator.diagnostics import ModelError, MoverError
-from generator.named_mapping import UnknownNameError
+from generator.diagnostics import ModelError, MoverError, UnknownNameError
 from generator.recording import Ending, RecordingPart
 from generator.run_options import Integrator
 from generator.simulation.exudyn_model.exudyn_api import exu

@@ -17,11 +17,10 @@ from generator import (
     simulate,
     static_torques,
 )
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, NamedMapping
 from generator.figure import Figure, Segment, Site, SiteRef
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.named_mapping import NamedMapping
 
 
 @pytest.fixture(scope="module")
