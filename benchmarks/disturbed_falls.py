@@ -1,10 +1,10 @@
-"""How disturbed falls of the shipped persons end, and how far the arms go in them.
+"""Endings of disturbed falls of the shipped persons, and the largest rotation of a shoulder.
 
     python -m benchmarks.disturbed_falls [FALLS]
 
 Each person falls on a floor from 100 starts (or FALLS): every displacement is that of the upright
 person and a normal deviate of 0.05 rad, and the pelvis is pushed with 1 m/s in any direction. No
-run should end at half a turn or a pole. The last column is the largest rotation of a shoulder.
+run should end at half a turn or a pole.
 """
 
 import sys
