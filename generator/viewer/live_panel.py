@@ -131,7 +131,7 @@ class LivePanel(Panel):
         self._frame: live_process.LiveFrame | None = None
         self._is_begun = self._is_compiling = self._is_running = False
         self._is_covered = self._waits_for_page = False
-        self._notice = self._saving = ""
+        self._notice = self._saving = self._saved_text = ""
         self._is_own_height = False
         self._pulled: tuple[str, live.Vector] | None = None
         self._texts: dict[str, str] = {}
@@ -347,6 +347,7 @@ class LivePanel(Panel):
             raise UsageError("nothing has been computed yet: press Start, and wait for the clock")
         path = live_path(self.viewer.content.folder, self._file.value)
         self._saving = f"Saving {path.name}; the simulation waits meanwhile."
+        self._saved_text = self._file.value
         self.process.send(live_process.Save(path))
 
     # Answers
@@ -373,7 +374,8 @@ class LivePanel(Panel):
                 self.viewer.notify("Error", answer.sentence, is_error=True)
             case live_process.Saved():
                 self._saving = ""
-                self._file.value = name_in_folder(self.viewer.content.folder, answer.path)
+                if self._file.value == self._saved_text:  # nothing else was typed meanwhile
+                    self._file.value = name_in_folder(self.viewer.content.folder, answer.path)
                 self.viewer.notify("Saved", answer.sentence)
             case live_process.Died():
                 self._is_begun = self._is_compiling = self._is_running = False

@@ -133,6 +133,7 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
         wait_until(lambda file=file: panel._file.value == file)
         page.get_by_text("Save as", exact=True).click()
         wait_until(lambda file=file: (tmp_path / file).exists(), WAIT)
+        wait_until(lambda: not panel._saving, WAIT)
     log = LIVE_FILE.read(tmp_path / "fall.live.toml")
     assert [each.change for each in log.changes] == [SetScales(2.0, 1.0)]
     assert log.end_frame == frame.number
@@ -143,6 +144,22 @@ def test_a_live_simulation_is_changed_saved_and_replayed(run_viewer, open_page, 
     for joint, values in saved.displacements.items():
         assert np.array_equal(values, replayed.displacements[joint])
         assert np.array_equal(values[-1], frame.displacements[joint])
+
+
+def test_a_name_that_is_typed_while_a_file_is_saved_stays(run_viewer, tmp_path):
+    running, panel = start(run_viewer, "prototype")
+    running.call(panel._take_step)
+    wait_until(lambda: panel.newest is not None and panel.newest.number == 1, WAIT)
+
+    def save_and_type() -> None:
+        panel._file.value = "./first.live.toml"
+        panel._save_file()
+        panel._file.value = "second.action"
+
+    running.call(save_and_type)
+    wait_until((tmp_path / "first.live.toml").exists, WAIT)
+    wait_until(lambda: not panel._saving, WAIT)
+    assert panel._file.value == "second.action"
 
 
 def test_changed_springs_go_into_the_simulation_and_its_log(run_viewer, tmp_path):
