@@ -105,6 +105,12 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             live=Number("tolerance", 1e-12, 0.1),  # of a step, relative to the numbers of the state
         ),
         RunOption(
+            Flag("certify"),
+            "Repeat a fall at finer steps until the whole motion is within the tolerance.",
+            needs=("floor", "scene"),
+            reason="without contact a run always is repeated",
+        ),
+        RunOption(
             Number("step", unit=" s", is_positive=True),
             "Fixed time step [s]; disables error control.",
             excludes="tolerance",

@@ -36,19 +36,22 @@ class Operations(Protocol):
     """Functions that every kind of number must offer."""
 
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
-        """`yes` where the condition holds, else `no`; where it changes is a breakpoint."""
+        """`yes` where the condition holds, else `no`: pieces whose values or slopes differ.
+
+        Where the condition changes is a breakpoint, at which an integration ends a step.
+        """
         ...
 
-    def removable(self, condition: Real, yes: Real, no: Real) -> Real:
-        """`yes` where the condition holds, else `no`: two forms of one smooth function.
+    def smooth_where(self, condition: Real, yes: Real, no: Real) -> Real:
+        """`yes` where the condition holds, else `no`: pieces that join with the same slope.
 
-        For a removable singularity, such as (1 - cos x)/x^2 and its series, and for contact, whose
-        force is smooth enough. A change of the condition does not count as a breakpoint.
+        Such as the pieces of a curve, or (1 - cos x)/x^2 and its series near zero. A change of the
+        condition is no breakpoint: the error control of an integration suffices.
         """
         ...
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
-        """The cubic of the piece in which `value` is; origins but the first are breakpoints."""
+        """The cubic of the piece in which `value` is; pieces join with the same slope."""
         ...
 
     def sin(self, value: Real) -> Real:
@@ -108,7 +111,7 @@ def select_cubic(ops: Operations, value: Real, pieces: CubicPieces) -> Real:
     middle = len(pieces) // 2
     below = select_cubic(ops, value, pieces[:middle])
     above = select_cubic(ops, value, pieces[middle:])
-    return ops.where(value < pieces[middle][0], below, above)
+    return ops.smooth_where(value < pieces[middle][0], below, above)
 
 
 class _Numpy:
@@ -117,7 +120,7 @@ class _Numpy:
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return np.where(cast("Array", condition), cast("Array", yes), cast("Array", no))
 
-    removable = where
+    smooth_where = where
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
         origins = np.array([origin for origin, _ in pieces])
@@ -169,7 +172,7 @@ class _Floats:
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return yes if condition else no
 
-    removable = where
+    smooth_where = where
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
         index = bisect_right(pieces, value, lo=1, key=lambda piece: piece[0]) - 1

@@ -58,20 +58,20 @@ class Surface:
         """Elastic normal force [N] at a depth [m]; zero outside."""
         k, e = self.stiffness, self.transition_depth
         rising = depth * depth * depth * (k / e**2 - (0.5 * k / e**3) * depth)
-        inside = ops.where(depth > e, k * depth - 0.5 * k * e, rising)
-        return ops.where(depth > 0.0, inside, 0.0)
+        inside = ops.smooth_where(depth > e, k * depth - 0.5 * k * e, rising)
+        return ops.smooth_where(depth > 0.0, inside, 0.0)
 
     def energy(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J] at a depth [m]: the integral of the elastic force."""
         k, e = self.stiffness, self.transition_depth
         rising = k * depth * depth * depth * depth * (0.25 / e**2 - (0.1 / e**3) * depth)
         full = 0.5 * k * depth * (depth - e) + 0.15 * k * e * e
-        return ops.removable(depth > 0.0, ops.removable(depth > e, full, rising), 0.0)
+        return ops.smooth_where(depth > 0.0, ops.smooth_where(depth > e, full, rising), 0.0)
 
     def impact_factor(self, rate: Real, ops: Operations = NUMPY) -> Real:
         """Normal force over the elastic one, at a rate of the depth [m/s]."""
         factor = 1.0 + self.damping * rate
-        return ops.removable(factor > 0.0, factor, 0.0)
+        return ops.smooth_where(factor > 0.0, factor, 0.0)
 
     def friction_factor(self, squared_speed: Real, ops: Operations = NUMPY) -> Real:
         """Friction over normal force and sliding velocity [s/m], of its square [m^2/s^2]."""

@@ -127,7 +127,7 @@ class ChainCoordinates:
         sine = dot(inner_half, outer_half)
         across = cross(outer_half, inner_half)
         cosine = ops.sqrt(dot(across, across))
-        cosine = ops.removable(cosine < POLE_COSINE, POLE_COSINE, cosine)
+        cosine = ops.smooth_where(cosine < POLE_COSINE, POLE_COSINE, cosine)
         angles = (
             self._angle(0, sense * dot(middle, outer_in_child), dot(outer, outer_in_child), ops),
             ops.atan2(-sense * sine, cosine),

@@ -15,7 +15,7 @@ def tangent_exp(exponent: Real, end: float | None, ops: Operations = NUMPY) -> R
     """Exponential of an exponent; beyond `end`, if there is one, the tangent there."""
     if end is None:
         return ops.exp(exponent)
-    known = ops.where(exponent < end, exponent, end)
+    known = ops.smooth_where(exponent < end, exponent, end)
     return ops.exp(known) * (1.0 + (exponent - known))
 
 
@@ -23,7 +23,7 @@ def tangent_exp_integral(exponent: Real, end: float | None, ops: Operations = NU
     """Integral of `tangent_exp` over the exponent, which is the exponential itself up to `end`."""
     if end is None:
         return ops.exp(exponent)
-    known = ops.where(exponent < end, exponent, end)
+    known = ops.smooth_where(exponent < end, exponent, end)
     beyond = exponent - known
     return ops.exp(known) * (1.0 + beyond * (1.0 + 0.5 * beyond))
 

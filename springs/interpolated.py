@@ -115,7 +115,7 @@ class Interpolated:
         middle = (first + end) // 2
         below = self._stored_energy(angle, ops, first, middle)
         above = self._stored_energy(angle, ops, middle, end)
-        return ops.where(angle < self.points[middle - 1][0], below, above)
+        return ops.smooth_where(angle < self.points[middle - 1][0], below, above)
 
 
 def _piece_energy(piece: _CubicPiece, x: Real) -> Real:

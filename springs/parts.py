@@ -19,8 +19,8 @@ def half_quaternion(r: Vector, ops: Operations) -> tuple[Real, Parts]:
     """Return cos(a/2), and sin(a/2) times the axis, of a rotation vector of the size a [rad]."""
     a = ops.norm(r)
     small = a < _SMALL_ANGLE
-    safe = ops.removable(small, 1.0, a)
-    share = ops.removable(small, 0.5 - a * a / 48.0, ops.sin(0.5 * safe) / safe)
+    safe = ops.smooth_where(small, 1.0, a)
+    share = ops.smooth_where(small, 0.5 - a * a / 48.0, ops.sin(0.5 * safe) / safe)
     x, y, z = (share * ops.part(r, k) for k in range(3))
     return ops.cos(0.5 * a), (x, y, z)
 

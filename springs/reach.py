@@ -235,7 +235,7 @@ class ReachAt:
 
     def boundary(self, ops: Operations) -> tuple[Real, Real, Real]:
         """Return the boundary at the azimuth, its slope, and theta kept from zero [rad]."""
-        safe = ops.removable(self.theta < _SMALL_ANGLE, 1.0, self.theta)
+        safe = ops.smooth_where(self.theta < _SMALL_ANGLE, 1.0, self.theta)
         p1, p2 = self.place
         c1, s1 = p1 / safe, p2 / safe
         value, slope = self.fit.boundary[0][0], 0.0
@@ -268,10 +268,10 @@ class ReachAt:
         across = cross(centre, self.swing)
         boundary, slope, safe = self.boundary(ops)
         push = total_torque(reach.beyond.elastic, theta - boundary, ops)
-        tangent = ops.removable(theta < _SMALL_ANGLE, 1.0, self.half_tangent)
+        tangent = ops.smooth_where(theta < _SMALL_ANGLE, 1.0, self.half_tangent)
         cotangent = 0.5 * (1.0 / tangent - tangent)
         # At the centre the azimuth has no gradient, and the law beyond the boundary no torque.
-        push = ops.removable(theta < _SMALL_ANGLE, 0.0, push)
+        push = ops.smooth_where(theta < _SMALL_ANGLE, 0.0, push)
         around = -push * slope
         total = combined(
             (push / safe, self.swing), (around, centre), (around * cotangent / safe, across)
@@ -286,13 +286,13 @@ class ReachAt:
             about = g2 * p1 - g1 * p2
             square = theta * theta
             small = theta < 10.0 * _SMALL_ANGLE
-            bent = ops.removable(
+            bent = ops.smooth_where(
                 small,
                 -1.0 / 3.0 - square / 45.0,
-                (theta * cotangent - 1.0) / ops.removable(small, 1.0, square),
+                (theta * cotangent - 1.0) / ops.smooth_where(small, 1.0, square),
             )
-            half = ops.removable(
-                small, 0.5 + square / 24.0, self.half_tangent / ops.removable(small, 1.0, theta)
+            half = ops.smooth_where(
+                small, 0.5 + square / 24.0, self.half_tangent / ops.smooth_where(small, 1.0, theta)
             )
             twist = above - below
             total = combined(
@@ -322,8 +322,8 @@ def _at(fit: _Fit, r: Vector, ops: Operations) -> "ReachAt":
     b, c = sin(middle), cos(middle)
     turn = middle + ops.atan2(sine * c - cosine * b, cosine * c + sine * b)
     small = theta < _SMALL_ANGLE
-    product = ops.removable(small, 1.0, h * s)
-    rate = ops.removable(small, 2.0 + theta * theta / 3.0, theta / product)
+    product = ops.smooth_where(small, 1.0, h * s)
+    rate = ops.smooth_where(small, 2.0 + theta * theta / 3.0, theta / product)
     swing = combined((rate * whole, x), (rate * u, cross(fit.centre, x)))
     return ReachAt(fit, (w, v), theta, turn, swing, s / h)
 

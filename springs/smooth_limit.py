@@ -80,7 +80,7 @@ class SmoothLimit:
         """Angle x S(x / transition) [rad], zero where x is not positive."""
         u = x / self.transition
         step = u * u * u * (10.0 + u * (6.0 * u - 15.0))
-        return ops.where(u > 1.0, x, ops.where(u > 0.0, x * step, 0.0))
+        return ops.smooth_where(u > 1.0, x, ops.smooth_where(u > 0.0, x * step, 0.0))
 
     def _smoothed_excess_integral(self, x: Real, ops: Operations) -> Real:
         """Integral of `_smoothed_excess` from 0 to x [rad^2]."""
@@ -89,4 +89,4 @@ class SmoothLimit:
         inside = width * width * u * u * u * u * u * (2.0 + u * (6.0 / 7.0 * u - 2.5))
         # The whole transition takes 2 - 5/2 + 6/7 = 5/14 of its width squared.
         beyond = 0.5 * x * x - width * width / 7.0
-        return ops.where(u > 1.0, beyond, ops.where(u > 0.0, inside, 0.0))
+        return ops.smooth_where(u > 1.0, beyond, ops.smooth_where(u > 0.0, inside, 0.0))

@@ -261,9 +261,9 @@ def group_torque(f: Vector, r: Vector, ops: Operations = NUMPY) -> Vector:
     """
     a = ops.norm(r)
     small = a < _SMALL_ANGLE
-    safe = ops.removable(small, 1.0, a)
+    safe = ops.smooth_where(small, 1.0, a)
     series = 1.0 / 24.0 + (7.0 / 5760.0) * a * a
-    excess = ops.removable(small, series, (0.5 / ops.sin(0.5 * safe) - 1.0 / safe) / safe)
+    excess = ops.smooth_where(small, series, (0.5 / ops.sin(0.5 * safe) - 1.0 / safe) / safe)
     # f stands in it twice only: expression trees are evaluated without sharing.
     return ops.scaled(1.0 + excess * a * a, f) - ops.scaled(excess * ops.dot(r, f), r)
 
@@ -284,7 +284,7 @@ def weighted_torque(axes: Sequence[AxisSpring], r: Vector, ops: Operations = NUM
     Arguments and result as `conservative_torque`.
     """
     a = ops.norm(r)
-    safe = ops.removable(a < _SMALLEST_ANGLE, 1.0, a)
+    safe = ops.smooth_where(a < _SMALLEST_ANGLE, 1.0, a)
 
     def size(axis: AxisSpring) -> Real:
         x = _component(axis, r, ops)

@@ -98,4 +98,5 @@ class Stop:
     def _stored_energy(self, x: Real, ops: Operations) -> Real:
         k, onset = self.stiffness, self.onset
         full = k * (0.5 * x * (x - onset) + onset * onset / 6.0)
-        return ops.where(x > onset, full, ops.where(x > 0.0, k / (6.0 * onset) * x * x * x, 0.0))
+        rising = k / (6.0 * onset) * x * x * x
+        return ops.smooth_where(x > onset, full, ops.smooth_where(x > 0.0, rising, 0.0))

@@ -29,9 +29,6 @@ MAX_STARTS = 10_000
 MIN_OVERLAP = 1e-3
 """Interpenetration of limbs from which it is worth a row [m]."""
 
-SENSITIVE_ANGLE = 0.1
-"""Difference of joint angles at which two falls count as different [rad]."""
-
 
 def add_sphere_warnings(
     figure: Figure, diagnostics: tuple[Diagnostic, ...]
@@ -153,23 +150,24 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
     if len(times) == 1:
         return []
     angles, heights = record.sensitivity, record.height_sensitivity
-    beyond = np.flatnonzero(angles > SENSITIVE_ANGLE)
-    if beyond.size:
-        within = f"{SENSITIVE_ANGLE:g} rad of these until {times[max(beyond[0] - 1, 0)]:.3g} s"
+    chaotic = record.chaotic_from(times)
+    if chaotic is None:
+        within = f"0.001 rad off: joint angles within {float(np.max(angles)):.2g} rad of these"
     else:
-        within = f"{float(np.max(angles)):.2g} rad of these to the end"
+        within = f"chaotic from {chaotic:.3g} s: then read times, heights, energies and forces"
     known = np.flatnonzero(np.isfinite(heights))
     last = known[-1]
     until = "to the end" if last == len(times) - 1 else f"until {times[last]:.3g} s"
     height = f"{1000.0 * float(np.max(heights[known])):.3g} mm {until}"
     texts = [
-        f"0.001 rad off: joint angles within {within}",
+        within,
+        f"{'' if chaotic is None else '0.001 rad off at the start: '}"
         f"height of the centre of mass within {height}",
     ]
     if record.impact_shift is not None:
         texts.append(f"first impact within {1000.0 * record.impact_shift:.2g} ms")
     lines = ",\n".join(texts).split("\n")
-    return list(zip(("start", "", ""), lines, strict=False))
+    return list(zip(("poses", "", ""), lines, strict=False))
 
 
 class StartsChoice(NamedTuple):

@@ -74,6 +74,7 @@ class SimulationResult(answer.CommandResult):
     tolerance_rad: float | None
     error_estimate_rad: float | None
     held_until_s: float | None
+    chaotic_from_s: float | None
     energy: Mapping[str, EnergyChange]
     constraint_drift_m: float
     strayed_rad_or_m: float
@@ -294,6 +295,9 @@ def simulate(
         tolerance_rad=accuracy.tolerance,
         error_estimate_rad=accuracy.estimate,
         held_until_s=accuracy.tolerance_met_until if is_estimated else None,
+        chaotic_from_s=None
+        if recording.contact is None
+        else recording.contact.chaotic_from(recording.times),
         energy=recording.energy_changes,
         constraint_drift_m=recording.constraint_drift,
         strayed_rad_or_m=recording.prescribed_motion_drift,

@@ -96,20 +96,20 @@ class Box(Shape):
         nearest face.
         """
         size = lengths or self.size
-        signs = [ops.removable(p < 0.0, -1.0, 1.0) for p in point]
+        signs = [ops.smooth_where(p < 0.0, -1.0, 1.0) for p in point]
         beyond = [s * p - 0.5 * length for s, p, length in zip(signs, point, size, strict=True)]
         qx, qy, qz = beyond
-        ox, oy, oz = (ops.removable(q > 0.0, q, 0.0) for q in beyond)
+        ox, oy, oz = (ops.smooth_where(q > 0.0, q, 0.0) for q in beyond)
         outside = ops.sqrt(ox * ox + oy * oy + oz * oz)
-        largest = ops.removable(qx > qy, qx, qy)
-        largest = ops.removable(qz > largest, qz, largest)
+        largest = ops.smooth_where(qx > qy, qx, qy)
+        largest = ops.smooth_where(qz > largest, qz, largest)
         is_outside = largest > 0.0
-        inverse = 1.0 / ops.removable(is_outside, outside, 1.0)
-        x_face = ops.removable(qx > qy, ops.removable(qx > qz, 1.0, 0.0), 0.0)
-        z_face = ops.removable(qz > qy, ops.removable(qz > qx, 1.0, 0.0), 0.0)
+        inverse = 1.0 / ops.smooth_where(is_outside, outside, 1.0)
+        x_face = ops.smooth_where(qx > qy, ops.smooth_where(qx > qz, 1.0, 0.0), 0.0)
+        z_face = ops.smooth_where(qz > qy, ops.smooth_where(qz > qx, 1.0, 0.0), 0.0)
         faces = (x_face, 1.0 - x_face - z_face, z_face)
         nx, ny, nz = (
-            sign * ops.removable(is_outside, o * inverse, face)
+            sign * ops.smooth_where(is_outside, o * inverse, face)
             for sign, o, face in zip(signs, (ox, oy, oz), faces, strict=True)
         )
-        return ops.removable(is_outside, outside, largest), (nx, ny, nz)
+        return ops.smooth_where(is_outside, outside, largest), (nx, ny, nz)

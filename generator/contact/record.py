@@ -35,6 +35,10 @@ MIN_VERTICAL_FORCE = 1.0
 MAX_STEP_RATIO = 3.0
 """Ratio of two steps up to which a parabola through their ends gives a peak."""
 
+CHAOTIC_ANGLE = 0.1
+"""Difference of the joint angles from those of a start 0.001 rad apart, from which poses are chaotic
+[rad]."""
+
 IMPACT_SPEED = 0.5
 """Normal speed from which a first touch is an impact [m/s]."""
 
@@ -134,6 +138,20 @@ class ContactRecord:
     head_injury: Mapping[str, float] = field(default_factory=dict[str, float])
     extreme_forces: Array | None = None
     max_depth_part: str = ""
+
+    def chaotic_from(self, times: Array) -> float | None:
+        """Return the time from which poses are chaotic [s]; None if they are not, or unknown.
+
+        Then starts that differ by 0.001 rad differ by more than `CHAOTIC_ANGLE`, so that times,
+        heights, energies and forces are to be read, not poses.
+
+        Args:
+            times: times of the frames, shape (n,) [s].
+        """
+        if self.sensitivity is None:
+            return None
+        chaotic = np.flatnonzero(self.sensitivity > CHAOTIC_ANGLE)
+        return float(times[chaotic[0]]) if chaotic.size else None
 
     def __post_init__(self) -> None:
         """Refuse other names; give the mappings errors that state the nearest name."""

@@ -223,8 +223,8 @@ def capsule_force(
 
 def _clip(value: Real, ops: Operations) -> Real:
     """The value from -1 to 1 that is nearest."""
-    value = ops.removable(value < -1.0, -1.0, value)
-    return ops.removable(value > 1.0, 1.0, value)
+    value = ops.smooth_where(value < -1.0, -1.0, value)
+    return ops.smooth_where(value > 1.0, 1.0, value)
 
 
 def _dot(a: Components, b: Components) -> Real:

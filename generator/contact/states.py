@@ -76,70 +76,79 @@ class ContactStates:
         """Force of props on each segment, shape (n, G, 3) [N]."""
         return self.wrenches[..., :3]
 
-    def take(self, places: Any) -> "ContactStates":
-        """Return the states at some places."""
-        return ContactStates(*(values[places] for values in self._arrays))
+
+@dataclass(frozen=True)
+class ContactSteps:
+    """Contact at the start and after each step of a run, m states in all, in world axes.
+
+    Attributes:
+        times: shape (m,) [s].
+        forces: forces of props on each segment with spheres, shape (m, G, 3) [N].
+        depths: deepest penetration of each sphere, negative off the props, shape (m, S) [m]; at
+            most 0.1 m below zero.
+        rates: rate of this depth, shape (m, S) [m/s].
+        centres: centre of mass of the figure, shape (m, 3) [m].
+        accelerations: accelerations of the centres of mass of the B bodies, shape (m, B, 3)
+            [m/s^2].
+    """
+
+    times: Array
+    forces: Array
+    depths: Array
+    rates: Array
+    centres: Array
+    accelerations: Array
+
+    def take(self, places: Any) -> "ContactSteps":
+        """Return the steps at some places."""
+        return ContactSteps(*(values[places] for values in self._arrays))
 
     @classmethod
-    def join(cls, parts: "Sequence[ContactStates]") -> "ContactStates":
-        """Return the states of all parts."""
+    def join(cls, parts: "Sequence[ContactSteps]") -> "ContactSteps":
+        """Return the steps of all parts."""
         columns = zip(*(part._arrays for part in parts), strict=True)
         return cls(*(np.concatenate(column) for column in columns))
 
     @property
     def _arrays(self) -> tuple[Array, ...]:
         return (
+            self.times,
+            self.forces,
             self.depths,
             self.rates,
-            self.wrenches,
-            self.self_wrenches,
-            self.energy,
-            self.impact_power,
-            self.friction_power,
+            self.centres,
+            self.accelerations,
         )
 
 
 @dataclass(frozen=True)
 class ContactTrace:
-    """Integrals of the contact forces at n frames, and the contact after each of m steps.
+    """Integrals of the contact forces at n frames, and the contact after each step.
 
     Attributes:
         losses: losses of impact damping and of friction since the start, shape (n, 2) [J].
         impulses: impulses of the force on each segment since the start, shape (n, G, 3) [N s].
-        step_times: start, and ends of the steps, shape (m,) [s].
-        steps: contact then.
-        centres: centre of mass of the figure then, shape (m, 3) [m].
-        accelerations: accelerations of the centres of mass of the B bodies then, shape (m, B, 3)
-            [m/s^2].
-        is_complete: whether the contact of all steps is there, and not of the start alone.
+        steps: contact after each step.
         sensitivity: differences of a run whose start is disturbed, shape (n, 2): the largest angle
             between the joints [rad], and the height of the centre of mass [m]; None without one.
-        disturbed: times of the steps of that run, and contact then; None likewise.
+        disturbed: contact after each step of that run; None likewise.
     """
 
     losses: Array
     impulses: Array
-    step_times: Array
-    steps: ContactStates
-    centres: Array
-    accelerations: Array
+    steps: ContactSteps
     sensitivity: Array | None = None
-    disturbed: tuple[Array, ContactStates] | None = None
-    is_complete: bool = True
+    disturbed: ContactSteps | None = None
 
     def first_frames(self, count: int, last_time: float) -> "ContactTrace":
         """Return the first `count` frames, the last of which is at `last_time` [s]."""
-        kept = self.step_times <= last_time + _TIME_ROUNDING * max(1.0, abs(last_time))
+        kept = self.steps.times <= last_time + _TIME_ROUNDING * max(1.0, abs(last_time))
         return ContactTrace(
             self.losses[:count],
             self.impulses[:count],
-            self.step_times[kept],
             self.steps.take(kept),
-            self.centres[kept],
-            self.accelerations[kept],
             None if self.sensitivity is None else self.sensitivity[:count],
             self.disturbed,
-            self.is_complete,
         )
 
 

@@ -47,7 +47,7 @@ def build_contact_record(
     from generator.contact.spheres import deepest_overlap  # slow
 
     names, owners, upward = list(model.spheres), model.owners, np.array(up)
-    steps, times = contact.steps, contact.step_times
+    steps, times = contact.steps, contact.steps.times
     ground_forces = steps.forces.sum(axis=1)
     total = np.linalg.norm(ground_forces, axis=-1)
     impulses = contact.impulses[-1]
@@ -90,12 +90,12 @@ def _weight_carried(
     if weight == 0.0:
         return None
     vertical = contact.steps.forces.sum(axis=1) @ up
-    return mean_at_end(contact.step_times, vertical) / weight
+    return mean_at_end(contact.steps.times, vertical) / weight
 
 
 def _creep(contact: ContactTrace, up: Array) -> float:
     """Mean horizontal speed of the centre of mass at the end [m/s]."""
-    times, centres = contact.step_times, contact.centres
+    times, centres = contact.steps.times, contact.steps.centres
     along = centres - (centres @ up)[:, None] * up
     last = float(times[-1])
     start = max(last - REST_DURATION, float(times[0]))
@@ -114,10 +114,10 @@ def _impact_shift(
     """Difference of the first impact from that of the disturbed run [s]; None without either."""
     if contact.disturbed is None:
         return None
-    times, steps = contact.disturbed
+    steps = contact.disturbed
     unknown = np.full((len(names), 3), np.nan)
     others = summarize_steps(
-        names, owners, times, steps.forces, steps.depths, steps.rates, impulses=unknown
+        names, owners, steps.times, steps.forces, steps.depths, steps.rates, impulses=unknown
     )
     one, other = first_impact(segments), first_impact(others)
     return None if one is None or other is None else abs(other - one)
@@ -128,7 +128,7 @@ def _head_injury(figure: Figure, contact: ContactTrace) -> dict[str, float]:
     bodies = list(figure.bodies)
     return {
         name: head_injury_criterion(
-            contact.step_times, contact.accelerations[:, bodies.index(name)]
+            contact.steps.times, contact.steps.accelerations[:, bodies.index(name)]
         )
         for name in head_segments(bodies)
     }

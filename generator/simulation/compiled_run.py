@@ -13,8 +13,8 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.contact.states import ContactStates, ContactTrace, evaluate_contacts
-from generator.diagnostics import ModelError, WallLimitError
+from generator.contact.states import ContactSteps, ContactTrace
+from generator.diagnostics import ModelError
 from generator.figure import Vector
 from generator.recording import WHOLE_RECORDING, Accuracy, Ending, Outcome, RecordingPart
 from generator.rotations import (
@@ -39,6 +39,7 @@ from generator.simulation.compiled.layout import (
     ROTATION,
     SPIN,
     SPIN_RATE,
+    STEP_ACCELERATIONS,
     VELOCITY,
     IndexArray,
 )
@@ -73,9 +74,6 @@ COMPARED_FRAMES = 5
 
 MAX_DISAGREEMENT = 1e-8
 """Largest difference of accelerations, relative to the largest, at which a compiled run counts."""
-
-_STEPS_AT_ONCE = 10_000
-"""Number of steps whose contact is computed together: the links of a figure take 60 MB."""
 
 DISTURBANCE = 1e-3
 """Angle by which each joint of a disturbed start differs [rad]."""
@@ -115,11 +113,10 @@ def run_compiled(
     Args:
         model: model without Python functions as torques.
         times: times of the frames [s], shape (n,).
-        limit: wall-time limit, at which the run stops; then contact that is not evaluated is left
-            out.
+        limit: wall-time limit, at which the run stops.
         watch: called several times a second.
         max_steps_per_second: steps per simulated second above which a motion is called stiff.
-        record: parts of the recording; contact is evaluated and the start disturbed for those.
+        record: parts of the recording; contact is recorded and the start disturbed for those.
         threads: 1 or 2.
 
     Raises:
@@ -137,13 +134,15 @@ def run_compiled(
         max_steps_per_second,
         disturbed_start(compiled, float(times[0])) if disturb else None,
         threads,
+        records_steps=model.contacts is not None and RecordingPart.CONTACT in record,
+        certify=model.plan.certify,
     )
     wall_time = time.monotonic() - start
     run = agreed.run
-    trace = build_trace(model, compiled, run.times, run.states, run.links)
     trace = replace(
-        trace,
+        build_trace(model, compiled, run.times, run.states, run.links),
         closing_wrenches=_closing_wrenches(compiled, run),
+        contact=_contact_trace(model, compiled, agreed),
     )
     accuracy = estimated_accuracy(
         run.times,
@@ -152,14 +151,7 @@ def run_compiled(
         (run.last_time - float(run.times[0])) / max(run.steps, 1),
         agreed.steps,
     )
-    outcome = _outcome(model, agreed, trace, accuracy)
-    try:
-        contact = _contact_trace(model, compiled, agreed, record, limit)
-    except WallLimitError as failure:
-        outcome = replace(outcome, ending=Ending.TOO_LONG, message=str(failure))
-        contact = _contact_trace(model, compiled, agreed, frozenset(), limit)
-        contact = contact and replace(contact, is_complete=False)
-    return RefinedRun(replace(trace, contact=contact), outcome, accuracy, wall_time)
+    return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
 
 
 def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accuracy) -> Outcome:
@@ -168,7 +160,8 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
     last = float(run.times[-1])
     match run.ending:
         case Ending.DONE | Ending.INACCURATE:
-            return finished_outcome(accuracy, last)
+            is_whole = model.contacts is None or model.plan.certify
+            return finished_outcome(accuracy, last, is_whole=is_whole)
         case Ending.INTERRUPTED:
             return Outcome(run.ending, f"interrupted at {run.last_time:.4g} s", last)
         case Ending.TOO_LONG:
@@ -251,33 +244,19 @@ def disturbed_start(compiled: CompiledModel, time: float) -> Array:
 
 
 def _contact_trace(
-    model: ExudynModel,
-    compiled: CompiledModel,
-    agreed: AgreedRun,
-    record: frozenset[RecordingPart],
-    limit: WallLimit,
+    model: ExudynModel, compiled: CompiledModel, agreed: AgreedRun
 ) -> ContactTrace | None:
-    """Return the integrals of contact, and its forces after every step; None without props.
-
-    A record without contact has the start instead of all steps. The run from a disturbed start is
-    left out once the limit is reached. Raises WallLimitError.
-    """
+    """Return the integrals of contact, and its forces after every step; None without props."""
     if model.contacts is None:
         return None
     run, disturbed = agreed.run, agreed.disturbed
-    if RecordingPart.CONTACT not in record:
-        run = replace(run, path_times=run.path_times[:1], path_states=run.path_states[:1])
     integrals = run.states[:, -compiled.integrals :]
-    steps, centres, accelerations = _contact_of_path(model, compiled, run, limit)
     contact = ContactTrace(
         integrals[:, IMPACT - POWERS :][:, :2],
         integrals[:, :-POWERS].reshape(len(integrals), -1, 3),
-        run.path_times,
-        steps,
-        centres,
-        accelerations,
+        _contact_steps(model, compiled, run),
     ).first_frames(len(run.times), float(run.times[-1]))  # steps go on where a run is stopped
-    if disturbed is None or limit.is_reached:
+    if disturbed is None:
         return contact
     count = min(len(run.times), len(disturbed.times))
     one, other = (
@@ -288,41 +267,24 @@ def _contact_trace(
     sensitivity = np.full((len(run.times), 2), np.inf)
     sensitivity[:count, 0] = joint_differences(compiled, run, disturbed)
     sensitivity[:count, 1] = np.abs(difference @ np.array(model.plan.up))
-    other_steps, _, _ = _contact_of_path(model, compiled, disturbed, limit)
-    return replace(contact, sensitivity=sensitivity, disturbed=(disturbed.path_times, other_steps))
+    return replace(
+        contact, sensitivity=sensitivity, disturbed=_contact_steps(model, compiled, disturbed)
+    )
 
 
-def _contact_of_path(
-    model: ExudynModel, compiled: CompiledModel, run: CompiledRun, limit: WallLimit
-) -> tuple[ContactStates, Array, Array]:
-    """Return what follows from the start and the ends of the steps of a run, p in all.
-
-    It is computed from `_STEPS_AT_ONCE` of them at a time, as all links take much more memory.
-    Raises WallLimitError if the limit is reached between these.
-
-    Returns:
-        The contact, the centre of mass of the figure, shape (p, 3) [m], and the accelerations of
-        the centres of mass of the B bodies, shape (p, B, 3) [m/s^2].
-    """
-    assert model.contacts is not None
-    contacts: list[ContactStates] = []
-    centres: list[Array] = []
-    accelerations: list[Array] = []
-    for first in range(0, len(run.path_times), _STEPS_AT_ONCE):
-        if first:
-            limit.require_time(f"at {run.path_times[first]:.4g} s, while contact was evaluated")
-        some = slice(first, first + _STEPS_AT_ONCE)
-        times, states = run.path_times[some], run.path_states[some]
-        path = build_trace(model, compiled, times, states, record_links(compiled, times, states))
-        assert path.accelerations is not None
-        motion = path.positions, path.rotations, path.velocities, path.angular_velocities
-        contacts.append(evaluate_contacts(model.contacts, model.figure, *motion))
-        centres.append(mean_position(model.figure, path.positions))
-        accelerations.append(path.accelerations[..., 3:].copy())
-    return (
-        ContactStates.join(contacts),
-        np.concatenate(centres),
-        np.concatenate(accelerations),
+def _contact_steps(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) -> ContactSteps:
+    """Return the contact after each recorded step of a run."""
+    rows, links, groups = run.path_rows, len(compiled.mechanism.links), len(compiled.touching)
+    ends = np.cumsum([STEP_ACCELERATIONS, 3 * links, 3 * groups])
+    bodies = [compiled.segment_links[name] for name in model.figure.bodies]
+    centres, accelerations, forces, spheres = np.split(rows, ends, axis=1)
+    return ContactSteps(
+        run.path_times,
+        forces.reshape(len(rows), groups, 3),
+        spheres[:, ::2],
+        spheres[:, 1::2],
+        centres,
+        accelerations.reshape(len(rows), links, 3)[:, bodies],
     )
 
 

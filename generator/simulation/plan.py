@@ -41,7 +41,10 @@ class Plan:
         stop: final time [s].
         start: initial time [s].
         frame: interval between recorded frames [s].
-        tolerance: required joint-angle error [rad]; ignored with a fixed `step`.
+        tolerance: required joint-angle error [rad]; ignored with a fixed `step`. Of a fall, the
+            accuracy says until when it is met.
+        certify: whether to repeat a fall at finer steps until the whole motion is within the
+            tolerance.
         step: fixed step [s]; None controls the step by the estimated error.
         springs: Springs of a figure that is simulated without a `Model`; None for those beside its
             file, or for its own `stiff`, `rest`, `damp` and limits.
@@ -74,6 +77,7 @@ class Plan:
     start: float = 0.0
     frame: float = 0.02
     tolerance: float = 1e-3
+    certify: bool = False
     step: float | None = None
     springs: SpringSet | None = None
     spring_choice: str | Path | None = None

@@ -296,8 +296,8 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
 def _contact_record(
     model: ExudynModel, trace: Trace, poses: Mapping[str, Array]
 ) -> ContactRecord | None:
-    """Return the contact of a run; None without props, or if it was not evaluated."""
-    if model.contacts is None or trace.contact is None or not trace.contact.is_complete:
+    """Return the contact of a run; None without props."""
+    if model.contacts is None or trace.contact is None:
         return None
     return build_contact_record(
         model.contacts,

@@ -135,13 +135,17 @@ def estimated_accuracy(
     return Accuracy(float(errors[-1]), tolerance, held_until, step, steps, errors)
 
 
-def finished_outcome(accuracy: Accuracy, last: float, remedy: str = "") -> Outcome:
+def finished_outcome(
+    accuracy: Accuracy, last: float, remedy: str = "", *, is_whole: bool = True
+) -> Outcome:
     """Return the outcome of a run that reached its stop time, by the estimate of its error.
 
     Args:
         accuracy: Accuracy with a tolerance and an estimate, infinite if it is unknown.
         last: Stop time [s].
         remedy: Advice for an error above the tolerance, as a clause.
+        is_whole: Whether the tolerance is asked for until the stop time, which that of a fall,
+            whose later poses are chaotic, is not.
     """
     asked, estimate = accuracy.tolerance, accuracy.estimate
     assert asked is not None
@@ -150,6 +154,12 @@ def finished_outcome(accuracy: Accuracy, last: float, remedy: str = "") -> Outco
         message = (
             f"Finished {last:.4g} s. Estimated joint-angle error {estimate:.1e} rad "
             f"(tolerance {asked:.1e})."
+        )
+        return Outcome(Ending.DONE, message, last)
+    if np.isfinite(estimate) and not is_whole:
+        message = (
+            f"Finished {last:.4g} s. Joint angles within {asked:.4g} rad until "
+            f"{accuracy.tolerance_met_until:.4g} s."
         )
         return Outcome(Ending.DONE, message, last)
     if np.isfinite(estimate):

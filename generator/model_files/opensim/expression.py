@@ -108,7 +108,7 @@ class _ExpressionOperations:
         assert isinstance(condition, Condition)
         return condition.holds * yes + condition.fails * no
 
-    removable = where
+    smooth_where = where
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
         return select_cubic(self, value, pieces)

@@ -20,16 +20,13 @@ from generator.simulation.compiled.runge_kutta import (
     Progress,
     interpolate,
 )
-from generator.simulation.compiled.tableau import END_STAGE, NODES
+from generator.simulation.compiled.tableau import METHOD, Method
 
 SLACK = 1e-10
 """Distance beyond a breakpoint at which it counts as passed [rad, m or 1]."""
 
 NO_BREAKPOINT = 2.0
 """Share of a step, beyond its end, that is returned where no breakpoint is passed."""
-
-_SPREAD_STAGES = (0, 3, 5, 9, 10, END_STAGE)
-"""Stages whose times are far from each other, in their order."""
 
 _PARABOLA_ERROR = 0.05
 """Error of a parabola through three stages, as a share of its range between them."""
@@ -50,9 +47,6 @@ _MAX_ITERATIONS = 60
 _MIN_INTERVAL = 1e-15
 """Share of a step between two bounds of a zero below which it counts as located."""
 
-_GRID = np.unique(NODES[: END_STAGE + 1])[1:]
-"""Places within a step at which the continuous solution is searched for breakpoints."""
-
 
 @compiled(FLAG, MECHANISM, SCRATCH, PROGRESS, COUNT)
 def store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, stage: int) -> bool:
@@ -65,8 +59,8 @@ def store_margins(mechanism: Mechanism, scratch: Scratch, progress: Progress, st
     return passed
 
 
-@compiled(COUNT, PROGRESS)
-def possible_crossings(progress: Progress) -> int:
+@compiled(COUNT, METHOD, PROGRESS)
+def possible_crossings(method: Method, progress: Progress) -> int:
     """List the switching functions that may be passed and passed back between stages.
 
     A parabola through three stages, whose minimum lies between them, is compared with zero, and
@@ -76,9 +70,9 @@ def possible_crossings(progress: Progress) -> int:
     margins, count = progress.margins, 0
     for k in range(margins.shape[1]):
         smallest = np.inf
-        for n in range(len(_SPREAD_STAGES) - 2):
-            i, j, m = _SPREAD_STAGES[n], _SPREAD_STAGES[n + 1], _SPREAD_STAGES[n + 2]
-            before, middle, after = NODES[i], NODES[j], NODES[m]
+        for n in range(len(method.spread) - 2):
+            i, j, m = method.spread[n], method.spread[n + 1], method.spread[n + 2]
+            before, middle, after = method.nodes[i], method.nodes[j], method.nodes[m]
             slope = (margins[j, k] - margins[i, k]) / (middle - before)
             bend = ((margins[m, k] - margins[j, k]) / (after - middle) - slope) / (after - before)
             if bend <= 0.0:
@@ -194,8 +188,9 @@ def locate_graze(
     return NO_BREAKPOINT
 
 
-@compiled(REAL, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
+@compiled(REAL, METHOD, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, COUNT, REAL, REAL)
 def locate_breakpoint(
+    method: Method,
     equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
@@ -210,8 +205,8 @@ def locate_breakpoint(
     `NO_BREAKPOINT` if none is found. The switching function is left in `progress.counts[SWITCH]`.
     """
     before = 0.0
-    for m in range(len(_GRID)):
-        after = _GRID[m]
+    for m in range(len(method.grid)):
+        after = method.grid[m]
         if after < earliest:
             before = after
             continue

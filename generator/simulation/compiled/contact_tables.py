@@ -20,7 +20,6 @@ from generator.figure import ContactSphere
 from generator.rotations import Array
 from generator.simulation.compiled.layout import (
     CONTACT_INPUTS,
-    CONTACT_SWITCHES,
     FIRST_HALF,
     FIRST_MIDDLE,
     PAIR_CONSTANT_COLUMNS,
@@ -36,7 +35,6 @@ from generator.simulation.compiled.layout import (
     SECOND_HALF,
     SECOND_MIDDLE,
     SPHERE_RADIUS,
-    TOUCH,
     IndexArray,
 )
 from generator.simulation.compiled.recorder import RECORDING, Recorder, Symbol
@@ -47,14 +45,14 @@ _HEADER = '''"""Generated from the definition of contact; constants are in the t
 import math
 
 
-def contact(kind, o, s, W, P, Z, G):
+def contact(kind, o, W, P):
 '''
 
 _PAIR_HEADER = '''"""Generated from the definition of two capsules; constants are in the table P."""
 import math
 
 
-def pair(o, s, W, P, Z, G):
+def pair(o, W, P):
 '''
 
 
@@ -100,29 +98,26 @@ def _record(
         *(force.normal * part for part in (*force.direction, *force.arm)),
         (force.normal - force.elastic) * force.rate,
         force.normal * force.friction_power,
+        force.depth,
+        force.rate,
     ]
     return _lines_and_constants(recorder, results, CONTACT_INPUTS)
 
 
 def pair_source() -> str:
-    """Return the source of the law of two capsules.
+    """Return the source of the law of two capsules, which returns whether they touch.
 
-    The function returns as soon as it has the switching functions if the capsules are apart, whose
-    results are zero. Most pairs are.
+    The results are stored if they do.
     """
-    lines, _ = _record_pair()
-    ends = [line for line in lines if line.startswith("G[")]
-    known = [f"{line.partition(' = ')[2]} = " for line in ends]
-    last = max(k for k, line in enumerate(lines) if line.startswith(tuple(known)))
-    others = [line for line in lines[last + 1 :] if line not in ends]
-    condition = f"if Z[s + {TOUCH}] < 0.0:"
-    body = [*lines[: last + 1], *ends, condition, "    return", *others]
-    return _PAIR_HEADER + "".join(f"    {line}\n" for line in body)
+    lines, _, depth = _record_pair()
+    known = next(k for k, line in enumerate(lines) if line.startswith(f"{depth} = "))
+    body = [*lines[: known + 1], f"if {depth} <= 0.0:", "    return False", *lines[known + 1 :]]
+    return _PAIR_HEADER + "".join(f"    {line}\n" for line in [*body, "return True"])
 
 
 @cache
-def _record_pair() -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Record the force of two capsules: lines of code, and their constants."""
+def _record_pair() -> tuple[tuple[str, ...], tuple[float, ...], str]:
+    """Record the force of two capsules: lines of code, their constants, and the depth's name."""
     recorder = Recorder()
     numbers = [Symbol(recorder, f"W[{k}]") for k in range(PAIR_INPUTS)]
     between, first, second, velocity, first_spin, second_spin = (
@@ -144,7 +139,7 @@ def _record_pair() -> tuple[tuple[str, ...], tuple[float, ...]]:
         (force.normal - force.elastic) * force.rate,
         force.normal * force.friction_power,
     ]
-    return _lines_and_constants(recorder, results, PAIR_INPUTS)
+    return *_lines_and_constants(recorder, results, PAIR_INPUTS), recorder.name(force.depth)
 
 
 def _lines_and_constants(
@@ -152,8 +147,7 @@ def _lines_and_constants(
 ) -> tuple[tuple[str, ...], tuple[float, ...]]:
     """Return the recorded lines, with those that store the results from a place on."""
     ends = [f"W[{place + k}] = {recorder.name(r)}" for k, r in enumerate(results)]
-    ends += [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
-    assert len(recorder.switching) == CONTACT_SWITCHES
+    assert not recorder.switching
     return (*recorder.lines, *ends), tuple(recorder.constants)
 
 
@@ -162,8 +156,8 @@ def contact_tables(
     spheres: Mapping[str, Sequence[ContactSphere]],
     segment_links: Mapping[str, int],
     points: Array,
-) -> tuple[IndexArray, Array, IndexArray, Array, Array, IndexArray]:
-    """Return the tables of `Mechanism` that concern contact, from `spheres` to `contact_offsets`.
+) -> tuple[IndexArray, Array, Array, IndexArray, Array, Array, IndexArray]:
+    """Return the tables of `Mechanism` that concern contact, up to `contact_offsets`.
 
     Args:
         scene: the props.
@@ -171,16 +165,19 @@ def contact_tables(
         segment_links: link of each segment.
         points: point of each link in the axes of its segment, shape (links, 3) [m].
     """
-    rows: list[list[int]] = []
+    groups = np.zeros((len(spheres), 3), dtype=np.int64)
+    reaches = np.zeros(len(spheres))
     places: list[Array] = []
     for number, (name, some) in enumerate(spheres.items()):
-        link = segment_links[name]
+        link, first = segment_links[name], len(places)
         for sphere in some:
-            rows.append([link, number])
             places.append(np.append(np.asarray(sphere.centre) - points[link], sphere.radius))
+        groups[number] = link, first, len(places)
+        reaches[number] = max(np.linalg.norm(place[:3]) + place[3] for place in places[first:])
     constants = np.array(places, dtype=float).reshape(-1, 4)
     return (
-        np.array(rows, dtype=np.int64).reshape(-1, 2),
+        groups,
+        reaches,
         constants,
         *_prop_tables(scene),
         *_law_tables(scene, constants[:, SPHERE_RADIUS]),

@@ -66,6 +66,12 @@ def _touch_nothing(mechanism: Mechanism, scratch: Scratch) -> None:
     """Leave the forces of a figure without props."""
 
 
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, pointer=True)
+def _record_nothing(mechanism: Mechanism, scratch: Scratch, row: Array) -> None:
+    """Leave the record of a figure without props empty."""
+
+
 EVALUATE_LAWS = FunctionPointer(evaluate_laws)
 TREE_RATES, KEEP_STATE = FunctionPointer(compute_rates), FunctionPointer(_keep_state)
 TOUCH_NOTHING = FunctionPointer(_touch_nothing)
+RECORD_NOTHING = FunctionPointer(_record_nothing)

@@ -227,7 +227,7 @@ class _Code:
         """Return the use that reads, evaluates the law, and ends with these lines."""
         recorder = self._recorder
         starts = [f"j{k} = rows[u, {2 + k}]" for k in range(len(joints))]
-        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching) if name]
+        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
         return LawUse(
             (*starts, *self._reads, *recorder.lines, *switching, *ends),
             tuple(recorder.constants),

@@ -108,8 +108,8 @@ first and of the second link (3 numbers each)."""
 
 ROW_CONSTANT_COLUMNS = 12
 
-SPHERE_LINK, SPHERE_SEGMENT = range(2)
-"""Columns of `spheres`: the link, and the row of its segment in `Scratch.contact_forces`."""
+GROUP_LINK, GROUP_FIRST, GROUP_END = range(3)
+"""Columns of `sphere_groups`: the link of a segment, its first sphere, and the end of them."""
 
 SPHERE_CENTRE, SPHERE_RADIUS = 0, 3
 """Columns of `sphere_constants`: centre from the link's point in its axes (3), and radius [m]."""
@@ -120,14 +120,8 @@ along them (3 each) [m]."""
 
 PROP_COLUMNS = 18
 
-CONTACT_INPUTS, CONTACT_RESULTS = 9, 8
+CONTACT_INPUTS, CONTACT_RESULTS = 9, 10
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
-
-CONTACT_SWITCHES = 2
-"""Number of switching functions of a sphere and a prop, or of two capsules."""
-
-STIFF, TOUCH = range(2)
-"""Their places: depth less that of the transition, and depth [m]."""
 
 PAIR_FIRST, PAIR_SECOND = range(2)
 """Columns of `pairs`: the links of two capsules."""
@@ -144,6 +138,11 @@ PAIR_CONSTANT_COLUMNS = 15
 PAIR_INPUTS, PAIR_RESULTS = 20, 11
 """Number of the arguments of the law of two capsules, and of its results; see
 `Scratch.contact_work`."""
+
+STEP_CENTRE, STEP_ACCELERATIONS = 0, 3
+"""Places in the record of a step: centre of mass of the figure [m], accelerations of those of the
+links [m/s2] (3 each). Then follow the forces on the segments with spheres [N] (3 each), and depth
+[m] and its rate [m/s] of each sphere."""
 
 CONTACT_WORK = max(CONTACT_INPUTS + CONTACT_RESULTS, PAIR_INPUTS + PAIR_RESULTS)
 """Size of `Scratch.contact_work`."""
@@ -167,12 +166,13 @@ class Mechanism(NamedTuple):
         law_rows: rows of `measured` and first parameter of each use of a law's form, shape (r, c).
         law_bounds: first use of each form, and the end, shape (forms + 1,).
         branches: 1 where a switching function of a law counts as positive, else -1: of the laws of
-            joints, of each sphere and prop, of each pair of capsules, then the sign of each
-            measured joint's quaternion; shape (s + m,).
+            joints, then the sign of each measured joint's quaternion; shape (s + m,).
         rows: kinds and links of the constraints beyond the tree, shape (q, 3).
         row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
-        spheres: links and segments of the contact spheres, shape (c, 2).
-        sphere_constants: their places and radii, shape (c, 4).
+        sphere_groups: link and contact spheres of each segment that has some, in the order of
+            `Scratch.contact_forces`, shape (g, 3).
+        sphere_reaches: distance from the link's point within which all of them are, shape (g,) [m].
+        sphere_constants: places and radii of the spheres, shape (c, 4).
         props: numbers of their shapes' classes, shape (d, 1).
         prop_constants: their numbers, shape (d, PROP_COLUMNS).
         contact_parameters: constants of the law of contact.
@@ -198,7 +198,8 @@ class Mechanism(NamedTuple):
     branches: Vector
     rows: IndexTable
     row_constants: Matrix
-    spheres: IndexTable
+    sphere_groups: IndexTable
+    sphere_reaches: Vector
     sphere_constants: Matrix
     props: IndexTable
     prop_constants: Matrix
@@ -319,11 +320,11 @@ class Scratch(NamedTuple):
             (g, 3) [N].
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,
             its velocity and angular velocity), then its results (force and moment about the centre,
-            powers of impact damping and friction). Of the law of two capsules, in world axes: from
-            the first's middle to the second's, halves of both lines, velocity of the second's
-            middle relative to the first's, both angular velocities, reach and difference of the
-            radii; force on the second, moments on the first and on the second about their middles,
-            and the powers.
+            powers of impact damping and friction, depth and its rate). Of the law of two capsules,
+            in world axes: from the first's middle to the second's, halves of both lines, velocity
+            of the second's middle relative to the first's, both angular velocities, reach and
+            difference of the radii; force on the second, moments on the first and on the second
+            about their middles, and the powers.
     """
 
     work: Matrix
@@ -352,13 +353,15 @@ powers."""
 LAW = types.FunctionType(LAW_SIGNATURE)
 
 CONTACTS = types.FunctionType(types.void(MECHANISM, SCRATCH))
+STEP_RECORD = types.FunctionType(types.void(MECHANISM, SCRATCH, VECTOR))
 
 
 class Laws(NamedTuple):
-    """Pointers to the functions that compute forces: of the joints' laws, and of contact."""
+    """Pointers to the functions of forces: the joints' laws, contact, and its record of a step."""
 
     joints: Annotated[CompiledLaw, LAW]
     contacts: Annotated[Any, CONTACTS]
+    record_step: Annotated[Any, STEP_RECORD]
 
 
 LAWS = compiled_type(Laws)

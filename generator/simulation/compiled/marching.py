@@ -1,14 +1,13 @@
-"""Adaptive integration by DOP853 whose steps end at the breakpoints of laws and loads.
+"""Adaptive integration whose steps end at the breakpoints of laws and loads.
 
 During a step every law keeps to one branch, so that the step is smooth. The stages of each step
 show whether a breakpoint has been passed. It is then located on the continuous solution, the step
 ends there, and the sign of its switching function is reversed.
 """
 
-from math import inf, sqrt
+from math import inf
 
 from generator.rotations import Array
-from generator.simulation.compiled.algebra import apply, cross, dot, matrix, plus, vector
 from generator.simulation.compiled.breakpoints import (
     NO_BREAKPOINT,
     SLACK,
@@ -17,24 +16,14 @@ from generator.simulation.compiled.breakpoints import (
     possible_crossings,
     store_margins,
 )
-from generator.simulation.compiled.compiler import COUNT, FLAG, MATRIX, REAL, VECTOR, compiled
+from generator.simulation.compiled.compiler import COUNT, MATRIX, REAL, VECTOR, compiled
 from generator.simulation.compiled.equations import EQUATIONS, Equations
+from generator.simulation.compiled.flight import longest_flight
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
-    CONTACT_SWITCHES,
     MEASURED_ENDS_RUN,
     MECHANISM,
-    PROP_LARGEST,
-    PROP_LEAST,
-    ROTATION,
     SCRATCH,
-    SPHERE_CENTRE,
-    SPHERE_LINK,
-    SPHERE_RADIUS,
-    SPIN,
-    STIFF,
-    TOUCH,
-    VELOCITY,
     Mechanism,
     Scratch,
 )
@@ -57,7 +46,7 @@ from generator.simulation.compiled.runge_kutta import (
     normalize_quaternions,
     step_error,
 )
-from generator.simulation.compiled.tableau import END_STAGE, NODES, STAGES
+from generator.simulation.compiled.tableau import METHOD, Method
 
 SHORTEST_STEP = 1e-12
 """Step below which an integration has failed [s]."""
@@ -74,86 +63,16 @@ FINISHED, PAUSED, COLLAPSED, TURNED_OVER = range(4)
 """Ends of `march`: the stop time, the number of steps allowed, a step that became too short, a
 joint at 180 deg whose law is not defined there."""
 
-_ORDER = 8.0
-"""Order of the method, and so of its error estimate in the step."""
-
 SAFETY = 0.8
 """Share of the step that the error estimate permits; 0.9 rejects twice as many steps."""
 
 LARGEST_GROWTH, LARGEST_SHRINKAGE = 10.0, 0.2
 """Bounds of the ratio of two steps."""
 
-EARLIEST_SHARE = 0.3
-"""Share of a step before which a contact may not leave the transition of a surface. Far beyond it
-the branch of the step has forces so large that the next stages are thrown off the prop, and those
-that the error estimate consists of have none."""
-
-
-SHORTEST_TRANSITION = 1e-9
-"""Step up to which this is not required [s]."""
-
-
-@compiled(COUNT, MECHANISM)
-def _first_contact(mechanism: Mechanism) -> int:
-    """Return the first switching function of contact."""
-    contacts = len(mechanism.spheres) * len(mechanism.props) + len(mechanism.pairs)
-    return len(mechanism.branches) - len(mechanism.measured) - CONTACT_SWITCHES * contacts
-
-
-@compiled(FLAG, MECHANISM, PROGRESS, COUNT)
-def _leaves_transition(mechanism: Mechanism, progress: Progress, stage: int) -> bool:
-    """Return whether a contact leaves the transition of its surface before a stage."""
-    branches, margins = mechanism.branches, progress.margins
-    first, last = _first_contact(mechanism), len(branches) - len(mechanism.measured)
-    for at in range(first, last, CONTACT_SWITCHES):
-        touch, stiff = at + TOUCH, at + STIFF
-        is_left = margins[stage, touch] < 0.0 or margins[stage, stiff] < 0.0
-        if is_left and branches[touch] > 0.0 and branches[stiff] < 0.0:
-            return True
-    return False
-
-
-@compiled(REAL, MECHANISM, SCRATCH, PROGRESS, REAL)
-def _longest_flight(
-    mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
-) -> float:
-    """Return the longest step in which no sphere passes through a prop near it, between stages.
-
-    Args:
-        mechanism: tables.
-        scratch: evaluation at the start of the step, or near it.
-        progress: progress with the margins at the start.
-        step: intended step [s].
-    """
-    spheres, places, props = mechanism.spheres, mechanism.sphere_constants, mechanism.prop_constants
-    longest = step
-    x, y, z = mechanism.gravity
-    gravity = sqrt(x * x + y * y + z * z)
-    for s in range(len(spheres)):
-        i = spheres[s, SPHERE_LINK]
-        arm = apply(matrix(scratch.work, i, ROTATION), vector(places, s, SPHERE_CENTRE))
-        turning = cross(vector(scratch.work, i, SPIN), arm)
-        velocity = plus(vector(scratch.work, i, VELOCITY), turning)
-        speed = sqrt(dot(velocity, velocity))
-        reach = step * (speed + 0.5 * gravity * step)
-        for d in range(len(props)):
-            touch = _first_contact(mechanism) + CONTACT_SWITCHES * (s * len(props) + d) + TOUCH
-            is_near = mechanism.branches[touch] < 0.0 and progress.margins[0, touch] < reach
-            if not is_near:
-                continue
-            width = inf
-            for k in range(3):
-                width = min(width, float(props[d, PROP_LARGEST + k] - props[d, PROP_LEAST + k]))
-            width += 2.0 * places[s, SPHERE_RADIUS]
-            if reach > width:
-                # The positive root of width = speed t + gravity t^2 / 2.
-                root = sqrt(speed * speed + 2.0 * gravity * width)
-                longest = min(longest, 2.0 * width / (speed + root))
-    return longest
-
 
 @compiled(
     COUNT,
+    METHOD,
     EQUATIONS,
     MECHANISM,
     SCRATCH,
@@ -167,6 +86,7 @@ def _longest_flight(
     entry=True,
 )
 def march(
+    method: Method,
     equations: Equations,
     mechanism: Mechanism,
     scratch: Scratch,
@@ -181,6 +101,7 @@ def march(
     """Integrate until the stop time, and write the states of the frames.
 
     Args:
+        method: Runge-Kutta method.
         equations: equations of motion.
         mechanism: tables.
         scratch: working memory of evaluations.
@@ -196,7 +117,7 @@ def march(
         `FINISHED`, `PAUSED`, `COLLAPSED` or `TURNED_OVER`.
     """
     state, clock, counts, slopes = progress.state, progress.clock, progress.counts, progress.slopes
-    end, knots = progress.end, mechanism.knots
+    end, knots, last_stage = progress.end, mechanism.knots, method.end_stage
     first_joint = len(mechanism.branches) - len(mechanism.measured)
     has_rows = len(mechanism.rows) > 0
     longest = LONGEST_CONTACT_STEP if mechanism.contact_offsets.size > 0 else inf
@@ -219,6 +140,8 @@ def march(
             )
             counts[NEEDS_FIRST_STAGE] = 0
             store_margins(mechanism, scratch, progress, 0)
+            if counts[STEPS] == 0:
+                keep_step(equations, mechanism, scratch, progress)
         if taken >= max_steps:
             return PAUSED
         taken += 1
@@ -227,34 +150,26 @@ def march(
             limit = float(knots[interval + 1])
         step, reaches_limit = min(float(clock[STEP]), longest), False
         if len(mechanism.props) > 0:
-            step = max(_longest_flight(mechanism, scratch, progress, step), 2.0 * SHORTEST_STEP)
+            step = max(longest_flight(mechanism, scratch, step), 2.0 * SHORTEST_STEP)
         if time + step >= limit - SHORTEST_STEP:
             step, reaches_limit = limit - time, True
         elif step < SHORTEST_STEP:
             return COLLAPSED
-        earliest, is_too_long = NO_BREAKPOINT, False
-        for s in range(1, END_STAGE + 1):
-            stage = end if s == END_STAGE else progress.trial
-            combine_stages(state, step, STAGES[s], slopes, s, stage)
-            at = time + NODES[s] * step
+        earliest = NO_BREAKPOINT
+        for s in range(1, last_stage + 1):
+            stage = end if s == last_stage else progress.trial
+            combine_stages(state, step, method.weights[s], slopes, s, stage)
+            at = time + method.nodes[s] * step
             equations.compute_rates(
                 equations.laws, mechanism, scratch, interval, at, stage, slopes[s]
             )
-            if store_margins(mechanism, scratch, progress, s) and NODES[s] < earliest:
-                earliest = NODES[s]
-                if NODES[s] < EARLIEST_SHARE and step > SHORTEST_TRANSITION:
-                    is_too_long = _leaves_transition(mechanism, progress, s)
-                    if is_too_long:
-                        break
-        if is_too_long:
-            clock[STEP] = step * max(earliest, LARGEST_SHRINKAGE)
-            counts[REJECTED] += 1
-            continue
-        error = step_error(progress, step, tolerance)
+            if store_margins(mechanism, scratch, progress, s):
+                earliest = min(earliest, method.nodes[s])
+        error = step_error(method, progress, step, tolerance)
         if not error <= 1.0:
             shrinkage = LARGEST_SHRINKAGE
             if error == error:
-                shrinkage = max(shrinkage, SAFETY * error ** (-1.0 / _ORDER))
+                shrinkage = max(shrinkage, SAFETY * error ** (-1.0 / method.error_order))
             clock[STEP] = step * shrinkage
             counts[REJECTED] += 1
             continue
@@ -279,19 +194,19 @@ def march(
         counts[STEPS] += 1
         growth = LARGEST_GROWTH
         if error > 0.0:
-            growth = min(growth, SAFETY * error ** (-1.0 / _ORDER))
+            growth = min(growth, SAFETY * error ** (-1.0 / method.error_order))
         grown = step * growth
         clock[STEP] = max(grown, clock[STEP]) if reaches_limit else grown
         share, has_continuous = NO_BREAKPOINT, False
         if earliest <= 1.0:
-            build_continuous(equations, mechanism, scratch, progress, step)
+            build_continuous(method, equations, mechanism, scratch, progress, step)
             has_continuous = True
             share = locate_breakpoint(
-                equations, mechanism, scratch, progress, balls, step, earliest
+                method, equations, mechanism, scratch, progress, balls, step, earliest
             )
-        for n in range(possible_crossings(progress)):
+        for n in range(possible_crossings(method, progress)):
             if not has_continuous:
-                build_continuous(equations, mechanism, scratch, progress, step)
+                build_continuous(method, equations, mechanism, scratch, progress, step)
                 has_continuous = True
             switch, suspected = progress.passed[n], float(progress.shares[n])
             graze = locate_graze(
@@ -304,7 +219,7 @@ def march(
             reached = time + share * step
         while counts[FRAME] < len(frames) and frames[counts[FRAME]] <= reached:
             if not has_continuous:
-                build_continuous(equations, mechanism, scratch, progress, step)
+                build_continuous(method, equations, mechanism, scratch, progress, step)
                 has_continuous = True
             at = float(frames[counts[FRAME]] - time) / step
             interpolate(
@@ -323,7 +238,6 @@ def march(
             for k in range(len(state)):
                 state[k] = progress.trial[k]
             clock[TIME] = reached
-            keep_step(progress)
             clock[STEP] = min(grown, SHARE_AFTER_BREAKPOINT * step)
             switch = counts[SWITCH]
             mechanism.branches[switch] = -mechanism.branches[switch]
@@ -340,19 +254,20 @@ def march(
                 equations, mechanism, scratch, interval, reached, state, slopes[0], switch, SLACK
             )
             store_margins(mechanism, scratch, progress, 0)
+            keep_step(equations, mechanism, scratch, progress)
             continue
         for k in range(len(state)):
             state[k] = progress.projected[k] if has_rows else end[k]
-            slopes[0, k] = slopes[END_STAGE, k]
+            slopes[0, k] = slopes[last_stage, k]
         for k in range(len(mechanism.branches)):
-            progress.margins[0, k] = progress.margins[END_STAGE, k]
+            progress.margins[0, k] = progress.margins[last_stage, k]
         normalize_quaternions(balls, state)
         clock[TIME] = reached
-        keep_step(progress)
-        if has_rows:
+        if has_rows or (has_continuous and len(progress.path_times) > 0):
             equations.compute_rates(
                 equations.laws, mechanism, scratch, interval, reached, state, slopes[0]
             )
+        keep_step(equations, mechanism, scratch, progress)
         if reaches_limit and reached < stop:
             counts[INTERVAL] += 1
             counts[NEEDS_FIRST_STAGE] = 1

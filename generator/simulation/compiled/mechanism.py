@@ -26,6 +26,7 @@ from generator.simulation.compiled.contact_tables import (
 from generator.simulation.compiled.equations import (
     EVALUATE_LAWS,
     KEEP_STATE,
+    RECORD_NOTHING,
     TOUCH_NOTHING,
     TREE_RATES,
     Equations,
@@ -46,7 +47,6 @@ from generator.simulation.compiled.layout import (
     BALL,
     CENTRE,
     CONSTANT_COLUMNS,
-    CONTACT_SWITCHES,
     CONTACT_WORK,
     COORDINATE,
     COSINE_TURN,
@@ -75,6 +75,7 @@ from generator.simulation.compiled.layout import (
     SINE_TURN,
     SITE_COLUMNS,
     SLIDE,
+    STEP_ACCELERATIONS,
     WORK_COLUMNS,
     CompiledLaw,
     IndexArray,
@@ -125,6 +126,17 @@ class CompiledModel:
     factor_links: Mapping[tuple[str, int], int]
     row_joints: tuple[tuple[str, bool], ...]
     touching: tuple[str, ...]
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether segments may touch props or each other."""
+        return len(self.mechanism.sphere_groups) + len(self.mechanism.pairs) > 0
+
+    @property
+    def step_record(self) -> int:
+        """Number of columns of the record of a step; see `STEP_CENTRE`."""
+        links, spheres = len(self.mechanism.links), len(self.mechanism.sphere_constants)
+        return STEP_ACCELERATIONS + 3 * (links + len(self.touching)) + 2 * spheres
 
     @property
     def integrals(self) -> int:
@@ -241,8 +253,7 @@ class _Builder:
         tables = build_law_tables(uses)
         knots = smooth_intervals(self.loads, [drive for drive, _ in self.drives], self.times)
         scene, touching = self.scene, self.touching
-        contacts = sum(map(len, touching.values())) * len(scene.props) + len(self.pairs)
-        switches = tables.switches + CONTACT_SWITCHES * contacts
+        switches = tables.switches
         spheres, pairs = NO_SPHERES, NO_PAIRS
         if scene.props or touching:
             spheres = contact_tables(scene, touching, self.segment_links, points)
@@ -632,16 +643,16 @@ def _equations_with(law: CompiledLaw, mechanism: Mechanism) -> Equations:
     With rows of constraints beyond the tree, with contacts, or with contacts between links, the
     functions for these are compiled as well.
     """
-    contacts = TOUCH_NOTHING
-    if len(mechanism.spheres) > 0:
-        from generator.simulation.compiled.contact_forces import APPLY_CONTACTS
+    contacts, record_step = TOUCH_NOTHING, RECORD_NOTHING
+    if len(mechanism.sphere_groups) > 0:
+        from generator.simulation.compiled.contact_forces import APPLY_CONTACTS, RECORD_STEP
 
-        contacts = APPLY_CONTACTS
+        contacts, record_step = APPLY_CONTACTS, RECORD_STEP
     if len(mechanism.pairs) > 0:
         from generator.simulation.compiled.self_contact_forces import APPLY_ALL_CONTACTS
 
         contacts = APPLY_ALL_CONTACTS
-    laws = Laws(law, contacts)
+    laws = Laws(law, contacts, record_step)
     if len(mechanism.rows) == 0:
         return Equations(laws, EVALUATE_LAWS, TREE_RATES, KEEP_STATE)
     from generator.simulation.compiled.projection import (

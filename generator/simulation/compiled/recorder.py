@@ -2,9 +2,9 @@
 
 The laws of `springs` are written once, for every kind of number. Evaluated with a `Symbol`, a law
 leaves a line of code for each of its operations. Constants become entries of a table, so the code
-depends on the form of a law and not on its coefficients. A comparison becomes a *switching
-function*, whose sign is data: the code holds one branch until the integrator has located the
-zero of the function and changes the sign. So all breakpoints of all laws are found.
+depends on the form of a law and not on its coefficients. The comparison of a breakpoint becomes a
+*switching function*, whose sign is data: the code holds one branch until the integrator has located
+the zero of the function and changes the sign. Pieces that join smoothly are chosen by the value.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,8 +28,7 @@ class Recorder:
     Attributes:
         lines: assignments, each to a new name.
         constants: entries of the table that the lines read as `P[o + k]`.
-        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`; ""
-            for one that the lines themselves store in `G[s + k]`.
+        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`.
     """
 
     lines: list[str] = field(default_factory=list[str])
@@ -57,13 +56,10 @@ class Recorder:
 
         The lines are those of any other pieces of this number: their table is not code.
         """
-        table, first, breaks = len(self.constants), len(self.switching), len(pieces) - 1
+        table, breaks = len(self.constants), len(pieces) - 1
         for origin, coefficients in pieces:
             self.constants += [origin, *coefficients]
-        self.switching += [""] * breaks
-        return self.record(
-            f"piecewise_cubic({{}}, P, o + {table}, {breaks}, Z, G, s + {first})", value
-        )
+        return self.record(f"piecewise_cubic({{}}, P, o + {table}, {breaks})", value)
 
     def switch(self, comparison: "Comparison") -> str:
         """Return the held sign of a comparison's switching function."""
@@ -156,7 +152,7 @@ class _Recording:
         sign = recorder.switch(condition)
         return recorder.record("{} if " + sign + " > 0.0 else {}", yes, no)
 
-    def removable(self, condition: Real, yes: Real, no: Real) -> Real:
+    def smooth_where(self, condition: Real, yes: Real, no: Real) -> Real:
         if not isinstance(condition, Comparison):
             return yes if condition else no
         recorder = _recorder(condition.larger, condition.smaller)

@@ -234,7 +234,7 @@ def evaluate_laws(
         scratch.switching,
         scratch.powers,
     )
-    if len(mechanism.spheres) > 0:  # a call that does nothing takes as long as two links
+    if len(mechanism.sphere_groups) > 0:  # a call that does nothing takes as long as two links
         laws.contacts(mechanism, scratch)
 
 

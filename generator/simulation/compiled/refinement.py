@@ -2,15 +2,17 @@
 
 The estimated error is twice the difference between two runs whose tolerances are a decade apart.
 Two runs agree if the estimate does not exceed the tolerance in any frame and both pass the same
-breakpoints; different breakpoints are accepted if the previous pair of runs agreed as well. With
-contact, which passes hundreds of breakpoints, the previous pair must always agree as well. The
+breakpoints; different breakpoints are accepted if the previous pair of runs agreed as well. The
 finer run of the pair is the result, so its error is usually far below the estimate.
+
+A fall is chaotic, so that by default its two runs tell until when the tolerance is met.
 """
 
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from threading import Event, Thread
 
 import numpy as np
@@ -44,7 +46,7 @@ from generator.simulation.compiled.runge_kutta import (
     TIME,
     Progress,
 )
-from generator.simulation.compiled.tableau import END_STAGE, STAGE_COUNT
+from generator.simulation.compiled.tableau import BS23, DOP853, MAX_STAGES
 
 DECADE = 0.1
 """Ratio of the tolerances of two runs that are compared."""
@@ -53,7 +55,7 @@ FIRST_SHARE, FIRST_SHARE_WITH_BREAKPOINTS = 0.03, 0.01
 """Tolerance of the first run as a share of the one asked for: chosen so that two runs usually
 suffice. The errors of located breakpoints grow as well."""
 
-FIRST_SHARE_WITH_CONTACT = 1e-3
+FIRST_SHARE_WITH_CONTACT = 1e-2
 """The same with contact: a fall amplifies errors some thousand times until it comes to rest."""
 
 ESTIMATE_FACTOR = 2.0
@@ -122,7 +124,7 @@ class CompiledRun:
         event_switches: switching functions of the breakpoints.
         path_times: start, and ends of the steps, shape (p,) [s]; empty without contact. See
             `MAX_PATH_STEPS`.
-        path_states: their states, shape (p, n).
+        path_rows: their records of contact, shape (p, r).
     """
 
     times: Array
@@ -138,7 +140,7 @@ class CompiledRun:
     event_times: Array
     event_switches: IndexArray
     path_times: Array
-    path_states: Array
+    path_rows: Array
 
 
 @dataclass(frozen=True)
@@ -172,6 +174,8 @@ def run_once(
     watch: Callable[[float, float], None] | None = None,
     stopped: Event | None = None,
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
+    *,
+    records_steps: bool = False,
 ) -> CompiledRun:
     """Run a model from its initial state.
 
@@ -183,6 +187,7 @@ def run_once(
         watch: called with the mean step and the simulated time [s] several times a second.
         stopped: set by another thread to interrupt the run.
         max_steps_per_second: steps per simulated second above which a motion is called stiff.
+        records_steps: whether to record contact after every step.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
@@ -196,7 +201,7 @@ def run_once(
         min(_FIRST_STEP, stop - start),
         len(mechanism.branches),
         model.integrals,
-        path=_steps_per_call(model) if model.touching else 0,
+        path=(_steps_per_call(model) + 1, model.step_record) if records_steps else (0, 0),
     )
     states = np.empty((len(times), len(model.initial_state)))
     if len(mechanism.rows):
@@ -258,27 +263,26 @@ class _Path:
     """
 
     def __init__(self, progress: Progress) -> None:
-        """Begin with the start, if steps are kept."""
+        """Begin without steps."""
         self._progress = progress
-        kept = min(1, len(progress.path_times))
-        self._times = [progress.clock[[TIME]].copy()[:kept]]
-        self._states = [progress.state[None].copy()[:kept]]
-        self._size = kept
+        self._times = [progress.path_times[:0]]
+        self._rows = [progress.path_rows[:0]]
+        self._size = 0
 
     def collect(self) -> None:
         """Take the steps that were kept since the last call."""
         count = int(self._progress.counts[PATH])
         if self._size - sum(map(len, self._times[-2:])) >= MAX_PATH_STEPS:
-            for parts in (self._times, self._states):
+            for parts in (self._times, self._rows):
                 parts[-2] = parts[-2][::PATH_THINNING].copy()
         self._size += count
         self._times.append(self._progress.path_times[:count].copy())
-        self._states.append(self._progress.path_states[:count].copy())
+        self._rows.append(self._progress.path_rows[:count].copy())
         self._progress.counts[PATH] = 0
 
     def arrays(self) -> tuple[Array, Array]:
-        """Times and states of all steps."""
-        return np.concatenate(self._times), np.concatenate(self._states)
+        """Times and records of all steps."""
+        return np.concatenate(self._times), np.concatenate(self._rows)
 
 
 def _steps_per_call(model: CompiledModel) -> int:
@@ -321,7 +325,8 @@ def _march_to_end(
     """
     start, stop = float(times[0]), float(times[-1])
     steps_per_call = _steps_per_call(model)
-    arguments = (model.equations, model.mechanism, model.scratch, progress, model.balls)
+    method = BS23 if model.has_contact else DOP853
+    arguments = (method, model.equations, model.mechanism, model.scratch, progress, model.balls)
     while True:
         try:
             status = march(*arguments, times, states, stop, tolerance, steps_per_call)
@@ -360,7 +365,7 @@ def start_progress(
     switches: int,
     integrals: int,
     max_events: int = MAX_EVENTS,
-    path: int = 0,
+    path: tuple[int, int] = (0, 0),
 ) -> Progress:
     """Return the integration of a state from a time with a first step [s].
 
@@ -371,7 +376,7 @@ def start_progress(
         switches: number of switching functions.
         integrals: number of integrals of powers and forces, which come last in a state.
         max_events: number of breakpoints whose times are kept.
-        path: number of steps whose ends are kept.
+        path: number of steps that are recorded, and size of their records.
     """
     size = len(state)
     counts = np.zeros(COUNTS, dtype=np.int64)
@@ -382,7 +387,7 @@ def start_progress(
         counts,
         np.zeros(max_events),
         np.zeros(max_events, dtype=np.int64),
-        np.zeros((STAGE_COUNT, size)),
+        np.zeros((MAX_STAGES, size)),
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
@@ -391,9 +396,9 @@ def start_progress(
         np.zeros((2, size - integrals)),
         np.zeros(switches, dtype=np.int64),
         np.zeros(switches),
-        np.zeros((END_STAGE + 1, switches)),
+        np.zeros((MAX_STAGES, switches)),
+        np.zeros(path[0]),
         np.zeros(path),
-        np.zeros((path, size)),
     )
 
 
@@ -406,55 +411,90 @@ def run_until_agreed(
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
     disturbed_start: Array | None = None,
     threads: int = 2,
+    *,
+    records_steps: bool = False,
+    certify: bool = False,
 ) -> AgreedRun:
     """Repeat a run at smaller tolerances until two agree within `tolerance`.
 
-    The other arguments are those of `run_once`, and another initial state, from which one run with
-    the largest of the tolerances starts. With 2 threads the first runs proceed together.
+    With contact, two runs tell until when the tolerance is met, unless it is to be certified.
+
+    Args:
+        model: its branches are set anew.
+        times: times of the frames, shape (f,) [s].
+        tolerance: tolerance of the joint angles [rad].
+        deadline: see `run_once`, as the next two.
+        watch: see `Watch`.
+        max_steps_per_second: see `run_once`.
+        disturbed_start: another initial state, from which a run at ten times the tolerance of the
+            coarser run starts.
+        threads: 2 to run the coarser one and that from the disturbed start beside the finer one.
+        records_steps: whether the finer runs and the disturbed one record contact.
+        certify: whether to repeat runs with contact until the whole motion is within the tolerance.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
     """
+    has_contact = model.has_contact
     has_breakpoints = len(model.mechanism.branches) > len(model.mechanism.measured)
-    has_contact = bool(model.touching)
     share = FIRST_SHARE_WITH_BREAKPOINTS if has_breakpoints else FIRST_SHARE
     share = FIRST_SHARE_WITH_CONTACT if has_contact else share
-    parallel_runs = 3 if has_contact else 2
-    first = max(share * tolerance, SMALLEST_TOLERANCE * DECADE ** (2 - parallel_runs))
+    first = max(share * tolerance, SMALLEST_TOLERANCE)
 
     def run_number(
         number: int,
         step_tolerance: float,
         stopped: Event | None = None,
         start: Array = model.initial_state,
+        *,
+        records_steps: bool = False,
     ) -> CompiledRun:
         def report(step: float, now: float) -> None:
             if watch is not None and stopped is None:
                 watch(number, step, now)
 
         own = replace(_fork(model), initial_state=start)
-        return run_once(own, times, step_tolerance, deadline, report, stopped, max_steps_per_second)
+        return run_once(
+            own,
+            times,
+            step_tolerance,
+            deadline,
+            report,
+            stopped,
+            max_steps_per_second,
+            records_steps=records_steps,
+        )
+
+    def run_beside(stopped: Event) -> tuple[CompiledRun, CompiledRun | None]:
+        coarse, disturbed = run_number(1, first, stopped), None
+        if disturbed_start is not None and coarse.ending not in EARLY_STOP_ENDINGS:
+            with suppress(StiffMotionError):
+                disturbed = run_number(
+                    3, first / DECADE, stopped, disturbed_start, records_steps=records_steps
+                )
+        return coarse, disturbed
 
     runs, disturbed = _run_together(
-        run_number, [first * DECADE**k for k in range(parallel_runs)], disturbed_start, threads
+        partial(run_number, 2, DECADE * first, records_steps=records_steps), run_beside, threads
     )
-    agreed_before = len(runs) > 2 and _agree(
-        runs[-3], runs[-2], estimated_errors(model, runs[-3], runs[-2]), tolerance
-    )
-    while not any(run.ending in EARLY_STOP_ENDINGS for run in runs):
+    agreed_before = False
+    while not (has_contact and not certify) and not _has_stopped(runs):
         before, latest = runs[-2:]
         errors = estimated_errors(model, before, latest)
         agrees = _agree(before, latest, errors, tolerance)
-        if agrees and (
-            agreed_before or (not has_contact and have_same_breakpoints(before, latest))
-        ):
+        if agrees and (has_contact or agreed_before or have_same_breakpoints(before, latest)):
             break
         step_tolerance = _next_tolerance(runs, float(errors[-1]), tolerance)
         if len(runs) == MAX_RUNS or step_tolerance < SMALLEST_TOLERANCE:
             break
-        runs.append(run_number(len(runs) + 1, step_tolerance))
+        runs.append(run_number(len(runs) + 1, step_tolerance, records_steps=records_steps))
         agreed_before = agrees
     return replace(_finest_agreed(runs, model), disturbed=disturbed)
+
+
+def _has_stopped(runs: list[CompiledRun]) -> bool:
+    """Return whether one of the runs was interrupted or reached the wall-time limit."""
+    return any(run.ending in EARLY_STOP_ENDINGS for run in runs)
 
 
 def _agree(one: CompiledRun, other: CompiledRun, errors: Array, tolerance: float) -> bool:
@@ -464,39 +504,31 @@ def _agree(one: CompiledRun, other: CompiledRun, errors: Array, tolerance: float
 
 
 def _run_together(
-    run_number: Callable[..., CompiledRun],
-    tolerances: list[float],
-    disturbed_start: Array | None,
+    run_fine: Callable[[], CompiledRun],
+    run_beside: Callable[[Event], tuple[CompiledRun, CompiledRun | None]],
     threads: int,
 ) -> tuple[list[CompiledRun], CompiledRun | None]:
-    """Run with the last tolerance here, and with the others in another thread, or afterwards.
+    """Run the fine one here, and the coarse and the disturbed one beside it, or afterwards.
 
-    The run from the disturbed start, if there is one, follows here. Compiled code runs beside other
-    threads, so that on two cores two runs take no longer than the finer one.
+    Compiled code runs beside other threads. Returns the coarse and the fine run, and the disturbed
+    one, which is None where it stopped early.
     """
-    stopped, results = Event(), list[CompiledRun | BaseException]()
+    stopped, results = Event(), list[tuple[CompiledRun, CompiledRun | None] | BaseException]()
 
-    def run_coarse() -> None:
+    def run_others() -> None:
         try:
-            for number, tolerance in enumerate(tolerances[:-1], 1):
-                results.append(run_number(number, tolerance, stopped))
+            results.append(run_beside(stopped))
         except BaseException as failure:  # raised again in the calling thread
             results.append(failure)
 
     assert threads in (1, 2)
-    thread = Thread(target=run_coarse, daemon=True)
+    thread = Thread(target=run_others, daemon=True)
     if threads > 1:
         thread.start()
-    disturbed = None
     try:
-        fine = run_number(len(tolerances), tolerances[-1])
+        fine = run_fine()
         if fine.ending in EARLY_STOP_ENDINGS:
             stopped.set()
-        elif disturbed_start is not None:
-            with suppress(StiffMotionError):
-                disturbed = run_number(len(tolerances) + 1, tolerances[0], None, disturbed_start)
-            if disturbed is not None and disturbed.ending in EARLY_STOP_ENDINGS:
-                fine, disturbed = replace(fine, ending=disturbed.ending), None
     except BaseException:
         stopped.set()
         raise
@@ -504,15 +536,18 @@ def _run_together(
         if threads > 1:
             thread.join()
     if threads == 1:
-        run_coarse()
-    runs: list[CompiledRun] = []
-    for result in results:
-        if isinstance(result, BaseException):
-            raise result
-        runs.append(result)
-        if threads == 1 and result.ending in EARLY_STOP_ENDINGS and not stopped.is_set():
-            fine = replace(fine, ending=result.ending)
-    return [*runs, fine], disturbed
+        run_others()
+    (result,) = results
+    if isinstance(result, BaseException):
+        raise result
+    coarse, disturbed = result
+    if not stopped.is_set():
+        for other in (coarse, disturbed):
+            if other is not None and other.ending in EARLY_STOP_ENDINGS:
+                fine = replace(fine, ending=other.ending)
+    if disturbed is not None and disturbed.ending in EARLY_STOP_ENDINGS:
+        disturbed = None
+    return [coarse, fine], disturbed
 
 
 def _fork(model: CompiledModel) -> CompiledModel:

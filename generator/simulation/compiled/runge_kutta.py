@@ -1,4 +1,4 @@
-"""A step of the Runge-Kutta method DOP853: its error, and its continuous solution."""
+"""A step of a Runge-Kutta method: its error, and its continuous solution."""
 
 from math import sqrt
 from typing import NamedTuple
@@ -6,7 +6,6 @@ from typing import NamedTuple
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import quaternion_in, store_in, unit
 from generator.simulation.compiled.compiler import (
-    CONSTANT_VECTOR,
     COUNT,
     MATRIX,
     NOTHING,
@@ -26,13 +25,8 @@ from generator.simulation.compiled.layout import (
     Scratch,
 )
 from generator.simulation.compiled.tableau import (
-    CONTINUOUS,
-    END_STAGE,
-    ERROR_3,
-    ERROR_5,
-    NODES,
-    STAGE_COUNT,
-    STAGES,
+    METHOD,
+    Method,
 )
 
 TIME, STEP = range(2)
@@ -70,8 +64,9 @@ class Progress(NamedTuple):
         shares: shares of the step at which suspected ones may have passed it, shape (s,).
         margins: distances of the switching functions from being passed, at the start and at the
             stages, shape (13, s).
-        path_times: ends of the last accepted steps, as many as there is room for, shape (p,) [s].
-        path_states: their states, shape (p, n).
+        path_times: start, and ends of the last accepted steps, as many as there is room for, shape
+            (p,) [s].
+        path_rows: their records of contact, shape (p, r); see `STEP_CENTRE`.
     """
 
     state: Vector
@@ -90,13 +85,13 @@ class Progress(NamedTuple):
     shares: Vector
     margins: Matrix
     path_times: Vector
-    path_states: Matrix
+    path_rows: Matrix
 
 
 PROGRESS = compiled_type(Progress)
 
 
-@compiled(NOTHING, VECTOR, REAL, CONSTANT_VECTOR, MATRIX, COUNT, VECTOR, vectorised=True)
+@compiled(NOTHING, VECTOR, REAL, VECTOR, MATRIX, COUNT, VECTOR, vectorised=True)
 def combine_stages(
     state: Array, step: float, weights: Array, slopes: Array, stages: int, result: Array
 ) -> None:
@@ -113,16 +108,16 @@ def combine_stages(
         result[k] = state[k] + step * result[k]
 
 
-@compiled(REAL, PROGRESS, REAL, REAL, vectorised=True)
-def step_error(progress: Progress, step: float, tolerance: float) -> float:
+@compiled(REAL, METHOD, PROGRESS, REAL, REAL, vectorised=True)
+def step_error(method: Method, progress: Progress, step: float, tolerance: float) -> float:
     """Return the error of a step over the tolerance; the integrals do not count."""
     state, end, fifth, third = progress.state, progress.end, progress.sums[0], progress.sums[1]
     size = len(fifth)
     for k in range(size):
         fifth[k] = 0.0
         third[k] = 0.0
-    for s in range(END_STAGE + 1):
-        a, b = ERROR_5[s], ERROR_3[s]
+    for s in range(method.end_stage + 1):
+        a, b = method.errors[0, s], method.errors[1, s]
         if a != 0.0 or b != 0.0:
             for k in range(size):
                 fifth[k] += a * progress.slopes[s, k]
@@ -137,16 +132,21 @@ def step_error(progress: Progress, step: float, tolerance: float) -> float:
     return step * square_5 / sqrt((square_5 + 0.01 * square_3) * size)
 
 
-@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, REAL)
+@compiled(NOTHING, METHOD, EQUATIONS, MECHANISM, SCRATCH, PROGRESS, REAL)
 def build_continuous(
-    equations: Equations, mechanism: Mechanism, scratch: Scratch, progress: Progress, step: float
+    method: Method,
+    equations: Equations,
+    mechanism: Mechanism,
+    scratch: Scratch,
+    progress: Progress,
+    step: float,
 ) -> None:
-    """Compute the continuous solution of the step, by three more stages."""
+    """Compute the continuous solution of the step, by the stages beyond its end."""
     state, end, slopes = progress.state, progress.end, progress.slopes
     F, interval, time = progress.continuous, progress.counts[INTERVAL], progress.clock[TIME]
-    for s in range(END_STAGE + 1, STAGE_COUNT):
-        combine_stages(state, step, STAGES[s], slopes, s, progress.trial)
-        at = time + NODES[s] * step
+    for s in range(method.end_stage + 1, len(method.nodes)):
+        combine_stages(state, step, method.weights[s], slopes, s, progress.trial)
+        at = time + method.nodes[s] * step
         equations.compute_rates(
             equations.laws, mechanism, scratch, interval, at, progress.trial, slopes[s]
         )
@@ -154,25 +154,26 @@ def build_continuous(
         change = end[k] - state[k]
         F[0, k] = change
         F[1, k] = step * slopes[0, k] - change
-        F[2, k] = 2.0 * change - step * (slopes[END_STAGE, k] + slopes[0, k])
+        F[2, k] = 2.0 * change - step * (slopes[method.end_stage, k] + slopes[0, k])
         for m in range(3, 7):
             F[m, k] = 0.0
     for m in range(4):
-        for s in range(STAGE_COUNT):
-            weight = step * CONTINUOUS[m, s]
+        for s in range(len(method.nodes)):
+            weight = step * method.continuous[m, s]
             if weight != 0.0:
                 for k in range(len(state)):
                     F[3 + m, k] += weight * slopes[s, k]
 
 
-@compiled(NOTHING, PROGRESS)
-def keep_step(progress: Progress) -> None:
-    """Append the state to the path, if there is room."""
+@compiled(NOTHING, EQUATIONS, MECHANISM, SCRATCH, PROGRESS)
+def keep_step(
+    equations: Equations, mechanism: Mechanism, scratch: Scratch, progress: Progress
+) -> None:
+    """Append the record of the state that was evaluated last to the path, if there is room."""
     count = progress.counts[PATH]
     if count < len(progress.path_times):
         progress.path_times[count] = progress.clock[TIME]
-        for k in range(len(progress.state)):
-            progress.path_states[count, k] = progress.state[k]
+        equations.laws.record_step(mechanism, scratch, progress.path_rows[count])
         progress.counts[PATH] = count + 1
 
 

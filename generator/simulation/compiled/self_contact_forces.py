@@ -4,10 +4,7 @@ This code is compiled when segments first touch each other. The law is recorded 
 here it gets its arguments in world axes, and its results act on the links.
 """
 
-from math import sqrt
 from typing import Any
-
-from numba import types
 
 from generator.simulation.compiled.algebra import (
     accumulate,
@@ -24,6 +21,7 @@ from generator.simulation.compiled.algebra import (
 )
 from generator.simulation.compiled.compiler import (
     COUNT,
+    FLAG,
     NOTHING,
     VECTOR,
     FunctionPointer,
@@ -33,7 +31,6 @@ from generator.simulation.compiled.compiler import (
 from generator.simulation.compiled.contact_forces import apply_contacts
 from generator.simulation.compiled.contact_tables import pair_source
 from generator.simulation.compiled.layout import (
-    CONTACT_SWITCHES,
     FIRST_HALF,
     FIRST_MIDDLE,
     FORCE,
@@ -53,18 +50,12 @@ from generator.simulation.compiled.layout import (
     SECOND_HALF,
     SECOND_MIDDLE,
     SPIN,
-    TOUCH,
     VELOCITY,
     Mechanism,
     Scratch,
 )
 
-_FAR = 0.1
-"""Distance of two capsules from which they are certainly apart during a step [m]."""
-
-_pair: Any = compile_source(
-    pair_source(), "pair", types.void(COUNT, COUNT, VECTOR, VECTOR, VECTOR, VECTOR)
-).function
+_pair: Any = compile_source(pair_source(), "pair", FLAG(COUNT, VECTOR, VECTOR)).function
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
@@ -72,20 +63,14 @@ def _apply_all_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
     """Add the forces of props and of all pairs of capsules to the bias forces of the links."""
     apply_contacts(mechanism, scratch)
     pairs, places, arguments = mechanism.pairs, mechanism.pair_constants, scratch.contact_work
-    work, powers, switching = scratch.work, scratch.powers, scratch.switching
-    switch = len(switching) - len(mechanism.measured) - CONTACT_SWITCHES * len(pairs)
+    work, powers = scratch.work, scratch.powers
     for p in range(len(pairs)):
         i, j = pairs[p, PAIR_FIRST], pairs[p, PAIR_SECOND]
         turn, other_turn = matrix(work, i, ROTATION), matrix(work, j, ROTATION)
         arm = apply(turn, vector(places, p, FIRST_MIDDLE))
         other_arm = apply(other_turn, vector(places, p, SECOND_MIDDLE))
         between = minus(plus(vector(work, j, POINT), other_arm), plus(vector(work, i, POINT), arm))
-        nearness = places[p, PAIR_RANGE] - sqrt(dot(between, between))
-        if nearness < -_FAR:
-            # The switching functions need no accuracy.
-            for k in range(CONTACT_SWITCHES):
-                switching[switch + k] = nearness
-            switch += CONTACT_SWITCHES
+        if dot(between, between) > places[p, PAIR_RANGE] ** 2:
             continue
         spin, other_spin = vector(work, i, SPIN), vector(work, j, SPIN)
         velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
@@ -97,10 +82,7 @@ def _apply_all_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
         store_in(arguments, 12, spin)
         store_in(arguments, 15, other_spin)
         arguments[18], arguments[19] = places[p, PAIR_REACH], places[p, RADIUS_DIFFERENCE]
-        _pair(0, switch, arguments, mechanism.pair_parameters, mechanism.branches, switching)
-        is_apart = mechanism.branches[switch + TOUCH] < 0.0
-        switch += CONTACT_SWITCHES
-        if is_apart:
+        if not _pair(0, arguments, mechanism.pair_parameters):
             continue
         force = vector_in(arguments, PAIR_INPUTS)
         moment = minus(vector_in(arguments, PAIR_INPUTS + 3), cross(arm, force))

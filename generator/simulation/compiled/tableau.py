@@ -1,37 +1,98 @@
-"""Coefficients of the Runge-Kutta method DOP853 of order 8.
+"""Runge-Kutta methods as data: DOP853 of order 8, and BS23 of order 3.
 
-Hairer, Norsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd edition, 1993, section
-II.10: twelve stages and the end of the step, with error estimates of orders 5 and 3, and three more
-stages for a continuous solution of order 7. SciPy has the same numbers; the tests compare them.
+DOP853: Hairer, Norsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd edition, 1993,
+section II.10: twelve stages and the end of the step, with error estimates of orders 5 and 3, and
+three more stages for a continuous solution of order 7. BS23: Bogacki & Shampine, *A 3(2) pair of
+Runge-Kutta formulas*, Appl. Math. Lett. 2:321, 1989: three stages and the end, whose continuous
+solution is the cubic by the values and rates at both ends. SciPy has the same numbers; the tests
+compare them.
+
+DOP853 is for smooth motions. BS23 needs fewer derivatives: the force of a contact has two, so that
+its error estimate stays right where contacts begin and end.
 """
 
 from collections.abc import Sequence
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from generator.rotations import Array
+from generator.simulation.compiled.compiler import (
+    COUNT,
+    REAL,
+    Indices,
+    Matrix,
+    Vector,
+    compiled_type,
+)
 
-STAGE_COUNT = 16
-"""Number of stages, with those of the continuous solution."""
-
-END_STAGE = 12
-"""Stage at the end of the step, whose rates start the next step."""
+MAX_STAGES = 16
+"""Largest number of stages of a method, with those of the continuous solution."""
 
 
-def _padded(rows: Sequence[Sequence[float]]) -> Array:
-    """Matrix of rows to which zeros are added, `STAGE_COUNT` columns."""
-    return np.array([[*row, *[0.0] * (STAGE_COUNT - len(row))] for row in rows])
+class Method(NamedTuple):
+    """A Runge-Kutta method with k stages: those of a step, and those of its continuous solution.
+
+    The last of the first is the end of the step, whose rates start the next step.
+
+    Attributes:
+        end_stage: number e of the stage at the end of the step.
+        error_order: order of the error estimate in the step.
+        nodes: times of the stages as shares of the step, shape (k,).
+        weights: weights of the rates of earlier stages, shape (k, k).
+        errors: weights of two error estimates, of which the second may be zero, shape (2, e + 1).
+        continuous: weights of the continuous solution beyond the cubic by both ends, shape (4, k).
+        grid: times of the stages up to the end, in order, without the start.
+        spread: stages whose times are far from each other, in their order.
+    """
+
+    end_stage: Annotated[int, COUNT]
+    error_order: Annotated[float, REAL]
+    nodes: Vector
+    weights: Matrix
+    errors: Matrix
+    continuous: Matrix
+    grid: Vector
+    spread: Indices
+
+
+METHOD = compiled_type(Method)
+
+
+def _padded(rows: Sequence[Sequence[float]], columns: int) -> Array:
+    """Matrix of rows to which zeros are added."""
+    return np.array([[*row, *[0.0] * (columns - len(row))] for row in rows])
+
+
+def _method(
+    error_order: float,
+    nodes: Sequence[float],
+    weights: Sequence[Sequence[float]],
+    errors: Sequence[Sequence[float]],
+    continuous: Sequence[Sequence[float]],
+    spread: Sequence[int],
+) -> Method:
+    count, end = len(nodes), len(errors[0]) - 1
+    return Method(
+        end,
+        error_order,
+        np.array(nodes),
+        _padded(weights, count),
+        np.array(errors),
+        _padded(continuous, count),
+        np.unique(nodes[: end + 1])[1:],
+        np.array(spread, dtype=np.int64),
+    )
 
 
 # fmt: off
-NODES = np.array((
+_NODES = (
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726,
     0.3333333333333333, 0.25, 0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571,
     1.0, 1.0, 0.1, 0.2, 0.7777777777777778
-))
-"""Times of the stages as shares of the step, shape (16,)."""
+)
 
-STAGES = _padded((
+_STAGES = (
     (),
     (0.05260015195876773,),
     (0.0197250569845379, 0.0591751709536137),
@@ -80,24 +141,21 @@ STAGES = _padded((
         4.06898981839711, 0.3567271874552811, 0.0, 0.0, 0.0, -0.0013990241651590145,
         2.9475147891527724, -9.15095847217987
     ),
-))
-"""Weights of the rates of earlier stages, shape (16, 16); row 12 is the end of the step."""
+)
 
-ERROR_5 = np.array((
+_ERROR_5 = (
     0.01312004499419488, 0.0, 0.0, 0.0, 0.0, -1.2251564463762044, -0.4957589496572502,
     1.6643771824549864, -0.35032884874997366, 0.3341791187130175, 0.08192320648511571,
     -0.022355307863886294, 0.0
-))
-"""Weights of the error estimate of order 5, shape (13,)."""
+)
 
-ERROR_3 = np.array((
+_ERROR_3 = (
     -0.18980075407240762, 0.0, 0.0, 0.0, 0.0, 4.450312892752409, 1.8915178993145003,
     -5.801203960010585, -0.4226823213237919, -0.1521609496625161, 0.20136540080403034,
     0.02265179219836082, 0.0
-))
-"""Weights of the error estimate of order 3, shape (13,)."""
+)
 
-CONTINUOUS = _padded((
+_CONTINUOUS = (
     (
         -8.428938276109013, 0.0, 0.0, 0.0, 0.0, 0.5667149535193777, -3.0689499459498917,
         2.38466765651207, 2.117034582445028, -0.871391583777973, 2.2404374302607883,
@@ -122,5 +180,16 @@ CONTINUOUS = _padded((
         29.8402934266605, -43.53345659001114, 96.32455395918828, -39.17726167561544,
         -149.72683625798564
     ),
-))
-"""Weights of the continuous solution, shape (4, 16)."""
+)
+# fmt: on
+
+DOP853 = _method(8.0, _NODES, _STAGES, (_ERROR_5, _ERROR_3), _CONTINUOUS, (0, 3, 5, 9, 10, 12))
+
+BS23 = _method(
+    3.0,
+    (0.0, 1 / 2, 3 / 4, 1.0),
+    ((), (1 / 2,), (0.0, 3 / 4), (2 / 9, 1 / 3, 4 / 9)),
+    ((5 / 72, -1 / 12, -1 / 9, 1 / 8), (0.0,) * 4),
+    ((),) * 4,
+    (0, 1, 2, 3),
+)

@@ -83,7 +83,7 @@ class _Symbolic:
     def where(self, condition: Real, yes: Real, no: Real) -> Real:
         return symbols.IfThenElse(condition, _as_symbol(yes), _as_symbol(no))
 
-    removable = where
+    smooth_where = where
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
         return select_cubic(self, value, pieces)

@@ -7,7 +7,7 @@ from typing import assert_never
 
 import numpy as np
 
-from generator.contact.states import ContactStates, ContactTrace, evaluate_contacts
+from generator.contact.states import ContactSteps, ContactTrace, evaluate_contacts
 from generator.coupled_motion import CoupledMotion
 from generator.loads import LoadKind, TimedLoad
 from generator.rotations import Array, matrix_from_rotation_vector
@@ -47,7 +47,7 @@ class SensorLog:
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
         self.work: Array = np.zeros(3 if contacts is None else 5 + impulses)
         self._body_sensors = [] if contacts is None else self._add_body_sensors()
-        self._contact_steps: list[tuple[Array, ContactStates, Array, Array]] = []
+        self._contact_steps: list[ContactSteps] = []
         self._springs = [
             (joint, connector, *self._add_connector_sensors(connector))
             for joint, connectors in model.springs.items()
@@ -129,10 +129,12 @@ class SensorLog:
             for body in self._body_sensors
         ]
         start = np.array([self._model.plan.start])
-        self._contact_steps.append((start, *self._evaluate_contact(rows)))
+        self._contact_steps.append(self._evaluate_contact(start, rows)[0])
 
-    def _evaluate_contact(self, rows: list[list[Array]]) -> tuple[ContactStates, Array, Array]:
-        """Return contact, centre of mass and bodies' accelerations by the bodies' sensors."""
+    def _evaluate_contact(
+        self, times: Array, rows: list[list[Array]]
+    ) -> tuple[ContactSteps, list[Array]]:
+        """Return the contact by the bodies' sensors, and powers of impact damping and friction."""
         model = self._model
         assert model.contacts is not None
         positions, rotations, velocities, spins, accelerations = (
@@ -142,7 +144,15 @@ class SensorLog:
         states = evaluate_contacts(
             model.contacts, model.figure, positions, rotations, velocities, spins
         )
-        return states, mean_position(model.figure, positions), accelerations
+        steps = ContactSteps(
+            times,
+            states.forces,
+            states.depths,
+            states.rates,
+            mean_position(model.figure, positions),
+            accelerations,
+        )
+        return steps, [states.impact_power, states.friction_power]
 
     def contact_trace(self, work: Array) -> ContactTrace | None:
         """Return the contact of the steps read so far; None without props.
@@ -152,15 +162,10 @@ class SensorLog:
         """
         if self._model.contacts is None:
             return None
-        steps = self._contact_steps
-        states = ContactStates.join([states for _, states, *_ in steps])
         return ContactTrace(
             work[:, 3:5],
             work[:, 5:].reshape(len(work), -1, 3),
-            np.concatenate([times for times, *_ in steps]),
-            states,
-            np.concatenate([centres for *_, centres, _ in steps]),
-            np.concatenate([accelerations for *_, accelerations in steps]),
+            ContactSteps.join(self._contact_steps),
         )
 
     def _add_load_sensor(self, load: TimedLoad) -> Index:
@@ -242,11 +247,11 @@ class SensorLog:
         if self._body_sensors:
             rows = [[self._stored_rows(sensor) for sensor in body] for body in self._body_sensors]
             times = rows[0][0][:, 0]
-            outputs = self._evaluate_contact([[r[:, 1:] for r in body] for body in rows])
-            self._contact_steps.append((times, *outputs))
-            states = outputs[0]
-            forces = states.forces.reshape(times.size, -1)
-            contact = [states.impact_power, states.friction_power, *forces.T]
+            steps, losses = self._evaluate_contact(
+                times, [[r[:, 1:] for r in body] for body in rows]
+            )
+            self._contact_steps.append(steps)
+            contact = [*losses, *steps.forces.reshape(times.size, -1).T]
         if times is not None:
             summed = np.array([*(_sum_powers(power, times.size) for power in powers), *contact])
             self._integrate_power(times, summed)

@@ -55,6 +55,7 @@ from generator.simulation.compiled.runge_kutta import (
     STEPS,
     SWITCH,
 )
+from generator.simulation.compiled.tableau import BS23, DOP853
 from generator.simulation.compiled_run import build_trace, frame_disagreement
 from generator.simulation.exudyn_model.agreement import ExudynEquations
 from generator.simulation.exudyn_model.bodies import constant_site_loads
@@ -238,7 +239,15 @@ class Stepper:
         counts = state.progress.counts
         taken = int(counts[STEPS] + counts[REJECTED])
         frames, frame_states = np.empty(0), np.empty((0, len(state.progress.state)))
-        arguments = (model.equations, state.mechanism, model.scratch, state.progress, model.balls)
+        method = BS23 if model.has_contact else DOP853
+        arguments = (
+            method,
+            model.equations,
+            state.mechanism,
+            model.scratch,
+            state.progress,
+            model.balls,
+        )
         while True:
             ending = march(*arguments, frames, frame_states, stop, self._tolerance, _STEPS_PER_CALL)
             if ending != PAUSED or counts[STEPS] + counts[REJECTED] - taken >= limit:

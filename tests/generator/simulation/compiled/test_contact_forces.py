@@ -13,7 +13,7 @@ from generator.contact.states import ContactStates, evaluate_contacts
 from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
 from generator.rotations import quaternion_from_matrix
-from generator.simulation.compiled.layout import CONTACT_SWITCHES, FRICTION, IMPACT
+from generator.simulation.compiled.layout import FRICTION, IMPACT
 from generator.simulation.exudyn_model.agreement import ExudynEquations
 from generator.simulation.exudyn_model.bodies import body_pose
 from generator.simulation.exudyn_model.model import ExudynModel, build_model
@@ -123,40 +123,6 @@ def test_accelerations_are_exudyn_s(name: str) -> None:
         assert np.max(np.abs(found - exact)) < 1e-10 * np.max(np.abs(exact))
         forces.append(float(np.max(np.abs(expected_contact(pose).forces))))
     assert np.count_nonzero(np.array(forces) > 10.0) > 0.3 * len(forces)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_switching_functions_are_the_depths(name: str) -> None:
-    """Of each sphere and prop: the depth less the transition depth, and the depth.
-
-    Far away, where the depth exceeds the radius, they are bounds of it, and negative.
-    """
-    made, _ = settable(name)
-    mechanism, spheres = made.compiled.mechanism, made.model.contacts.spheres
-    props = made.model.plan.scene.props
-    radii = np.array([sphere.radius for some in spheres.values() for sphere in some])
-    count = CONTACT_SWITCHES * len(radii) * len(props)
-    first = len(mechanism.branches) - len(mechanism.measured) - count
-    far = near = 0
-    for seed in range(10):
-        pose = pose_at(made.model, CASES[name], seed)
-        made.settle(pose)
-        switching = made.compiled.scratch.switching[first : first + count]
-        switching = switching.reshape(len(radii), len(props), CONTACT_SWITCHES)
-        signs = mechanism.branches[first : first + count].reshape(switching.shape)
-        assert np.all(signs * switching >= 0.0)
-        for d, prop in enumerate(props):
-            alone = replace(pose.model.contacts, scene=Scene((prop,)))
-            model = replace(pose.model, contacts=alone)
-            depths = expected_contact(replace(pose, model=model)).depths[0]
-            is_near = depths >= -radii
-            assert switching[is_near, d, 1] == pytest.approx(depths[is_near], abs=1e-12)
-            full = depths[is_near] - prop.surface.transition_depth
-            assert switching[is_near, d, 0] == pytest.approx(full, abs=1e-12)
-            assert np.all(switching[~is_near, d, 1] >= depths[~is_near] - 1e-12)
-            assert np.all(switching[~is_near, d] < 0.0)
-            far, near = far + np.count_nonzero(~is_near), near + np.count_nonzero(is_near)
-    assert min(far, near) > 5
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -26,7 +26,6 @@ from generator.simulation.compiled.contact_tables import (
 from generator.simulation.compiled.layout import (
     CONTACT_INPUTS,
     CONTACT_RESULTS,
-    CONTACT_SWITCHES,
     PAIR_INPUTS,
     PAIR_RESULTS,
 )
@@ -54,17 +53,12 @@ PLANE, BOX = map(SHAPES.index, (Plane, Box))
 
 def evaluate(
     kind: int, parameters: Sequence[float], offset: int, inputs: Sequence[float]
-) -> tuple[list[float], list[float]]:
-    """Results and switching functions of the generated code with settled branches."""
-    signs = [0.0, *[1.0] * CONTACT_SWITCHES, 0.0]
+) -> list[float]:
+    """Results of the generated code."""
     work = [*inputs, *[np.nan] * CONTACT_RESULTS]
-    switching = [np.nan] * len(signs)
-    for _ in range(2):
-        law()(kind, offset, 1, work, parameters, signs, switching)
-        signs = [1.0 if value > 0.0 else -1.0 for value in switching]
+    law()(kind, offset, work, parameters)
     assert work[:CONTACT_INPUTS] == list(inputs)
-    assert np.isnan([switching[0], switching[-1]]).all()
-    return work[CONTACT_INPUTS:], switching[1:-1]
+    return work[CONTACT_INPUTS:]
 
 
 def expected_results(touch: Touch) -> tuple[list[float], float]:
@@ -91,10 +85,8 @@ def test_the_code_gives_the_numbers_of_the_law(touch: Touch) -> None:
     """To the last digit, for planes and boxes, outside, in the transition, and beyond."""
     _, constants = _record(touch.shape, touch.surface, touch.radius)
     inputs = (*touch.centre, *touch.velocity, *touch.spin)
-    results, switching = evaluate(kind_of(touch.shape), constants, 0, inputs)
-    expected, depth = expected_results(touch)
-    assert results == expected
-    assert switching == [depth - touch.surface.transition_depth, depth]
+    expected, _ = expected_results(touch)
+    assert evaluate(kind_of(touch.shape), constants, 0, inputs) == expected
 
 
 @pytest.mark.slow
@@ -119,13 +111,13 @@ def test_every_number_of_a_surface_and_a_prop_is_in_the_table(changed: str) -> N
     size = (0.4, 0.6, 0.8)
     surface = Surface(*numbers.values())
     inputs = (0.05, 0.34, -0.1, 0.3, -0.4, 0.2, 1.0, 2.0, 3.0)
-    before = evaluate(BOX, _record(Box((0, 0, 0), size), surface, 0.05)[1], 0, inputs)[0]
+    before = evaluate(BOX, _record(Box((0, 0, 0), size), surface, 0.05)[1], 0, inputs)
     if changed == "size":
         size = (0.4, 0.601, 0.8)
     else:
         numbers[changed] *= 1.5
     surface = Surface(*numbers.values())
-    after = evaluate(BOX, _record(Box((0, 0, 0), size), surface, 0.05)[1], 0, inputs)[0]
+    after = evaluate(BOX, _record(Box((0, 0, 0), size), surface, 0.05)[1], 0, inputs)
     assert before[1] > 0.0
     assert np.linalg.norm(np.subtract(before[:3], after[:3])) > 1e-3
 
@@ -142,10 +134,12 @@ PROPS = Scene((TILTED, CRATE, Prop("other", CRATE.shape, DIFFERENT)))
 
 
 def test_tables_of_spheres_and_props() -> None:
-    spheres, places, kinds, numbers, parameters, offsets = contact_tables(
+    groups, reaches, places, kinds, numbers, parameters, offsets = contact_tables(
         PROPS, SPHERES, LINKS, POINTS
     )
-    assert spheres.tolist() == [[2, 0], [2, 0], [4, 1]]
+    assert groups.tolist() == [[2, 0, 2], [4, 2, 3]]
+    distances = np.linalg.norm(places[:, :3], axis=1) + places[:, 3]
+    assert reaches == pytest.approx([distances[:2].max(), distances[2]])
     assert places.shape == (3, 4)
     assert places[:, :3] == pytest.approx(
         np.array([[0.1, 0.2, 0.3], [0.0, -0.1, 0.0], [0.0, 0.0, 0.4]]) - POINTS[[2, 2, 4]]
@@ -159,7 +153,7 @@ def test_tables_of_spheres_and_props() -> None:
     assert offsets.shape == (3, 3)
     assert offsets[0, 0] == 0
     assert parameters.ndim == 1
-    assert spheres.dtype == kinds.dtype == offsets.dtype == np.int64
+    assert groups.dtype == kinds.dtype == offsets.dtype == np.int64
 
 
 def test_each_sphere_and_prop_has_its_own_constants() -> None:
@@ -172,7 +166,7 @@ def test_each_sphere_and_prop_has_its_own_constants() -> None:
             height = radius - 0.004 + prop.shape.bounds[1, 1]
             touch = Touch(prop.shape, prop.surface, radius, (0.02, height, 0.01), *motion)
             inputs = (*touch.centre, *motion[0], *motion[1])
-            found, _ = evaluate(kind_of(prop.shape), parameters, int(offsets[s, d]), inputs)
+            found = evaluate(kind_of(prop.shape), parameters, int(offsets[s, d]), inputs)
             expected, depth = expected_results(touch)
             assert depth == pytest.approx(0.004)
             assert found == expected
@@ -181,11 +175,11 @@ def test_each_sphere_and_prop_has_its_own_constants() -> None:
 def test_tables_without_spheres_or_props() -> None:
     without_props = contact_tables(Scene(), SPHERES, LINKS, POINTS)
     assert [table.shape for table in without_props] == [
-        (3, 2), (3, 4), (0, 1), (0, 18), (0,), (3, 0)
+        (2, 3), (2,), (3, 4), (0, 1), (0, 18), (0,), (3, 0)
     ]  # fmt: skip
     without_spheres = contact_tables(SLOPE_AND_CRATE, {}, {}, POINTS)
     assert [table.shape for table in without_spheres] == [
-        (0, 2), (0, 4), (2, 1), (2, 18), (0,), (0, 2)
+        (0, 3), (0,), (0, 4), (2, 1), (2, 18), (0,), (0, 2)
     ]  # fmt: skip
 
 
@@ -193,9 +187,8 @@ def test_a_sphere_that_touches_nothing_feels_nothing() -> None:
     for prop in (Prop("floor", Plane((0, 0, 0), (0, 1, 0)), DEFAULT_SURFACE), CRATE):
         inputs = (0.0, 3.0, 0.0, 1.0, -2.0, 3.0, 4.0, 5.0, 6.0)
         constants = _record(prop.shape, prop.surface, 0.1)[1]
-        results, switching = evaluate(kind_of(prop.shape), constants, 0, inputs)
+        results = evaluate(kind_of(prop.shape), constants, 0, inputs)
         assert results == [0.0] * CONTACT_RESULTS
-        assert max(switching) < 0.0
 
 
 # Pairs of capsules
@@ -222,20 +215,14 @@ PAIRS = (
 )
 
 
-def evaluate_pair(
-    parameters: Sequence[float], inputs: Sequence[float]
-) -> tuple[list[float], list[float]]:
-    """Results, NaN where the capsules are apart, and switching functions with settled branches."""
+def evaluate_pair(parameters: Sequence[float], inputs: Sequence[float]) -> tuple[list[float], bool]:
+    """Results, NaN where the capsules are apart, and whether they touch."""
     names: dict[str, Any] = {}
     exec(pair_source(), names)
-    signs, work = [1.0] * CONTACT_SWITCHES, [*inputs, *[np.nan] * PAIR_RESULTS]
-    switching = [np.nan] * CONTACT_SWITCHES
-    for _ in range(2):
-        work[PAIR_INPUTS:] = [np.nan] * PAIR_RESULTS
-        names["pair"](0, 0, work, parameters, signs, switching)
-        signs = [1.0 if value > 0.0 else -1.0 for value in switching]
+    work = [*inputs, *[np.nan] * PAIR_RESULTS]
+    touches = names["pair"](0, work, parameters)
     assert work[:PAIR_INPUTS] == list(inputs)
-    return work[PAIR_INPUTS:], switching
+    return work[PAIR_INPUTS:], touches
 
 
 @given(
@@ -247,7 +234,7 @@ def test_the_code_of_pairs_gives_the_numbers_of_the_law(places, motions) -> None
     _, constants, parameters = pair_tables(PAIRS, LINKS, POINTS)
     vectors = [(x, y, z) for x, y, z in np.reshape((*places, *motions), (-1, 3)).tolist()]
     for row, pair in zip(constants.tolist(), PAIRS, strict=True):
-        results, switching = evaluate_pair(parameters, (*places, *motions, *row[12:14]))
+        results, touches = evaluate_pair(parameters, (*places, *motions, *row[12:14]))
         force = capsule_force(
             LIMB_SURFACE,
             pair.reach,
@@ -273,8 +260,7 @@ def test_the_code_of_pairs_gives_the_numbers_of_the_law(places, motions) -> None
         else:
             assert expected == [0.0] * PAIR_RESULTS
             assert np.isnan(results).all()
-        assert switching[1] == pytest.approx(force.depth, abs=1e-14)
-        assert switching[0] == pytest.approx(force.depth - LIMB_SURFACE.transition_depth, abs=1e-14)
+        assert touches == (force.depth > 0.0)
 
 
 def test_tables_of_pairs() -> None:

@@ -1,4 +1,4 @@
-"""Curves of many pieces: with settled branches the compiled search finds numpy's piece."""
+"""Curves of many pieces: the compiled search finds numpy's piece."""
 
 from typing import Any, cast
 
@@ -22,24 +22,10 @@ evaluate = cast("Any", piecewise_cubic).py_func
 
 
 @given(pieces=PIECES, x=NUMBER)
-def test_the_branches_select_the_piece_of_the_displacement(pieces, x):
-    breaks = len(pieces) - 1
+def test_the_search_finds_the_piece_of_the_displacement(pieces, x):
     table = np.array([0.0] * 3 + [n for origin, row in pieces for n in (origin, *row)])
-    branches, switching = np.ones(breaks + 1), np.full(breaks + 1, np.nan)
-    evaluate(x, table, 3, breaks, branches, switching, 1)
-    assert np.isnan(switching[0])
-    assert np.array_equal(switching[1:], [origin - x for origin, _ in pieces[1:]])
-    branches[1:] = np.where(switching[1:] > 0.0, 1.0, -1.0)
-    assert evaluate(x, table, 3, breaks, branches, switching, 1) == NUMPY.piecewise_cubic(x, pieces)
-
-
-def test_a_held_branch_continues_its_piece_beyond_the_breakpoint():
-    pieces = [(0.0, (1.0, 0.0, 0.0, 0.0)), (2.0, (7.0, 3.0, 0.0, 0.0))]
-    table = np.array([n for origin, row in pieces for n in (origin, *row)])
-    assert len(table) == 2 * PIECE_SIZE
-    switching = np.zeros(1)
-    assert evaluate(3.0, table, 0, 1, np.array([1.0]), switching, 0) == 1.0
-    assert evaluate(1.0, table, 0, 1, np.array([-1.0]), switching, 0) == 4.0
+    assert len(table) == 3 + PIECE_SIZE * len(pieces)
+    assert evaluate(x, table, 3, len(pieces) - 1) == NUMPY.piecewise_cubic(x, pieces)
 
 
 @given(pieces=PIECES, xs=st.lists(NUMBER, min_size=1, max_size=9))

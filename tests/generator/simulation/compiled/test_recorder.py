@@ -76,9 +76,9 @@ def test_equal_comparisons_share_a_switching_function(recorder):
     assert len(recorder.switching) == 1
 
 
-def test_a_removable_singularity_is_no_breakpoint(recorder):
+def test_pieces_that_join_smoothly_have_no_breakpoint(recorder):
     x = Symbol(recorder, "x")
-    result = RECORDING.removable(x < 0.5, x, -x)
+    result = RECORDING.smooth_where(x < 0.5, x, -x)
     assert [value_of(recorder, result, x=value) for value in (0.4, 0.6)] == [0.4, -0.6]
     assert recorder.switching == []
 
@@ -86,7 +86,7 @@ def test_a_removable_singularity_is_no_breakpoint(recorder):
 def test_conditions_of_constants_are_decided_at_once(recorder):
     x = Symbol(recorder, "x")
     assert RECORDING.where(1.0 < 2.0, x, 0.0) is x
-    assert RECORDING.removable(1.0 > 2.0, 0.0, x) is x
+    assert RECORDING.smooth_where(1.0 > 2.0, 0.0, x) is x
     assert recorder.lines == []
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from generator.simulation.compiled.layout import CONTACT_SWITCHES, FRICTION, IMPACT
+from generator.simulation.compiled.layout import FRICTION, IMPACT
 from tests.self_contact_poses import contact_in, poses, settable
 
 
@@ -32,25 +32,3 @@ def test_the_props_bear_nothing_of_it():
     for pose in poses(3):
         made.settle(pose)
         assert np.all(made.compiled.scratch.contact_forces == 0.0)
-
-
-def test_switching_functions_are_the_depths():
-    """The depth less the transition depth, and the depth; far apart, bounds of it."""
-    made, _ = settable()
-    mechanism = made.compiled.mechanism
-    count = CONTACT_SWITCHES * len(mechanism.pairs)
-    last = len(mechanism.branches) - len(mechanism.measured)
-    far = near = 0
-    for pose in poses():
-        made.settle(pose)
-        depths = contact_in(pose).depths[0]
-        switching = made.compiled.scratch.switching[last - count : last].reshape(-1, 2)
-        signs = mechanism.branches[last - count : last].reshape(-1, 2)
-        assert np.all(signs * switching >= 0.0)
-        is_near = switching[:, 0] != switching[:, 1]
-        assert switching[is_near, 1] == pytest.approx(depths[is_near], abs=1e-12)
-        assert np.all(switching[~is_near, 1] >= depths[~is_near])
-        assert np.all(switching[~is_near, 1] < 0.0)
-        assert np.all(depths[~is_near] < 0.0)
-        far, near = far + np.count_nonzero(~is_near), near + np.count_nonzero(is_near)
-    assert min(far, near) > 20
