@@ -36,8 +36,8 @@ MAX_STEP_RATIO = 3.0
 """Ratio of two steps up to which a parabola through their ends gives a peak."""
 
 CHAOTIC_ANGLE = 0.1
-"""Difference of the joint angles from those of a start 0.001 rad apart, from which poses are chaotic
-[rad]."""
+"""Difference of the joint angles from those of a start 0.001 rad apart, from which poses are
+chaotic [rad]."""
 
 IMPACT_SPEED = 0.5
 """Normal speed from which a first touch is an impact [m/s]."""

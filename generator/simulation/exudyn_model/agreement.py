@@ -56,7 +56,7 @@ _SMOOTH_STEP = 0.001
 _SOLUTION_SWEEPS = 2
 """Number of solutions of the linear equations, each for the residual of those before it."""
 
-_MAX_DENSE_BODIES = 40
+_MAX_DENSE_BODIES = 8
 """Number of bodies above which the linear equations are solved as sparse ones."""
 
 _MAX_CONSTRAINT_ERROR = 1e-9
