@@ -61,6 +61,13 @@ class Surface:
         inside = ops.smooth_where(depth > e, k * depth - 0.5 * k * e, rising)
         return ops.smooth_where(depth > 0.0, inside, 0.0)
 
+    def elastic_slope(self, depth: Real, ops: Operations = NUMPY) -> Real:
+        """Derivative of the elastic force by the depth [N/m], at a depth [m]."""
+        k, e = self.stiffness, self.transition_depth
+        rising = depth * depth * (3.0 * k / e**2 - (2.0 * k / e**3) * depth)
+        inside = ops.smooth_where(depth > e, k, rising)
+        return ops.smooth_where(depth > 0.0, inside, 0.0)
+
     def energy(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J] at a depth [m]: the integral of the elastic force."""
         k, e = self.stiffness, self.transition_depth

@@ -23,6 +23,12 @@ class ContactForce(NamedTuple):
         direction: force over the normal force.
         arm: moment about the sphere's centre over the normal force [m].
         friction_power: power of the friction over the normal force [m/s].
+        normal_direction: direction of the normal force.
+        stiffness: derivative of the normal force by the depth [N/m].
+        damping: derivative of the normal force by the rate of the depth [N s/m].
+        friction: friction over the sliding velocity [N s/m].
+        friction_bend: what the last loses along the sliding velocity, over the square of this [N
+            s^3/m^3].
     """
 
     depth: Real
@@ -32,6 +38,11 @@ class ContactForce(NamedTuple):
     direction: Components
     arm: Components
     friction_power: Real
+    normal_direction: Components
+    stiffness: Real
+    damping: Real
+    friction: Real
+    friction_bend: Real
 
 
 def contact_force(
@@ -78,15 +89,22 @@ def contact_force(
     ]
     arms = (_cross(normal, slip, k) for k in range(3))
     arm = [_product(-across if is_negative else across, part) for is_negative, part in arms]
-    elastic = surface.elastic_force(depth, ops)
+    elastic, impact = surface.elastic_force(depth, ops), surface.impact_factor(rate, ops)
+    force = elastic * impact
+    friction = force * factor
     return ContactForce(
         depth,
         rate,
         elastic,
-        elastic * surface.impact_factor(rate, ops),
+        force,
         (direction[0], direction[1], direction[2]),
         (arm[0], arm[1], arm[2]),
         factor * squared_speed,
+        normal,
+        surface.elastic_slope(depth, ops) * impact,
+        ops.smooth_where(impact > 0.0, elastic * surface.damping, 0.0),
+        friction,
+        friction / (squared_speed + surface.friction_speed**2),
     )
 
 

@@ -193,6 +193,12 @@ def inverse_symmetric(s: Symmetric) -> Symmetric:
 
 
 @inlined
+def sum_of(s: Symmetric, t: Symmetric) -> Symmetric:
+    """Sum of two symmetric matrices."""
+    return s[0] + t[0], s[1] + t[1], s[2] + t[2], s[3] + t[3], s[4] + t[4], s[5] + t[5]
+
+
+@inlined
 def symmetric_times(s: Symmetric, m: Matrix) -> Matrix:
     """Product of a symmetric matrix and a matrix."""
     x = apply_symmetric(s, (m[0], m[3], m[6]))

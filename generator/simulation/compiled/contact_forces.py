@@ -11,6 +11,8 @@ from numba import types
 
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
+    Matrix,
+    Vector,
     accumulate,
     apply,
     apply_transposed,
@@ -31,12 +33,15 @@ from generator.simulation.compiled.compiler import (
     FunctionPointer,
     compile_source,
     compiled,
+    inlined,
 )
 from generator.simulation.compiled.contact_tables import contact_source
 from generator.simulation.compiled.flight import distance_below
 from generator.simulation.compiled.layout import (
     CENTRE,
+    CONTACT_DEPTH,
     CONTACT_INPUTS,
+    CONTACT_RATE,
     FORCE,
     FRICTION,
     GROUP_END,
@@ -68,6 +73,30 @@ _contact: Any = compile_source(
 ).function
 
 
+@inlined
+def touch(
+    mechanism: Mechanism,
+    scratch: Scratch,
+    s: int,
+    d: int,
+    place: Vector,
+    axes: Matrix,
+    velocity: Vector,
+    spin: Vector,
+) -> None:
+    """Evaluate the law of contact of a sphere and a prop; see `Scratch.contact_work`."""
+    arguments = scratch.contact_work
+    store_in(arguments, 0, place)
+    store_in(arguments, 3, apply_transposed(axes, velocity))
+    store_in(arguments, 6, apply_transposed(axes, spin))
+    _contact(
+        mechanism.props[d, 0],
+        mechanism.contact_offsets[s, d],
+        arguments,
+        mechanism.contact_parameters,
+    )
+
+
 @compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
 def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
     """Add the forces of all props on all spheres to the bias forces of the links."""
@@ -94,15 +123,7 @@ def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
                     continue
                 spin = vector(work, i, SPIN)
                 velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
-                store_in(arguments, 0, place)
-                store_in(arguments, 3, apply_transposed(axes, velocity))
-                store_in(arguments, 6, apply_transposed(axes, spin))
-                _contact(
-                    mechanism.props[d, 0],
-                    mechanism.contact_offsets[s, d],
-                    arguments,
-                    mechanism.contact_parameters,
-                )
+                touch(mechanism, scratch, s, d, place, axes, velocity, spin)
                 force = apply(axes, vector_in(arguments, CONTACT_INPUTS))
                 moment = apply(axes, vector_in(arguments, CONTACT_INPUTS + 3))
                 total = plus(total, force)
@@ -159,16 +180,9 @@ def _record_step(mechanism: Mechanism, scratch: Scratch, row: Array) -> None:
                     continue
                 arm = apply(turn, vector(places, s, SPHERE_CENTRE))
                 velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
-                store_in(arguments, 0, plus(origin, apply_transposed(axes, arm)))
-                store_in(arguments, 3, apply_transposed(axes, velocity))
-                store_in(arguments, 6, apply_transposed(axes, spin))
-                _contact(
-                    mechanism.props[d, 0],
-                    mechanism.contact_offsets[s, d],
-                    arguments,
-                    mechanism.contact_parameters,
-                )
-                depth, rate = arguments[CONTACT_INPUTS + 8], arguments[CONTACT_INPUTS + 9]
+                place = plus(origin, apply_transposed(axes, arm))
+                touch(mechanism, scratch, s, d, place, axes, velocity, spin)
+                depth, rate = arguments[CONTACT_DEPTH], arguments[CONTACT_RATE]
                 if depth > row[at + 2 * s]:
                     row[at + 2 * s], row[at + 2 * s + 1] = depth, rate
 

@@ -100,6 +100,11 @@ def _record(
         force.normal * force.friction_power,
         force.depth,
         force.rate,
+        *force.normal_direction,
+        force.stiffness,
+        force.damping,
+        force.friction,
+        force.friction_bend,
     ]
     return _lines_and_constants(recorder, results, CONTACT_INPUTS)
 

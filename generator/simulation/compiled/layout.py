@@ -120,7 +120,12 @@ along them (3 each) [m]."""
 
 PROP_COLUMNS = 18
 
-CONTACT_INPUTS, CONTACT_RESULTS = 9, 10
+CONTACT_DEPTH, CONTACT_RATE, CONTACT_NORMAL, CONTACT_STIFFNESS = 17, 18, 19, 22
+CONTACT_DAMPING, CONTACT_FRICTION, CONTACT_BEND = 23, 24, 25
+"""Places in `Scratch.contact_work` of the depth, its rate, the direction of the normal force (3),
+and its derivatives; see `ContactForce`."""
+
+CONTACT_INPUTS, CONTACT_RESULTS = 9, 17
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
 
 PAIR_FIRST, PAIR_SECOND = range(2)
@@ -262,7 +267,9 @@ INVERSE_INERTIA = 88
 """Inverse of the inertia along the axis."""
 NET_EFFORT = 89
 """Effort less the bias along the axis."""
-WORK_COLUMNS = 90
+PARENT_GAIN = 90
+"""Of a ball with added inertia B: (J + B)^-1 B (9)."""
+WORK_COLUMNS = 99
 """Number of all columns."""
 
 DIRECTION = 0
@@ -316,15 +323,18 @@ class Scratch(NamedTuple):
         responses: responses of each link to a unit of each row, shape (q, n, RESPONSE_COLUMNS).
         factor: factor of the rows' accelerations by their multipliers, by Cholesky, shape (q, q).
         residual: right-hand side, then solution of these equations, shape (q,).
+        added_inertia: inertia that a linearly implicit method adds between a link and the inboard
+            one, symmetric and in world axes for balls, along the axis for hinges and slides (first
+            column), shape (n, 6); (0, 6) for explicit methods.
         contact_forces: contact forces on each segment with contact spheres, in world axes, shape
             (g, 3) [N].
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,
             its velocity and angular velocity), then its results (force and moment about the centre,
-            powers of impact damping and friction, depth and its rate). Of the law of two capsules,
-            in world axes: from the first's middle to the second's, halves of both lines, velocity
-            of the second's middle relative to the first's, both angular velocities, reach and
-            difference of the radii; force on the second, moments on the first and on the second
-            about their middles, and the powers.
+            powers of impact damping and friction, and what `CONTACT_DEPTH` and the next name). Of
+            the law of two capsules, in world axes: from the first's middle to the second's, halves
+            of both lines, velocity of the second's middle relative to the first's, both angular
+            velocities, reach and difference of the radii; force on the second, moments on the first
+            and on the second about their middles, and the powers.
     """
 
     work: Matrix
@@ -338,6 +348,7 @@ class Scratch(NamedTuple):
     responses: Stack
     factor: Matrix
     residual: Vector
+    added_inertia: Matrix
     contact_forces: Matrix
     contact_work: Vector
 
@@ -357,10 +368,18 @@ STEP_RECORD = types.FunctionType(types.void(MECHANISM, SCRATCH, VECTOR))
 
 
 class Laws(NamedTuple):
-    """Pointers to the functions of forces: the joints' laws, contact, and its record of a step."""
+    """Pointers to the functions of forces.
+
+    Attributes:
+        joints: laws of the joints.
+        contacts: contact of spheres with props.
+        pairs: contact of capsules with each other.
+        record_step: contact record of a step.
+    """
 
     joints: Annotated[CompiledLaw, LAW]
     contacts: Annotated[Any, CONTACTS]
+    pairs: Annotated[Any, CONTACTS]
     record_step: Annotated[Any, STEP_RECORD]
 
 

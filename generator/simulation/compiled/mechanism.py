@@ -291,6 +291,7 @@ class _Builder:
             np.zeros((rows, len(links), RESPONSE_COLUMNS)),
             np.zeros((rows, rows)),
             np.zeros(rows),
+            np.zeros((0, 6)),
             np.zeros((len(touching), 3)),
             np.zeros(CONTACT_WORK),
         )
@@ -643,16 +644,16 @@ def _equations_with(law: CompiledLaw, mechanism: Mechanism) -> Equations:
     With rows of constraints beyond the tree, with contacts, or with contacts between links, the
     functions for these are compiled as well.
     """
-    contacts, record_step = TOUCH_NOTHING, RECORD_NOTHING
+    contacts, pairs, record_step = TOUCH_NOTHING, TOUCH_NOTHING, RECORD_NOTHING
     if len(mechanism.sphere_groups) > 0:
         from generator.simulation.compiled.contact_forces import APPLY_CONTACTS, RECORD_STEP
 
         contacts, record_step = APPLY_CONTACTS, RECORD_STEP
     if len(mechanism.pairs) > 0:
-        from generator.simulation.compiled.self_contact_forces import APPLY_ALL_CONTACTS
+        from generator.simulation.compiled.self_contact_forces import APPLY_PAIRS
 
-        contacts = APPLY_ALL_CONTACTS
-    laws = Laws(law, contacts, record_step)
+        pairs = APPLY_PAIRS
+    laws = Laws(law, contacts, pairs, record_step)
     if len(mechanism.rows) == 0:
         return Equations(laws, EVALUATE_LAWS, TREE_RATES, KEEP_STATE)
     from generator.simulation.compiled.projection import (

@@ -35,6 +35,7 @@ from generator.simulation.compiled.algebra import (
     quaternion_rate,
     store,
     store_in,
+    sum_of,
     symmetric,
     symmetric_less_outer,
     symmetric_less_product,
@@ -79,6 +80,7 @@ from generator.simulation.compiled.layout import (
     NET_EFFORT,
     ORIENTATION,
     PARENT,
+    PARENT_GAIN,
     POINT_ACCELERATION,
     POINT_BIAS,
     POWERS,
@@ -99,6 +101,7 @@ from generator.simulation.compiled.link_motion import compute_kinematics, measur
 def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
     """Pass from the tips inwards: add what each joint transmits to the inboard link."""
     links, work = mechanism.links, scratch.work
+    is_implicit = len(scratch.added_inertia) > 0
     for i in range(len(links) - 1, -1, -1):
         parent, kind = links[i, PARENT], links[i, KIND]
         j, h = symmetric(work, i, ANGULAR_INERTIA), matrix(work, i, COUPLING_INERTIA)
@@ -107,7 +110,10 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
         arm, point_bias = vector(work, i, ARM), vector(work, i, POINT_BIAS)
         if kind == BALL:
             # The joint exerts no moment, so alpha = -J^-1 (n + H a), and only a force is left.
-            inverse = inverse_symmetric(j)
+            b = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            if is_implicit:
+                b = symmetric(scratch.added_inertia, i, 0)
+            inverse = inverse_symmetric(sum_of(j, b))
             gain = symmetric_times(inverse, h)
             spin_rate = times(-1.0, apply_symmetric(inverse, n))
             store(work, i, BALL_GAIN, gain)
@@ -117,6 +123,21 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
             m = symmetric_less_product(m, h, gain)
             f = plus(plus(f, apply_transposed(h, spin_rate)), apply_symmetric(m, point_bias))
             shifted = cross_symmetric(arm, m)
+            if is_implicit:
+                # With B between both links alpha = (J + B)^-1 (B alpha0 - n - H a), and the moment
+                # on the inboard link is B (alpha0 - alpha).
+                full = (b[0], b[1], b[2], b[1], b[3], b[4], b[2], b[4], b[5])
+                parent_gain = symmetric_times(inverse, full)
+                store(work, i, PARENT_GAIN, parent_gain)
+                coupling = symmetric_times(b, gain)
+                moment = minus(apply(coupling, point_bias), apply_symmetric(b, spin_rate))
+                across = twice_symmetric_part(cross_rows(arm, coupling))
+                accumulate(
+                    work, parent, ANGULAR_INERTIA, symmetric_less_product(b, full, parent_gain)
+                )
+                accumulate(work, parent, ANGULAR_INERTIA, across)
+                accumulate(work, parent, COUPLING_INERTIA, coupling)
+                accumulate(work, parent, MOMENT, moment)
             accumulate(work, parent, ANGULAR_INERTIA, upper_half(cross_rows(arm, shifted)))
             accumulate(work, parent, COUPLING_INERTIA, shifted)
             accumulate(work, parent, LINEAR_INERTIA, m)
@@ -131,6 +152,8 @@ def eliminate_constraints(mechanism: Mechanism, scratch: Scratch) -> None:
             else:
                 u, v = apply(h, axis), apply_symmetric(m, axis)
                 inertia, effort = dot(axis, v), work[i, EFFORT] - dot(axis, f)
+            if is_implicit:
+                inertia += scratch.added_inertia[i, 0]
             store(work, i, AXIS_INERTIA, u)
             store(work, i, AXIS_INERTIA + 3, v)
             work[i, INVERSE_INERTIA], work[i, NET_EFFORT] = 1.0 / inertia, effort
@@ -161,6 +184,7 @@ def compute_accelerations(
 ) -> None:
     """Pass from the ground outwards: accelerations of all links, and the rates of the state."""
     links, work = mechanism.links, scratch.work
+    is_implicit = len(scratch.added_inertia) > 0
     for i in range(len(links)):
         parent = links[i, PARENT]
         kind, coordinate, rate = links[i, KIND], links[i, COORDINATE], links[i, RATE]
@@ -171,7 +195,10 @@ def compute_accelerations(
             alpha, a = (0.0, 0.0, 0.0), times(-1.0, vector_in(mechanism.gravity, 0))
         a = plus(a, vector(work, i, POINT_BIAS))
         if kind == BALL:
+            outer = alpha
             alpha = minus(vector(work, i, BALL_SPIN_RATE), apply(matrix(work, i, BALL_GAIN), a))
+            if is_implicit and parent >= 0:
+                alpha = plus(alpha, apply(matrix(work, i, PARENT_GAIN), outer))
             store_in(rates, rate, alpha)
             store_in(
                 rates,
@@ -236,6 +263,8 @@ def evaluate_laws(
     )
     if len(mechanism.sphere_groups) > 0:  # a call that does nothing takes as long as two links
         laws.contacts(mechanism, scratch)
+    if len(mechanism.pairs) > 0:
+        laws.pairs(mechanism, scratch)
 
 
 @compiled(NOTHING, LAWS, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, VECTOR, pointer=True)

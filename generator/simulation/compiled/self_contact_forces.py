@@ -28,7 +28,6 @@ from generator.simulation.compiled.compiler import (
     compile_source,
     compiled,
 )
-from generator.simulation.compiled.contact_forces import apply_contacts
 from generator.simulation.compiled.contact_tables import pair_source
 from generator.simulation.compiled.layout import (
     FIRST_HALF,
@@ -59,9 +58,8 @@ _pair: Any = compile_source(pair_source(), "pair", FLAG(COUNT, VECTOR, VECTOR)).
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
-def _apply_all_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
-    """Add the forces of props and of all pairs of capsules to the bias forces of the links."""
-    apply_contacts(mechanism, scratch)
+def _apply_pairs(mechanism: Mechanism, scratch: Scratch) -> None:
+    """Add the forces of all pairs of capsules to the bias forces of the links."""
     pairs, places, arguments = mechanism.pairs, mechanism.pair_constants, scratch.contact_work
     work, powers = scratch.work, scratch.powers
     for p in range(len(pairs)):
@@ -95,5 +93,5 @@ def _apply_all_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
         powers[FRICTION] += arguments[PAIR_INPUTS + 10]
 
 
-APPLY_ALL_CONTACTS = FunctionPointer(_apply_all_contacts)
-"""Pointer to the function that adds the forces of contact with props and between links."""
+APPLY_PAIRS = FunctionPointer(_apply_pairs)
+"""Pointer to the function that adds the forces of contact between links."""
