@@ -100,6 +100,9 @@ def main() -> None:
         "MuJoCo, implicitfast 2 ms": lambda: mujoco_fall(outside),
         "one run at 1e-6": lambda: refinement.run_once(compiled, times, 1e-6),
         "one run at 1e-5": lambda: refinement.run_once(compiled, times, 1e-5),
+        "one implicit run at 1e-3": lambda: refinement.run_once(
+            compiled, times, 1e-3, is_implicit=True
+        ),
         "simulate": lambda: simulate(figure, PLAN, threads=1),
         "simulate, contact only": lambda: simulate(figure, PLAN, record=lean, threads=1),
     }

@@ -97,12 +97,15 @@ class SimulationResult(answer.CommandResult):
             self.outcome is not Ending.DONE
             or answer.finite_or_none(self.error_estimate_rad) is None
         ):
-            reason = ": the step was fixed" if self.tolerance_rad is None else ""
+            reason = ""
+            if self.tolerance_rad is None:
+                is_implicit = self.integrator is Integrator.IMPLICIT
+                reason = ": the implicit method has none" if is_implicit else ": the step was fixed"
             lines.append(self.recording.accuracy_text + reason)
         method = f"Exudyn's integrator, because {self.integrator_reason}"
         if self.agreement_with_exudyn is not None:
             difference = f"{self.agreement_with_exudyn:.1e} of the largest"
-            method = f"compiled; accelerations differ from Exudyn's by {difference}"
+            method = f"{self.integrator.value}; accelerations differ from Exudyn's by {difference}"
         rate = f", {self.simulated_s / wall:.3g} x real time" if wall > 0.0 else ""
         elastic = f"{self.elastic_joints} of {self.moving_joints} joints are elastic"
         rows = [
@@ -244,7 +247,7 @@ def simulate(
     if plan.scene.props:
         diagnostics = add_sphere_warnings(figure, diagnostics)
     load_exudyn()
-    if plan.integrator is Integrator.COMPILED and plan.step is None and not plan.python_torques:
+    if plan.integrator is not Integrator.EXUDYN and plan.step is None and not plan.python_torques:
         load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.run import simulate as run  # the import of Exudyn is slow
 

@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import assert_never
 
@@ -16,7 +17,14 @@ import numpy as np
 from generator.contact.states import ContactSteps, ContactTrace
 from generator.diagnostics import ModelError
 from generator.figure import Vector
-from generator.recording import WHOLE_RECORDING, Accuracy, Ending, Outcome, RecordingPart
+from generator.recording import (
+    WHOLE_RECORDING,
+    Accuracy,
+    Ending,
+    Integrator,
+    Outcome,
+    RecordingPart,
+)
 from generator.rotations import (
     Array,
     matrix_from_axis_angle,
@@ -51,6 +59,7 @@ from generator.simulation.compiled.refinement import (
     Watch,
     joint_differences,
     record_links,
+    run_once,
     run_until_agreed,
 )
 from generator.simulation.exudyn_model.agreement import BodyState, ExudynEquations
@@ -124,7 +133,27 @@ def run_compiled(
     """
     compiled = compile_model(model)
     disturb = model.contacts is not None and RecordingPart.CONTACT_SENSITIVITY in record
+    records_steps = model.contacts is not None and RecordingPart.CONTACT in record
     start = time.monotonic()
+    if model.plan.integrator is Integrator.IMPLICIT:
+        if len(compiled.mechanism.rows):
+            raise ModelError(
+                "the implicit integrator is for figures without closed loops and links: choose the "
+                "compiled one"
+            )
+        alone = run_once(
+            compiled,
+            times,
+            model.plan.tolerance,
+            limit.deadline,
+            None if watch is None else partial(watch, 1),
+            max_steps_per_second=max_steps_per_second,
+            records_steps=records_steps,
+            is_implicit=True,
+        )
+        unknown = np.full(len(alone.times), np.nan)
+        agreed = AgreedRun(alone, unknown, alone.steps, 1)
+        return _refined_run(model, compiled, agreed, time.monotonic() - start)
     agreed = run_until_agreed(
         compiled,
         times,
@@ -134,23 +163,29 @@ def run_compiled(
         max_steps_per_second,
         disturbed_start(compiled, float(times[0])) if disturb else None,
         threads,
-        records_steps=model.contacts is not None and RecordingPart.CONTACT in record,
+        records_steps=records_steps,
         certify=model.plan.certify,
     )
-    wall_time = time.monotonic() - start
+    return _refined_run(model, compiled, agreed, time.monotonic() - start)
+
+
+def _refined_run(
+    model: ExudynModel, compiled: CompiledModel, agreed: AgreedRun, wall_time: float
+) -> RefinedRun:
+    """Return the motion of a run, with what is known of its error."""
     run = agreed.run
     trace = replace(
         build_trace(model, compiled, run.times, run.states, run.links),
         closing_wrenches=_closing_wrenches(compiled, run),
         contact=_contact_trace(model, compiled, agreed),
     )
-    accuracy = estimated_accuracy(
-        run.times,
-        agreed.errors,
-        model.plan.tolerance,
-        (run.last_time - float(run.times[0])) / max(run.steps, 1),
-        agreed.steps,
-    )
+    mean_step = (run.last_time - float(run.times[0])) / max(run.steps, 1)
+    if model.plan.integrator is Integrator.IMPLICIT:
+        last = float(run.times[-1])
+        accuracy = Accuracy(None, None, last, mean_step, run.steps, agreed.errors)
+    else:
+        tolerance = model.plan.tolerance
+        accuracy = estimated_accuracy(run.times, agreed.errors, tolerance, mean_step, agreed.steps)
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
 
 
@@ -160,6 +195,8 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
     last = float(run.times[-1])
     match run.ending:
         case Ending.DONE | Ending.INACCURATE:
+            if accuracy.tolerance is None:
+                return Outcome(Ending.DONE, f"Finished {last:.4g} s by the implicit method.", last)
             is_whole = model.contacts is None or model.plan.certify
             return finished_outcome(accuracy, last, is_whole=is_whole)
         case Ending.INTERRUPTED:

@@ -120,7 +120,8 @@ class Plan:
             raise ValueError("a scene is a Scene, such as read_scene(...) or Scene.floor()")
         if isinstance(self.integrator, str):
             raise ValueError(
-                f"the integrator is Integrator.COMPILED or EXUDYN, not {self.integrator!r}"
+                "the integrator is Integrator.COMPILED, IMPLICIT or EXUDYN, "
+                f"not {self.integrator!r}"
             )
         if isinstance(self.locked, str):
             raise ValueError(f'locked are names of joints: ("{self.locked}",)')

@@ -186,7 +186,8 @@ def _try_compiled(runner: "_Runner", max_steps_per_second: float | None = None) 
     agreement = agreement_with_exudyn(runner.model, refined.trace, recording.displacements)
     if not agreement <= MAX_DISAGREEMENT:
         return f"the compiled accelerations differ from Exudyn's by {agreement:.1e}"
-    return replace(recording, agreement_with_exudyn=agreement)
+    integrator = runner.model.plan.integrator
+    return replace(recording, agreement_with_exudyn=agreement, integrator=integrator)
 
 
 class _Runner:

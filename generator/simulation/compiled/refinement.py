@@ -176,6 +176,7 @@ def run_once(
     max_steps_per_second: float = MAX_STEPS_PER_SECOND,
     *,
     records_steps: bool = False,
+    is_implicit: bool = False,
 ) -> CompiledRun:
     """Run a model from its initial state.
 
@@ -188,10 +189,15 @@ def run_once(
         stopped: set by another thread to interrupt the run.
         max_steps_per_second: steps per simulated second above which a motion is called stiff.
         records_steps: whether to record contact after every step.
+        is_implicit: whether to use the linearly implicit method, for models without constraints
+            beyond the tree.
 
     Raises:
         StiffMotionError: the motion needs too many steps.
     """
+    if is_implicit:
+        added = np.zeros((len(model.mechanism.links), 6))
+        model = replace(model, scratch=model.scratch._replace(added_inertia=added))
     mechanism = model.mechanism
     mechanism.branches[:] = 1.0
     start, stop = float(times[0]), float(times[-1])
@@ -216,6 +222,7 @@ def run_once(
         model,
         progress,
         path,
+        _implicit_march(model, progress) if is_implicit else _explicit_march(model, progress),
         times,
         states,
         tolerance,
@@ -232,6 +239,7 @@ def run_once(
             ending = Ending.POLE
     count = int(progress.counts[FRAME])
     states = states[:count]
+    model.scratch.added_inertia[:] = 0.0
     links = np.empty((count, len(mechanism.links), RECORDED_COLUMNS))
     rates = np.empty_like(states)
     wrenches = np.empty((count, len(mechanism.rows), 6))
@@ -307,10 +315,30 @@ def record_links(model: CompiledModel, times: Array, states: Array) -> Array:
     return links
 
 
+_March = Callable[[Array, Array, float, float, int], int]
+"""Continues an integration; see `march` for its arguments from `frames` on."""
+
+
+def _explicit_march(model: CompiledModel, progress: Progress) -> _March:
+    method = BS23 if model.has_contact else DOP853
+    return partial(
+        march, method, model.equations, model.mechanism, model.scratch, progress, model.balls
+    )
+
+
+def _implicit_march(model: CompiledModel, progress: Progress) -> _March:
+    from generator.simulation.compiled.implicit import make_tangents, march_implicitly
+
+    memory = model.scratch, make_tangents(model.mechanism), progress
+    numbers = model.balls, min(model.rate_places, default=0)
+    return partial(march_implicitly, model.equations, model.mechanism, *memory, *numbers)
+
+
 def _march_to_end(
     model: CompiledModel,
     progress: Progress,
     path: _Path,
+    advance: _March,
     times: Array,
     states: Array,
     tolerance: float,
@@ -321,15 +349,14 @@ def _march_to_end(
 ) -> Ending:
     """Integrate to the last frame in calls of some steps, and return the ending.
 
-    The arguments are those of `run_once`; `states` are those of the frames, shape (f, n), a result.
+    The arguments are those of `run_once`, and the march; `states` are those of the frames, shape
+    (f, n), a result.
     """
     start, stop = float(times[0]), float(times[-1])
     steps_per_call = _steps_per_call(model)
-    method = BS23 if model.has_contact else DOP853
-    arguments = (method, model.equations, model.mechanism, model.scratch, progress, model.balls)
     while True:
         try:
-            status = march(*arguments, times, states, stop, tolerance, steps_per_call)
+            status = advance(times, states, stop, tolerance, steps_per_call)
             path.collect()
             steps = int(progress.counts[STEPS] + progress.counts[REJECTED])
             passed = float(progress.clock[TIME]) - start

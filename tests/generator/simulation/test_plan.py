@@ -52,7 +52,7 @@ def test_defaults() -> None:
         ({"springs": "coupled"}, "a file or a name is the spring_choice"),
         ({"springs": SpringsFile(())}, r"such as read_springs.* not a SpringsFile"),
         ({"scene": "seat"}, "read_scene"),
-        ({"integrator": "exudyn"}, "Integrator.COMPILED or EXUDYN, not 'exudyn'"),
+        ({"integrator": "exudyn"}, "Integrator.COMPILED, IMPLICIT or EXUDYN, not 'exudyn'"),
         ({"locked": "left_knee"}, "locked are names of joints"),
         ({"gravity": (0.0, -9.81)}, "three finite components"),
         ({"gravity": (0.0, float("nan"), 0.0)}, "three finite components"),
