@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from math import inf, nan
@@ -26,8 +26,9 @@ from generator.diagnostics import UsageError
 from generator.recording import Ending
 from generator.rotations import Array
 from generator.study.designs import design_points, run_count
+from generator.study.method_check import LARGEST_SHIFT, MethodShift
 from generator.study.run_results import RunResults
-from generator.study.study import DesignKind, Statistic, Study
+from generator.study.study import DesignKind, RunMethod, Statistic, Study
 from generator.study.study_file import STUDY_FILE
 from generator.study.sweep import (
     MOTIONS_NAME,
@@ -98,6 +99,13 @@ def sweep(
         Path | None,
         typer.Option(metavar="FILE.csv|.parquet", help="Write the table of runs here as well."),
     ] = None,
+    method: Annotated[
+        RunMethod | None,
+        typer.Option(
+            help="Falls by the fast implicit method, checked by tight runs of 2 %, or all tight. "
+            "[default: fast]"
+        ),
+    ] = None,
     *,
     show_progress: bool = False,
 ) -> answer.CommandResult:
@@ -119,7 +127,7 @@ def sweep(
     engine, workers = _choose_engine(jobs, scheduler, insecure=insecure)
     load_exudyn()
     parsed = STUDY_FILE.parse_file(name)
-    study = parsed.require_value()
+    study = replace(parsed.require_value(), method=method or RunMethod.FAST)
     if table is not None:
         check_writable([table], [study.design.file], "study")
     simulates_here = dry_run or output is None
@@ -175,7 +183,21 @@ def sweep(
         rows=result.rows,
         indices=indices,
         diagnostics=(*parsed.diagnostics, *result.warnings),
-        failure=message if result.failed else None,
+        method=study.method,
+        shifts=result.shifts,
+        failure=message if result.failed else _refused_measures(result),
+    )
+
+
+def _refused_measures(result: Sweep) -> str | None:
+    """Return the sentence about measures that the fast method shifts; None without any."""
+    refused = [name for name, one in result.shifts.items() if one.is_refused]
+    if not refused:
+        return None
+    tolerance = result.study.plan.tolerance
+    return (
+        f"the fast method shifts {', '.join(refused)} by more than {LARGEST_SHIFT:g} standard "
+        f"deviations: use `tolerance = {0.1 * tolerance:g}` in the study, or --method tight"
     )
 
 
@@ -389,6 +411,8 @@ class SweepResult(answer.CommandResult):
     processes: int | None
     measures: Mapping[str, MeasureSummary]
     sensitivity: Mapping[str, object] | None
+    method: RunMethod
+    shifts: Mapping[str, MethodShift]
     files: Sequence[Path]
     rows: RunResults = field(metadata=answer.HIDDEN)
     indices: "StudyIndices | None" = field(metadata=answer.HIDDEN)
@@ -411,6 +435,13 @@ class SweepResult(answer.CommandResult):
         hidden = f"\nand {answer.format_count(more, 'measure')} more, see {self.files[0]}"
         yield f"{answer.Table(table[: MAX_ROWS + 1])}{hidden if more > 0 else ''}"
         yield from self._rankings()[:MAX_RANKED]
+        if self.shifts:
+            largest = max(self.shifts, key=lambda name: abs(self.shifts[name].shift))
+            one = self.shifts[largest]
+            yield (
+                f"fast method, beside {answer.format_count(one.runs, 'tight run')}: means differ "
+                f"by at most {abs(one.shift):.2g} standard deviations, of {largest}"
+            )
         yield answer.format_written(self.files)
 
     def details(self) -> answer.Paragraphs:
@@ -418,6 +449,13 @@ class SweepResult(answer.CommandResult):
         if len(self.measures) > MAX_ROWS:
             yield answer.Table(self._measures_table())
         yield from self._rankings()[MAX_RANKED:]
+        if self.shifts:
+            rows = [["measure", *MethodShift._fields]]
+            rows += [
+                [name, str(one.runs), *(f"{number:.2g}" for number in one[1:])]
+                for name, one in self.shifts.items()
+            ]
+            yield answer.Table(rows)
 
     def _measures_table(self) -> list[list[str]]:
         return [

@@ -6,12 +6,15 @@ core has a process of its own, one thread is best.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from generator.diagnostics import MoverError, WallLimitError
+from generator.kinematics.tree import build_tree
 from generator.motion_files import npz
 from generator.motion_files.motion import motion_from_recording
-from generator.recording import WHOLE_RECORDING, Ending
+from generator.recording import WHOLE_RECORDING, Ending, Integrator
+from generator.simulation.plan import Plan
 from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
 from generator.study.parameter_paths import Case
 from generator.study.parameters import build_case
@@ -19,6 +22,7 @@ from generator.study.study import (
     NO_EQUILIBRIUM,
     WRONG_INPUT,
     Measure,
+    RunMethod,
     RunResult,
     Statistic,
     Study,
@@ -63,7 +67,8 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
     try:
         if moving or keep is not None or not measures:
             parts = WHOLE_RECORDING if keep is not None else parts_of_measures(case.figure, moving)
-            recording = simulate(case.model, case.plan, record=parts, threads=threads)
+            plan = _fast_plan(case) if study.method is RunMethod.FAST else case.plan
+            recording = simulate(case.model, plan, record=parts, threads=threads)
             if recording.outcome.ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
             motion = motion_from_recording(recording)
@@ -81,6 +86,15 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
     except MoverError as failure:
         return failed_run(study, WRONG_INPUT, str(failure))
     return RunResult(Ending.DONE.value, "", {each.name: numbers[each.name] for each in measures})
+
+
+def _fast_plan(case: Case) -> Plan:
+    """Return the plan of a fast run: a fall is integrated by the implicit method."""
+    plan = case.plan
+    can = plan.integrator is Integrator.COMPILED and plan.step is None and not plan.python_torques
+    if not (can and plan.scene.props) or plan.links or build_tree(case.figure).closures:
+        return plan
+    return replace(plan, integrator=Integrator.IMPLICIT)
 
 
 def _measure_at_rest(case: Case, measures: Sequence[Measure]) -> Measured:

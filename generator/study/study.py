@@ -165,6 +165,15 @@ class Sensitivity:
     resamples: int = 1000
 
 
+class RunMethod(StrEnum):
+    """How the runs of a study are integrated."""
+
+    FAST = "fast"
+    """Falls once, by the implicit method; other motions as by the tight one."""
+    TIGHT = "tight"
+    """As `simulate` does: two runs, of which the difference estimates the error."""
+
+
 @short_repr
 @dataclass(frozen=True)
 class Study:
@@ -179,6 +188,7 @@ class Study:
         measures: numbers of each run, by name, in the order of the file.
         person: arguments of the figure, where it is a person; None for a figure's file.
         sensitivity: indices that are asked for; None without any.
+        method: integration of its runs.
         text: text of its file.
     """
 
@@ -190,6 +200,7 @@ class Study:
     measures: Mapping[str, Measure]
     person: PersonArguments | None = None
     sensitivity: Sensitivity | None = None
+    method: RunMethod = RunMethod.FAST
     text: str = field(default="", compare=False, repr=False)
 
 

@@ -1,8 +1,8 @@
 """Sweep: all runs of a study, in a folder that keeps what is finished."""
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TypeAlias, overload
@@ -26,9 +26,17 @@ from generator.study.journal import (
     open_journal,
     read_journal,
 )
+from generator.study.method_check import (
+    CHECK_NAME,
+    MethodShift,
+    checked_runs,
+    compare_methods,
+    read_check,
+    write_check,
+)
 from generator.study.run_results import RunResults
 from generator.study.run_table import write_run_table
-from generator.study.study import DIED, Study
+from generator.study.study import DIED, RunMethod, Study
 from generator.study.worker_pool import FinishedRun, Task, run_locally
 from generator.text_io import os_error_reason, path_exists, remove_stale_parts, write_atomic
 from springs.short_repr import short_repr
@@ -95,6 +103,7 @@ class Sweep:
         rows: results of the runs, in the order of the points.
         kept: number of results that earlier sweeps of the folder had left.
         warnings: warnings about the journal.
+        shifts: comparison of each measure with tight runs; empty for a study without fast ones.
     """
 
     study: Study
@@ -102,6 +111,7 @@ class Sweep:
     rows: RunResults
     kept: int = 0
     warnings: tuple[Diagnostic, ...] = ()
+    shifts: Mapping[str, MethodShift] = field(default_factory=dict[str, MethodShift])
 
     @property
     def failed(self) -> int:
@@ -179,12 +189,13 @@ def run_sweep(
                 points, np.flatnonzero(~results.finished), folder if keep_motions else None
             )
             _carry_out(study, tasks, engine, journal, results, watch)
+        shifts = _check_method(study, points, results, engine, folder, is_new=len(tasks) > 0)
         _write(
             folder / TABLE_NAME,
             partial(write_run_table, study=study, points=points, rows=results),
         )
     warnings = tuple(_damage_warnings(journal_path, content.damaged_lines))
-    return Sweep(study, points, results, kept, warnings)
+    return Sweep(study, points, results, kept, warnings, shifts)
 
 
 def _with_files(study: Study) -> Study:
@@ -233,6 +244,23 @@ def _carry_out(
             finished += 1
             if watch is not None:
                 watch(SweepProgress(finished, total, run))
+
+
+def _check_method(
+    study: Study, points: Array, results: RunResults, engine: Engine, folder: Path, *, is_new: bool
+) -> dict[str, MethodShift]:
+    """Return the comparison of fast falls with tight ones, made after new runs, or read."""
+    if study.method is not RunMethod.FAST or not study.plan.scene.props or not study.measures:
+        return {}
+    known = None if is_new else read_check(folder)
+    if known is not None:
+        return known
+    chosen = np.array(checked_runs(len(points)), dtype=np.int64)
+    tight = replace(study, method=RunMethod.TIGHT)
+    with closing(engine(tight, _Tasks(points, chosen, None))) as arriving:
+        shifts = compare_methods(study, results, {run.index: run for run in arriving})
+    _write(folder / CHECK_NAME, lambda path: write_check(path.parent, shifts))
+    return shifts
 
 
 def _drop_unusable(results: RunResults, *, again_failed: bool, motions: Path | None) -> None:
