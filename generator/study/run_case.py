@@ -92,7 +92,7 @@ def _fast_plan(case: Case) -> Plan:
     """Return the plan of a fast run: a fall is integrated by the implicit method."""
     plan = case.plan
     can = plan.integrator is Integrator.COMPILED and plan.step is None and not plan.python_torques
-    if not (can and plan.scene.props) or plan.links or build_tree(case.figure).closures:
+    if not (can and plan.scene.props) or plan.links.links or build_tree(case.figure).closures:
         return plan
     return replace(plan, integrator=Integrator.IMPLICIT)
 
