@@ -119,11 +119,18 @@ def _segment_spheres(figure: Figure, segment: Segment, vertices: Array | None) -
         vertices = None
     if segment.contact_spheres:
         table = np.array([(*each.centre, each.radius) for each in segment.contact_spheres])
-        error = None if vertices is None else _Ruler(vertices).largest_error(table)
+        error = None if vertices is None else _largest_error(vertices.tobytes(), table.tobytes())
         return SegmentSpheres(segment.contact_spheres, error, SphereSource.OWN)
     if vertices is not None:
         return _fit(np.ascontiguousarray(vertices).tobytes())
     return _capsule(figure, segment)
+
+
+@lru_cache(maxsize=256)
+def _largest_error(vertices: bytes, spheres: bytes) -> float:
+    """Return the error of spheres beside vertices; see `SegmentSpheres`."""
+    ruler = _Ruler(np.frombuffer(vertices).reshape(-1, 3))
+    return ruler.largest_error(np.frombuffer(spheres).reshape(-1, 4))
 
 
 @lru_cache(maxsize=4)
