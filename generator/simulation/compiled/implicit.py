@@ -428,7 +428,9 @@ def _add_contacts(
         store(scratch.contact_forces, c, 0, total)
 
 
-@compiled(NOTHING, LAWS, MECHANISM, SCRATCH, TANGENTS, COUNT, REAL, VECTOR, REAL, FLAG, VECTOR)
+@compiled(
+    NOTHING, LAWS, MECHANISM, SCRATCH, TANGENTS, COUNT, REAL, VECTOR, REAL, FLAG, VECTOR, entry=True
+)
 def solve_stage(
     laws: Laws,
     mechanism: Mechanism,
