@@ -11,7 +11,12 @@ from generator.diagnostics import ModelError
 from generator.recording import Ending, Integrator
 from generator.simulation.compiled.implicit import make_tangents, solve_stage
 from generator.simulation.compiled.mechanism import CompiledModel
-from generator.simulation.compiled.refinement import CompiledRun, joint_differences, run_once
+from generator.simulation.compiled.refinement import (
+    CompiledRun,
+    StiffMotionError,
+    joint_differences,
+    run_once,
+)
 from generator.simulation.compiled_run import compile_model
 from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
@@ -118,7 +123,9 @@ def test_stiff_joints_need_no_short_steps() -> None:
     locked = Plan(stop=0.5, springs=SpringSet(), locked=("joint1", "joint2"))
     rigid = simulate(row(3), replace(locked, frame=0.1))
     assert run.ending is Ending.DONE
-    assert run.steps < 0.2 * run_once(model, times, 1e-4).steps
+    assert run.steps < 1000
+    with pytest.raises(StiffMotionError):
+        run_once(model, times, 1e-4)
     stiff = simulate(
         row(3), replace(plan, frame=0.1, tolerance=1e-4, integrator=Integrator.IMPLICIT)
     )
