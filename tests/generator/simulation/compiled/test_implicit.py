@@ -117,10 +117,11 @@ def test_stiff_joints_need_no_short_steps() -> None:
     """Balls a hundred thousand times stiffer, whose fast motion is damped, move as rigid ones."""
     axes = [AxisSpring(axis, (Linear(1e6),), Damping(1e3)) for axis in (X, Y, Z)]
     springs = SpringSet({f"joint{k}": JointSprings(f"joint{k}", tuple(axes)) for k in (1, 2)})
-    plan = Plan(stop=0.5, springs=springs)
+    straight = {"joint1": (0.0, 0.0, 0.0), "joint2": (0.0, 0.0, 0.0)}
+    plan = Plan(stop=0.5, springs=springs, displacements=straight)
     model, times = compile_model(build_model(row(3), plan)), np.linspace(0.0, 0.5, 6)
     run = implicit_run(model, times, 1e-4)
-    locked = Plan(stop=0.5, springs=SpringSet(), locked=("joint1", "joint2"))
+    locked = replace(plan, springs=SpringSet(), locked=("joint1", "joint2"))
     rigid = simulate(row(3), replace(locked, frame=0.1))
     assert run.ending is Ending.DONE
     assert run.steps < 1000
