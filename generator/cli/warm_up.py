@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 from generator.cli.answer import CommandResult, Paragraphs, Table
@@ -46,7 +47,7 @@ class WarmUp(CommandResult):
 def warm_up(*, show_progress: bool = False) -> CommandResult:
     """Compile the integrator ahead of the first simulation.
 
-    The laws of the prototype and contact are compiled as well. Laws of other forms, and the code
+    The laws of the prototype, contact and the implicit method are compiled as well. Laws of other forms, and the code
     for closed loops, links and self-contact, are compiled when a figure first has them.
     """
     was_compiled, start = is_compiled(), time.monotonic()
@@ -61,4 +62,5 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
 
     floor = Scene.floor()
     compile_model(build_model(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor)))
+    import_module("generator.simulation.compiled.implicit")
     return WarmUp(was_compiled, cache_folder(), time.monotonic() - start)

@@ -33,11 +33,13 @@ _MARK = "complete"
 _LATER_FILES = (
     "closure.py",
     "contact_forces.py",
+    "implicit.py",
     "projection.py",
     "row_motion.py",
     "self_contact_forces.py",
 )
-"""Files that are compiled when a figure first has closed loops, linked rotations, props, or
+"""Files that are compiled when a figure first has closed loops, linked rotations, props, the implicit
+method, or
 segments that touch each other."""
 
 _FOLDER = Path(__file__).parent

@@ -49,7 +49,7 @@ def falling_study(count: int) -> Study:
         plan=plan,
         parameters={"g": Parameter("g", ("gravity",), None)},
         design=Design(DesignKind.LIST, rows=rows),
-        measures={"force": Measure("force", "first.contact_force [N]", Statistic.LARGEST)},
+        measures={"force": Measure("force", "second.contact_force [N]", Statistic.LARGEST)},
         text="# falls\n",
     )
 
