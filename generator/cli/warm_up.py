@@ -47,8 +47,9 @@ class WarmUp(CommandResult):
 def warm_up(*, show_progress: bool = False) -> CommandResult:
     """Compile the integrator ahead of the first simulation.
 
-    The laws of the prototype, contact and the implicit method are compiled as well. Laws of other forms, and the code
-    for closed loops, links and self-contact, are compiled when a figure first has them.
+    The laws of the prototype, contact and the implicit method are compiled as well. Laws of other
+    forms, and the code for closed loops, links and self-contact, are compiled when a figure first
+    has them.
     """
     was_compiled, start = is_compiled(), time.monotonic()
     load_exudyn()

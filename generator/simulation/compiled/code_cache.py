@@ -38,9 +38,8 @@ _LATER_FILES = (
     "row_motion.py",
     "self_contact_forces.py",
 )
-"""Files that are compiled when a figure first has closed loops, linked rotations, props, the implicit
-method, or
-segments that touch each other."""
+"""Files that are compiled when a figure first has closed loops, linked rotations, props, or
+segments that touch each other, and with the implicit method."""
 
 _FOLDER = Path(__file__).parent
 
