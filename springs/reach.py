@@ -14,7 +14,7 @@ With the quaternion (w, u c + x) of the rotation from the limb at the centre, x 
 tan(theta/2) = |x| / sqrt(w^2 + u^2) and t = atan2(2 u w, w^2 - u^2).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import atan2, cos, pi, sin
@@ -239,11 +239,10 @@ class ReachAt:
         p1, p2 = self.place
         c1, s1 = p1 / safe, p2 / safe
         value, slope = self.fit.boundary[0][0], 0.0
-        before, c, s = (1.0, 0.0), c1, s1
-        for k, (a, b) in enumerate(self.fit.boundary[1:], 1):
+        multiples = _cosines_and_sines(c1, s1, len(self.fit.boundary) - 1)
+        for k, ((a, b), (c, s)) in enumerate(zip(self.fit.boundary[1:], multiples, strict=True), 1):
             value = value + (a * c + b * s)
             slope = slope + k * (b * c - a * s)
-            before, c, s = (c, s), 2.0 * c1 * c - before[0], 2.0 * c1 * s - before[1]
         return value, slope, safe
 
     def end(self, quadratic: Quadratic) -> tuple[Real, Real, Real]:
@@ -337,12 +336,14 @@ def _with_boundary(reach: Reach, fit: _Fit) -> tuple[_Fit, float]:
             f"{len(reach.boundary)}"
         )
     places = np.array([_at(fit, _raising(reach, point), FLOATS).place for point in reach.boundary])
-    azimuths = np.arctan2(places[:, 1], places[:, 0])
-    multiples = np.arange(1, reach.harmonics + 1)
-    columns = [np.ones_like(azimuths)]
-    columns += [f(k * azimuths) for k in multiples for f in (np.cos, np.sin)]
-    weights = np.concatenate([[0.0], np.repeat(_HARMONIC_RIDGE * multiples**2, 2)])
     sizes = np.hypot(places[:, 0], places[:, 1])
+    multiples = np.arange(1, reach.harmonics + 1)
+    columns = [np.ones_like(sizes)]
+    for pair in _cosines_and_sines(
+        *(places / np.maximum(sizes, _LEAST_ELEVATION)[:, None]).T, reach.harmonics
+    ):
+        columns += pair
+    weights = np.concatenate([[0.0], np.repeat(_HARMONIC_RIDGE * multiples**2, 2)])
     found, residual = _least_squares(np.column_stack(columns), sizes, weights)
     terms = ((found[0], 0.0), *zip(found[1::2], found[2::2], strict=True))
     angles = _sum_of_harmonics(terms, np.radians(np.arange(360.0)))
@@ -368,12 +369,25 @@ def _with_turns(reach: Reach, fit: _Fit) -> tuple[_Fit, float]:
     residuals: list[float] = []
     for angles in zip(*ends, strict=True):
         turns = [_turn(fit, r, axis * each) for r, each in zip(raisings, angles, strict=True)]
-        near = middle + (np.array(turns) - middle + pi) % (2.0 * pi) - pi
+        # Rounding to a whole number of turns is odd, as a remainder is not.
+        near = turns - 2.0 * pi * np.round((np.array(turns) - middle) / (2.0 * pi))
         (k0, k1, k2, k11, k12, k22), residual = _least_squares(rows, near, _QUADRATIC_WEIGHTS)
         quadratics.append((k0, k1, k2, k11, k12, k22))
         residuals.append(residual)
     lower, upper = quadratics
     return replace(fit, lower=lower, upper=upper), max(residuals)
+
+
+def _cosines_and_sines(c1: Real, s1: Real, count: int) -> Iterator[tuple[Real, Real]]:
+    """Yield cosine and sine of the first multiples of an angle, given those of the angle itself.
+
+    The opposite angle has exactly the same cosines and the opposite sines, so that a reach and its
+    mirror image have exactly opposite torques.
+    """
+    before, c, s = (1.0, 0.0), c1, s1
+    for _ in range(count):
+        yield c, s
+        before, c, s = (c, s), 2.0 * c1 * c - before[0], 2.0 * c1 * s - before[1]
 
 
 def _sum_of_harmonics(terms: Sequence[tuple[float, float]], azimuths: Array) -> Array:

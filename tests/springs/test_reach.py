@@ -122,7 +122,18 @@ def test_the_torque_is_the_slope_of_the_energy(r):
 def test_the_right_arm_is_the_mirror_image_of_the_left(r):
     flip = np.array([-1.0, 1.0, -1.0])
     left, right = ARM.torque(r, FLOATS), MIRRORED.torque(flip * r, FLOATS)
-    assert np.allclose(right, flip * left, rtol=0.0, atol=1e-11 * (1.0 + np.abs(left).max()))
+    assert np.array_equal(right, flip * left)
+
+
+def test_mirror_images_are_exact_with_a_point_opposite_to_the_zero_of_the_azimuth():
+    """Its azimuth is half a turn on both sides, not that and its opposite."""
+    one, other = (
+        replace(each, boundary=(*each.boundary, point(55, 178)), turns=each.turns[:3])
+        for each in (ARM, MIRRORED)
+    )
+    r = np.random.default_rng(5).uniform(-1.7, 1.7, (500, 3))
+    flip = np.array([-1.0, 1.0, -1.0])
+    assert np.array_equal(other.torque(flip * r), flip * one.torque(r))
 
 
 def test_at_the_centre_and_near_it_the_torque_is_smooth():
