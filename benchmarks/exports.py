@@ -78,9 +78,19 @@ class Case:
         """The case under the law of coordinates."""
         return replace(self, springs=replace(self.springs, law=SphericalLaw.COORDINATES))
 
+    def held_by(self, program: str) -> "Case":
+        """The case in a program's file: MuJoCo's is under the law of coordinates.
+
+        Only OpenSim's holds the reach of a limb; others are without the springs of its joint.
+        """
+        if program == OpenSimModel.name:
+            return self
+        held = self.without_reaches
+        return held.in_coordinates if program == MuJoCoModel.name else held
+
     @property
-    def in_file(self) -> "Case":
-        """The case without the springs of joints with a reach, which files do not hold."""
+    def without_reaches(self) -> "Case":
+        """The case without the springs of joints with a reach."""
         joints = {name: one for name, one in self.springs.joints.items() if one.reach is None}
         return replace(self, springs=replace(self.springs, joints=joints))
 
@@ -158,8 +168,7 @@ def engines() -> Iterator[Any]:
 def row(engine: Any, case: Case, folder: Path) -> dict[str, object]:
     """The row of a figure in a program."""
     found: dict[str, object] = {"figure": case.name, "program": engine.name}
-    called, case = case.in_callback, case.in_file
-    case = case.in_coordinates if engine is MuJoCoModel else case
+    called, case = case.in_callback, case.held_by(engine.name)
     model = engine(case.figure, case.springs, folder)
     warnings = len(model.warnings)
     if case.springs.joints and engine is not PinocchioModel:

@@ -81,7 +81,7 @@ class TurnRange:
 
 
 @dataclass(frozen=True)
-class _Fit:
+class ReachFit:
     """Functions through the points of a reach.
 
     Attributes:
@@ -147,10 +147,11 @@ class Reach:
 
     def __post_init__(self) -> None:
         """Fit the functions."""
-        _ = self._fit
+        _ = self.fit
 
     @cached_property
-    def _fit(self) -> _Fit:
+    def fit(self) -> ReachFit:
+        """Functions through the points."""
         axis = np.array(self.long_axis)
         centre = _matrix(_raising(self, self.centre)) @ axis
         zero = axis - (axis @ centre) * centre
@@ -161,7 +162,7 @@ class Reach:
         start = np.array([1.0 + axis @ centre, *vector])
         w, x, y, z = map(float, start / np.linalg.norm(start))
         second = np.cross(centre, zero)
-        fit = _Fit(_direction(centre), _direction(zero), _direction(second), (w, (x, y, z)))
+        fit = ReachFit(_direction(centre), _direction(zero), _direction(second), (w, (x, y, z)))
         fit, off_boundary = _with_boundary(self, fit)
         fit, off_turn = _with_turns(self, fit)
         return replace(fit, residuals=(off_boundary, off_turn))
@@ -174,16 +175,16 @@ class Reach:
     @property
     def residuals(self) -> tuple[float, float]:
         """Largest distances of the points from the boundary and the ends of the turn [rad]."""
-        return self._fit.residuals
+        return self.fit.residuals
 
     def boundary_at(self, azimuths: Array) -> Array:
         """Return the angles of the boundary from the centre at azimuths [rad]."""
-        return _sum_of_harmonics(self._fit.boundary, azimuths)
+        return _sum_of_harmonics(self.fit.boundary, azimuths)
 
     @property
     def torque_at_centre(self) -> float:
         """Torque beyond the boundary at the centre [N m]; there its direction is not defined."""
-        return float(total_torque(self.beyond.elastic, -self._fit.boundary[0][0], FLOATS))
+        return float(total_torque(self.beyond.elastic, -self.fit.boundary[0][0], FLOATS))
 
     def scaled(self, elastic: float) -> "Reach":
         """Return the reach with a factor of its torques."""
@@ -197,7 +198,7 @@ class Reach:
 
     def at(self, r: Vector, ops: Operations = NUMPY) -> "ReachAt":
         """Return the place in the reach of a rotation vector [rad], shape (..., 3)."""
-        return _at(self._fit, r, ops)
+        return _at(self.fit, r, ops)
 
     def torque(self, r: Vector, ops: Operations = NUMPY) -> Vector:
         """Return the torque on the child in the half-way frame [N m], shape (..., 3)."""
@@ -221,7 +222,7 @@ class ReachAt:
         half_tangent: tangent of half of theta.
     """
 
-    fit: _Fit
+    fit: ReachFit
     rotation: tuple[Real, Parts]
     theta: Real
     turn: Real
@@ -306,7 +307,7 @@ class ReachAt:
         return ops.vector(combined((1.0, total), (-1.0, once), (1.0 / (1.0 + w), cross(v, once))))
 
 
-def _at(fit: _Fit, r: Vector, ops: Operations) -> "ReachAt":
+def _at(fit: ReachFit, r: Vector, ops: Operations) -> "ReachAt":
     w, v = half_quaternion(r, ops)
     w0, v0 = fit.start
     whole = w * w0 - dot(v, v0)
@@ -327,7 +328,7 @@ def _at(fit: _Fit, r: Vector, ops: Operations) -> "ReachAt":
     return ReachAt(fit, (w, v), theta, turn, swing, s / h)
 
 
-def _with_boundary(reach: Reach, fit: _Fit) -> tuple[_Fit, float]:
+def _with_boundary(reach: Reach, fit: ReachFit) -> tuple[ReachFit, float]:
     """Return a fit with its boundary, and the largest residual [rad]."""
     needed = 2 * reach.harmonics + 1
     if len(reach.boundary) < needed:
@@ -338,10 +339,9 @@ def _with_boundary(reach: Reach, fit: _Fit) -> tuple[_Fit, float]:
     places = np.array([_at(fit, _raising(reach, point), FLOATS).place for point in reach.boundary])
     sizes = np.hypot(places[:, 0], places[:, 1])
     multiples = np.arange(1, reach.harmonics + 1)
-    columns = [np.ones_like(sizes)]
-    for pair in _cosines_and_sines(
-        *(places / np.maximum(sizes, _LEAST_ELEVATION)[:, None]).T, reach.harmonics
-    ):
+    c, s = (places / np.maximum(sizes, _LEAST_ELEVATION)[:, None]).T
+    columns: list[Array] = [np.ones_like(sizes)]
+    for pair in _cosines_and_sines(c, s, reach.harmonics):
         columns += pair
     weights = np.concatenate([[0.0], np.repeat(_HARMONIC_RIDGE * multiples**2, 2)])
     found, residual = _least_squares(np.column_stack(columns), sizes, weights)
@@ -356,7 +356,7 @@ def _with_boundary(reach: Reach, fit: _Fit) -> tuple[_Fit, float]:
     return replace(fit, boundary=terms), residual
 
 
-def _with_turns(reach: Reach, fit: _Fit) -> tuple[_Fit, float]:
+def _with_turns(reach: Reach, fit: ReachFit) -> tuple[ReachFit, float]:
     """Return a fit with the ends of the turn, and the largest residual [rad]."""
     if not reach.turns:
         return fit, 0.0
@@ -410,7 +410,7 @@ def _matrix(r: Array) -> Array:
     return np.asarray(np.eye(3) + 2.0 * (w * across + across @ across))
 
 
-def _turn(fit: _Fit, raising: Array, turn: Array) -> float:
+def _turn(fit: ReachFit, raising: Array, turn: Array) -> float:
     """Turn of a limb that is turned about itself, then raised."""
     (w, v), (w1, v1) = (half_quaternion(each, FLOATS) for each in (raising, turn))
     x = np.array(combined((w, v1), (w1, v), (1.0, cross(v, v1))), dtype=np.float64)
@@ -424,8 +424,15 @@ def _powers(p1: Real, p2: Real) -> tuple[Real, ...]:
 
 
 def _least_squares(rows: Array, values: Array, weights: Array) -> tuple[list[float], float]:
-    """Coefficients with weights of their squares, and the largest residual."""
-    found = np.linalg.solve(rows.T @ rows + np.diag(weights), rows.T @ values)
+    """Coefficients with weights of their squares, and the largest residual.
+
+    Raises ValueError for rows that do not determine them.
+    """
+    try:
+        found = np.linalg.solve(rows.T @ rows + np.diag(weights), rows.T @ values)
+    except np.linalg.LinAlgError:
+        message = "the ends of a turn need three directions at least that are not in a line"
+        raise ValueError(message) from None
     return found.tolist(), float(np.max(np.abs(rows @ found - values)))
 
 

@@ -251,13 +251,25 @@ def has_friction(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
+REACH_LOSS = (
+    "the reach of limbs: their directions and turns have no ends in the file, whose motion is that "
+    "of the figure until a limb comes to one (`.osim` holds them)"
+)
+
+
 def add_common_losses(
-    model: ExportModel, losses: Losses, *, has_coupled: bool = False, has_loops: bool = False
+    model: ExportModel,
+    losses: Losses,
+    *,
+    has_coupled: bool = False,
+    has_loops: bool = False,
+    has_reaches: bool = False,
 ) -> None:
     """Report the parts that no format holds, laws over several joints and springs of loops.
 
     `has_coupled` is True for a model with the laws over several joints of the tree, `has_loops`
-    for one whose writer reports the springs that close loops.
+    for one whose writer reports the springs that close loops, `has_reaches` for one with the
+    reaches of the tree's joints.
     """
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres:
@@ -269,8 +281,8 @@ def add_common_losses(
         if joint.name in model.springs.joints and not has_loops:
             losses.add("springs of joints that close loops", joint.name)
     for name, springs in model.tree_springs.items():
-        if springs.reach is not None:
-            losses.add("the reach of limbs: directions and turns have no ends", name)
+        if springs.reach is not None and not has_reaches:
+            losses.add(REACH_LOSS, name)
     for spring in model.springs.coupled:
         if has_coupled and model.is_in_tree(spring):
             continue

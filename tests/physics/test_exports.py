@@ -46,7 +46,7 @@ def loaded(engine: str, case: Case, springs: SpringSet, folder: Path) -> Any:
 
 @cache
 def ours(name: str, *, sprung: bool):
-    case = CASES[name].in_file
+    case = CASES[name]
     return our_fall(case.figure, case.springs if sprung else SpringSet(), STOP)
 
 
@@ -54,8 +54,7 @@ def ours(name: str, *, sprung: bool):
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", SPRUNG)
 def test_moments_of_every_joint_differ_by_what_is_stated(name: str, engine: str, tmp_path: Path):
-    case = CASES[name].in_file
-    case = case if engine == "OpenSim" else case.in_coordinates
+    case = CASES[name].held_by(engine)
     model = loaded(engine, case, case.springs, tmp_path)
     assert model.warnings == []
     stated = stated_errors(model.losses, case.springs)
@@ -82,7 +81,7 @@ def test_figures_without_springs_fall_as_here(name: str, engine: str, tmp_path: 
 
 @pytest.mark.parametrize("name", SPRUNG)
 def test_figures_with_springs_fall_in_opensim_as_here(name: str, tmp_path: Path):
-    case = CASES[name].in_file
+    case = CASES[name]
     model = loaded("OpenSim", case, case.springs, tmp_path)
     times, expected = ours(name, sprung=True)
     distance, angle = difference(CASES[name].figure, model.fall(times, 1e-6), expected)
@@ -103,7 +102,7 @@ def test_figures_under_a_law_of_coordinates_fall_as_here(
     name: str, engine: str, bound: float, tmp_path: Path
 ):
     """From a bent start."""
-    case = CASES[name].in_file.in_coordinates
+    case = CASES[name].held_by(engine).in_coordinates
     model = loaded(engine, case, case.springs, tmp_path)
     times, expected = our_fall(case.figure, case.springs, 0.4)
     found = model.fall(times, exports.ACCURACIES[engine][0])
@@ -134,7 +133,7 @@ def test_the_comparison_sees_ten_grams(tmp_path: Path):
 @pytest.mark.parametrize("name", CASES)
 def test_a_model_that_mujoco_saves_again_is_the_same(name: str, tmp_path: Path):
     """`mj_saveLastXML` writes what it compiled: the masses, the springs and the start are there."""
-    case = CASES[name].in_file.in_coordinates
+    case = CASES[name].held_by("MuJoCo").in_coordinates
     model = loaded("MuJoCo", case, case.springs, tmp_path)
     api, saved = model.api, tmp_path / "saved.xml"
     api.mj_saveLastXML(str(saved), model.model)

@@ -189,6 +189,7 @@ def test_a_factor_scales_the_torque():
     ("change", "message"),
     [
         ({"boundary": ARM.boundary[:6]}, "needs 7 points, not 6"),
+        ({"turns": ARM.turns[:1]}, "three directions at least"),
         ({"centre": point(0, 0)}, "direction at zero"),
         ({"centre": point(-120, 30)}, "from its centre, not between 0 and 165"),
     ],

@@ -4,8 +4,8 @@ A law of one displacement is an ExpressionBasedCoordinateForce. Every other is t
 whose length and moment arms are functions of coordinates: a tension, which depends on the length
 and its rate, times the arms is a generalized force of each coordinate. The component of a joint's
 rotation vector is the length for a law of a spherical joint, an angular velocity the rate for its
-damping and friction, and a sum of angles the length for a law over several joints. So all are held
-exactly, in every orientation.
+damping and friction, a sum of angles the length for a law over several joints, and an angle beyond
+an end the length for a reach. So all are held exactly, in every orientation.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,10 +25,11 @@ from generator.model_files.opensim.expression import (
     Expression,
     with_definitions,
 )
+from generator.model_files.opensim.reach import ReachExpressions
 from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.xml import Element, add_element, format_numbers
 from generator.springs_file.axes import AXIS_NAMES, axis_label
-from springs import AxisSpring, CoupledSpring, SphericalLaw, total_torque
+from springs import AxisSpring, CoupledSpring, Reach, SphericalLaw, total_torque
 from springs.exponential import tangent_exp
 
 _LENGTH, _RATE = Expression("s"), Expression("ldot")
@@ -74,6 +75,8 @@ class ForceWriter:
                 self._add_coordinate_force(self._model.coordinates[name][index], spring)
             for number, spring in enumerate(laws.combined, 1):
                 self._add_axis_forces(name, number, spring)
+            if laws.reach is not None:
+                self._add_reach_forces(name, laws.reach)
         for coupled in self._model.springs.coupled:
             if self._model.is_in_tree(coupled):
                 self._add_coupled_forces(coupled)
@@ -121,6 +124,16 @@ class ForceWriter:
         )
         resistance = spring.resistance(_LENGTH, _RATE, EXPRESSION_OPERATIONS)
         self._add_path_force(f"{label}_damping", path, -1.0 * resistance)
+
+    def _add_reach_forces(self, joint: str, reach: Reach) -> None:
+        """Add the laws beyond the ends of a reach: of the directions, and of the turn."""
+        angles = self._angle_paths(joint)
+        found = ReachExpressions(reach, self._rotation(joint, tuple(angles)))
+        for end in found.lengths():
+            torque = total_torque(end.law, _LENGTH, EXPRESSION_OPERATIONS)
+            path = _Path(angles, found.definitions, end.length, end.arms)
+            label = f"{self._model.joints[joint]}_{end.label}"
+            self._add_path_force(label, path, -1.0 * torque)
 
     def _add_coupled_forces(self, spring: CoupledSpring) -> None:
         """Add a law over several joints: a force for each exponential, and one for constants."""

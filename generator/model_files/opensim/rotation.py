@@ -12,6 +12,7 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.figure import Vector
 from generator.model_files.opensim.expression import ZERO, Expression
@@ -48,17 +49,21 @@ class RotationExpressions:
         if self.has_coordinates:
             return {}
         w, sine = self._name("w"), self._name("S")
-        halves = {
-            f"{letter}_{angle}": Expression(f"{function}(0.5*{angle})")
-            for angle in self.angles
-            for letter, function in (("c", "cos"), ("s", "sin"))
-        }
         return {
             self._name("f").text: Expression(f"2*atan({sine.text}/{w.text})/{sine.text}"),
             sine.text: Expression(f"sqrt(max(1-{w.text}*{w.text},{_MIN_SQUARED_SINE!r}))"),
             self._name("sign").text: Expression(f"(2*step({w.text})-1)"),
             w.text: self._polynomial(self._quaternion[0]),
-            **halves,
+            **self.half_angles,
+        }
+
+    @property
+    def half_angles(self) -> Mapping[str, Expression]:
+        """Definitions of cosine and sine of half of each angle."""
+        return {
+            f"{letter}_{angle}": Expression(f"{function}(0.5*{angle})")
+            for angle in self.angles
+            for letter, function in (("c", "cos"), ("s", "sin"))
         }
 
     def component(self, direction: Direction) -> Expression:
@@ -84,6 +89,10 @@ class RotationExpressions:
         across = self._vector_part(direction) * self._polynomial(self._slope(index)[0])
         slope = self._vector_slope(direction, index)
         return 2.0 * (sign * slope - across / (1.0 + Expression(f"abs({w.text})")))
+
+    def quaternion_part(self, w: float, v: ArrayLike) -> Expression:
+        """Scalar product of the quaternion of the rotation and another one."""
+        return self._polynomial(np.tensordot([w, *np.asarray(v)], self._quaternion, axes=1))
 
     def signed_angle(self, direction: Direction) -> Expression:
         """Angle of the rotation [rad], negative for one against a direction."""

@@ -103,7 +103,7 @@ def format_osim(
     loops = _LoopWriter(model, frames, losses)
     loops.add_constraints(constraints)
     loops.add_springs(force_writer)
-    add_common_losses(model, losses, has_coupled=True, has_loops=True)
+    add_common_losses(model, losses, has_coupled=True, has_loops=True, has_reaches=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -423,6 +423,8 @@ class _LoopWriter:
             laws = model.laws(joint.name)
             for spring in laws.uncoupled.values():
                 self._add_hinge_spring(joint, spring, forces)
+            if laws.reach is not None:
+                self._losses.add("the reach of limbs in joints that close loops", joint.name)
             if laws.combined:
                 self._add_ball_spring(joint, laws, forces)
 
