@@ -272,7 +272,7 @@ def imported_from_embedded(
     bare = {name: replace(one, psurf=None) for name, one in painted.segments.items()}
     return Imported(
         replace(painted, segments=bare),
-        laws if laws.entries or laws.coupled else None,
+        laws if laws != SpringsFile(()) else None,
         losses,
         _coordinates(updated, tree),
         surfaces,

@@ -264,7 +264,7 @@ def format_changes(
             before = _spring_about(below, spring.direction)
             if before is None or spring != before.oriented_along(spring.direction):
                 _add_entry(entries, _entry(figure.joints[name], spring, before))
-    if not entries:
+    if not entries and not reaches and law is None:
         return ""
     stem = None if figure.path is None else figure.path.stem
     return write_springs(
@@ -290,7 +290,8 @@ def format_all(figure: Figure, springs: SpringSet) -> str:
 def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     """Return the springs file of all springs that the figure's own fields do not hold.
 
-    "" where the fields hold all of them, laws over several joints included.
+    "" where the fields hold all of them, laws over several joints included. Where they hold all but
+    the law that joins the axes of a joint, the file states this law alone.
 
     Raises ModelError for a law that a springs file cannot state, or a spring of the fields that the
     springs do not have.
@@ -309,16 +310,14 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
                 _add_entry(entries, _entry(figure.joints[name], spring, None))
     coupled = tuple(_coupled_entry(figure, spring) for spring in springs.coupled)
     text = ""
-    if entries or coupled or reaches:
-        law = None if springs.law is own.law else springs.law
+    law = None if springs.law is own.law else springs.law
+    if entries or coupled or reaches or law:
         try:
             text = write_springs(SpringsFile(tuple(entries), None, law, coupled, tuple(reaches)))
         except ValueError as failure:
             raise ModelError(f"a springs file cannot state these springs: {failure}") from None
     made = springs_from_text(text, bare, Path(f"model{SPRINGS_FILE.suffix}"))
-    if (made.joints, made.coupled) != (springs.joints, springs.coupled) or (
-        text and made.law is not springs.law
-    ):
+    if (made.joints, made.coupled, made.law) != (springs.joints, springs.coupled, springs.law):
         raise ModelError("a springs file cannot state these springs beside the figure's own")
     return text
 
@@ -327,11 +326,16 @@ def _add_reach(
     figure: Figure, name: str, reach: Reach, reaches: list[ReachEntry], entries: list[SpringEntry]
 ) -> None:
     """Add the tables of a reach and its laws."""
-    joint = figure.joints[name]
-    _add_entry(reaches, reach_entry(joint, reach))
-    for axis, law in reach_laws(reach):
-        stated = _entry_about(axis, joint, law, None)
-        _add_entry(entries, replace(stated, damping=None))
+    table, laws = reach_tables(figure.joints[name], reach)
+    _add_entry(reaches, table)
+    for entry in laws:
+        _add_entry(entries, entry)
+
+
+def reach_tables(joint: Joint, reach: Reach) -> tuple[ReachEntry, tuple[SpringEntry, ...]]:
+    """Return the table of a reach, and those of its laws. Raises ModelError."""
+    laws = [_entry_about(axis, joint, law, None) for axis, law in reach_laws(reach)]
+    return reach_entry(joint, reach), tuple(replace(entry, damping=None) for entry in laws)
 
 
 def _coupled_entry(figure: Figure, spring: CoupledSpring) -> CoupledEntry:

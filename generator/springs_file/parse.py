@@ -212,8 +212,9 @@ def _parse_content(
     entries = [_parse_entry(table) for table in top.tables(SPRING_TABLE, "springs")]
     coupled = [parse_coupled_entry(table) for table in top.tables(COUPLED_TABLE, "coupled laws")]
     reaches = [parse_reach_entry(table) for table in top.tables(REACH_TABLE, "reaches")]
-    if not entries and not coupled and not reaches and not diagnostics.has_errors:
-        diagnostics.error("there is no spring in this file", spans.table(""), "write `[[spring]]`")
+    if not (entries or coupled or reaches or "law" in values or diagnostics.has_errors):
+        hint = "write `[[spring]]`, or `law` for the springs in the fields of a figure"
+        diagnostics.error("there is no spring in this file", spans.table(""), hint)
     return SpringsFile(
         tuple(entry for entry in entries if entry),
         coupled=tuple(entry for entry in coupled if entry),

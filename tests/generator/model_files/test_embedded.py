@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from generator.figure import Figure
 from generator.figure_file import read_figure
+from generator.figure_file.write import write_figure
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.kinematics.free_root import detach_root
 from generator.model_files.formats import model_format, read_model
@@ -21,7 +22,8 @@ from generator.rotations import Array
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
-from springs import SpringSet
+from springs import SphericalLaw, SpringSet
+from tests.chains import BALL, body, one_body
 from tests.generator.model_files.imported_models import MODELS, lost, without_carried_texts
 
 SUFFIXES = (".xml", ".osim")
@@ -332,3 +334,21 @@ def test_other_programs_skip_what_a_model_carries(written: Models):
     opensim.Logger.setLevelString("error")
     bodies = opensim.Model(str(in_opensim.path)).getNumBodies()
     assert bodies >= len(in_opensim.figure.bodies)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("law", [SphericalLaw.COORDINATES, SphericalLaw.CONSERVATIVE])
+def test_the_law_of_springs_that_are_all_in_fields_comes_back(
+    law: SphericalLaw, suffix: str, tmp_path: Path
+):
+    """As `mover convert FIGURE MODEL --law` writes them."""
+    equal = {"stiff": (5.0, 5.0, 5.0), "damp": (0.1, 0.1, 0.1)}
+    made = one_body(BALL, (0.2, 0.3, 0.1), body("link", centre=(0.0, -0.3, 0.0)))
+    pin = replace(made.joints["pin"], **equal)
+    path = tmp_path / "first.fig"
+    path.write_text(write_figure(replace(made, joints={"pin": pin})), encoding="utf-8")
+    figure = read_figure(path)
+    springs = replace(read_springs(None, figure), law=law)
+    write(figure, springs, tmp_path / f"model{suffix}")
+    _, back, found = read_back(tmp_path / f"model{suffix}")
+    assert (back.joints, found.joints, found.law) == (figure.joints, springs.joints, law)

@@ -9,7 +9,7 @@ from generator.diagnostics import ModelError
 from generator.figure_file import read_figure
 from generator.springs_file.edit import format_besides_fields
 from generator.springs_file.read import load_springs, read_springs
-from springs import Linear, SpringSet
+from springs import Linear, SphericalLaw, SpringSet
 
 FILE = Path("model.springs.toml")
 
@@ -50,6 +50,16 @@ def test_fields_alone_need_no_file():
     figure = replace(read_figure("prototype"), path=None)
     springs = load_springs(figure).require_value().springs
     assert format_besides_fields(figure, springs) == ""
+
+
+@pytest.mark.parametrize("law", [SphericalLaw.WEIGHTED, SphericalLaw.COORDINATES])
+def test_the_law_of_springs_in_fields_comes_back(law: SphericalLaw):
+    figure = replace(read_figure("prototype"), path=None)
+    springs = replace(load_springs(figure).require_value().springs, law=law)
+    text = format_besides_fields(figure, springs)
+    assert text.splitlines() == [f'law = "{law.value}"']
+    back = returned(text, "prototype")
+    assert (back.joints, back.law) == (springs.joints, law)
 
 
 def test_springs_that_a_file_cannot_state_are_refused():
