@@ -192,13 +192,17 @@ def solver_failure_outcome(figure: Figure, spins: Array, last_time: float) -> Ou
     return Outcome(Ending.SOLVER_FAILED, message, last_time, fastest)
 
 
-def pole_outcome(joint: str, time: float) -> Outcome:
-    """Return the outcome of a run that ends at the pole of a joint, at a time [s]."""
-    message = (
-        f"joint {joint} reached its pole at {time:.4g} s: where the middle one of its rotations is "
+def pole_message(joint: str, when: str) -> str:
+    """Return the sentence that a joint came to its pole, `at 0.2 s` or the like."""
+    return (
+        f"joint {joint} reached its pole {when}: where the middle one of its rotations is "
         '90 deg, `law = "coordinates"` has no torque'
     )
-    return Outcome(Ending.POLE, message, time, joint)
+
+
+def pole_outcome(joint: str, time: float) -> Outcome:
+    """Return the outcome of a run that ends at the pole of a joint, at a time [s]."""
+    return Outcome(Ending.POLE, pole_message(joint, f"at {time:.4g} s"), time, joint)
 
 
 def half_turn_outcome(joint: str, time: float) -> Outcome:

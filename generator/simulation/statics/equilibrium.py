@@ -27,9 +27,11 @@ from generator.model import Model
 from generator.rotations import Array
 from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
+from generator.simulation.preconditions import singular_orientation
 from generator.simulation.statics.static_forces import StaticState
+from generator.simulation.trace import pole_message
 from generator.units import AxisUnits
-from springs import SphericalLaw
+from springs import Singularity, SphericalLaw
 
 MAX_DISPLACEMENT_STEP = 0.1
 """Largest change of a displacement per step [rad or m]."""
@@ -128,7 +130,8 @@ def find_equilibrium(
         watch: called with the progress after every step.
 
     Raises:
-        NoEquilibriumError: the figure does not come to rest, or not within the wall limit.
+        NoEquilibriumError: the figure does not come to rest, or not within the wall limit, or a
+            joint comes to the pole of a law of coordinates.
         MoverError: the figure or the plan cannot be built, joints are driven, or there are props.
     """
     plan = plan or Plan()
@@ -170,7 +173,8 @@ def _minimise(
 ) -> tuple[Array, Array, int]:
     """Return the independent displacements at rest, the residual forces and the number of steps.
 
-    Raises NoEquilibriumError if `MAX_STEPS` or the wall limit [s] do not reach equilibrium.
+    Raises NoEquilibriumError if `MAX_STEPS` or the wall limit [s] do not reach equilibrium, or the
+    way there leads a joint to its pole.
     """
     deadline = time.monotonic() + wall_limit
     z: Array = reduced.start
@@ -195,6 +199,12 @@ def _minimise(
         )
         if smaller or float((force + next_force) @ step) >= 0.0:
             z, force = z + step, next_force
+            at_pole = reduced.joint_at_pole(z)
+            if at_pole is not None:
+                raise NoEquilibriumError(
+                    f"{pole_message(at_pole, f'after {steps} steps')}; give this rotation limits, "
+                    "or start nearer to the pose at rest"
+                )
             slope, inertia = reduced.stiffness(z), reduced.inertia(z)
             s = max(0.2 * s, _MIN_DAMPING)
         else:
@@ -254,6 +264,15 @@ class _ReducedModel:
         self._free = np.linalg.pinv(self._prescribed.free_jacobian) @ self._values
         self._offset = self._values - self._prescribed.free_jacobian @ self._free
         self.start = self._free[self._leading]
+        coupled = {axis.joint for one in model.coupled for axis in one.spring.axes}
+        self._joints_with_pole = [
+            model.figure.joints[name]
+            for name, connectors in model.springs.items()
+            for connector in connectors
+            if connector.law is not None
+            and connector.law.singularity is Singularity.POLE
+            and (name in coupled or any(spring.elastic for spring in connector.springs))
+        ]
 
     def static_state(self, rows: Array) -> StaticState:
         """The figure at independent displacements, shape (n, leading)."""
@@ -271,6 +290,14 @@ class _ReducedModel:
         return np.stack(
             [force @ jacobian for force, jacobian in zip(forces, jacobians, strict=True)]
         )
+
+    def joint_at_pole(self, z: Array) -> str | None:
+        """Return a joint that is at its pole or beyond, where its law has no torque."""
+        if not self._joints_with_pole:
+            return None
+        placement, law = self.static_state(z[None]).placements()[0], self._model.spring_set.law
+        found = (one for one in self._joints_with_pole if singular_orientation(placement, one, law))
+        return next((joint.name for joint in found), None)
 
     def _coordinate_jacobian(self, placement: Placement) -> Array:
         """Derivative of the tree's displacements with respect to the independent, (m, leading)."""

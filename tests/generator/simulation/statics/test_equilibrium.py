@@ -15,7 +15,7 @@ from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.statics.equilibrium import NoEquilibriumError, find_equilibrium
 from springs import AxisSpring, Cubic, JointSprings, Linear, SphericalLaw, SpringSet
-from tests.chains import BALL, Y, Z, at, body, chain, figure, ground, joint, one_body, row
+from tests.chains import BALL, X, Y, Z, at, body, chain, figure, ground, joint, one_body, row
 from tests.runs import springs_of
 
 NONE = SpringSet()
@@ -68,6 +68,23 @@ def test_a_standing_prototype_settles_by_either_law(law) -> None:
     assert (rest.energy is None) == (law is SphericalLaw.WEIGHTED)
     assert np.all(rest.displacements["root_torso"] == 0.0)
     assert moved(rest, made, plan) < 1e-6
+
+
+@pytest.mark.parametrize(("rest_angle", "is_reached"), [(1.5, True), (1.6, False)])
+def test_a_search_ends_at_the_pole_of_a_law_of_coordinates(rest_angle, is_reached) -> None:
+    """The middle spring of a link without much weight pulls it to 86 deg, or past 90 deg."""
+    axes = [AxisSpring(a, (Linear(40.0, at),)) for a, at in ((X, 0.2), (Y, rest_angle), (Z, 0.1))]
+    springs = SpringSet({"pin": JointSprings("pin", tuple(axes))}, SphericalLaw.COORDINATES)
+    made, plan = one_body(BALL, (0.2, 0.3, 0.1), HANGING), Plan(springs=springs)
+    if is_reached:
+        rest = find_equilibrium(made, plan)
+        assert rest.displacements["pin"][1] == pytest.approx(rest_angle, abs=0.02)
+        assert moved(rest, made, plan) < 1e-6
+        return
+    with pytest.raises(NoEquilibriumError, match=r"joint pin reached its pole after \d+ steps"):
+        find_equilibrium(made, plan)
+    other = replace(plan, law=SphericalLaw.CONSERVATIVE)
+    assert moved(find_equilibrium(made, other), made, other) < 1e-6
 
 
 def test_links_hold_in_the_rest_pose() -> None:
