@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from generator.identifiers import coordinate_names, plain_names
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.losses import Losses
+from generator.model import Model
 from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import Body, BodyTree
 from generator.model_files.imported import CoordinateMapping, Imported
@@ -34,7 +36,7 @@ from generator.model_files.xml import (
     parse_xml,
 )
 from generator.rotations import inverse_pose
-from generator.springs_file.edit import format_besides_fields
+from generator.springs_file.edit import format_besides_fields, springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.text_io import make_source
 from springs import SpringSet
@@ -277,6 +279,25 @@ def imported_from_embedded(
         _coordinates(updated, tree),
         surfaces,
     )
+
+
+def carried_model(root: XmlElement) -> Model | None:
+    """Return the figure and the springs that a model carries, whatever was changed in it since.
+
+    None without them, or where they are damaged.
+    """
+    parts = _read_parts(root)
+    if parts is None or parts["springs"] == NO_SPRINGS:
+        return None
+    figure = FIGURE_FILE.parse(make_source(parts["figure"], "the figure in the model")).value
+    if figure is None:
+        return None
+    figure = replace(figure, path=None)
+    try:
+        file = Path(f"model{SPRINGS_FILE.suffix}")
+        return Model(figure, springs_from_text(parts["springs"], figure, file))
+    except MoverError:
+        return None
 
 
 def _read_parts(root: XmlElement) -> dict[str, str] | None:

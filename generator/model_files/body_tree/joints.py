@@ -267,6 +267,22 @@ def spring_entries(
             yield _entry(freedom, _axis_name(freedom, group), joint, max_points, losses)
 
 
+def damping_entries(group: JointGroup, joint: str) -> Iterator[SpringEntry]:
+    """Yield the tables of the damping of a joint whose elastic law is another, one an axis."""
+    for freedom in group.rotations:
+        damping = Damping(freedom.damping, freedom.friction)
+        if damping != Damping():
+            axis = _axis_name(freedom, group)
+            yield SpringEntry((joint,), axis, damping=damping, motion=freedom.name)
+
+
+def without_laws(dof: DegreeOfFreedom) -> DegreeOfFreedom:
+    """Return a rotation without its springs, damping and friction; a translation as it is."""
+    if not is_rotation(dof.kind):
+        return dof
+    return replace(dof, stiffness=0.0, cubic=(0.0, 0.0), damping=0.0, friction=0.0, laws=())
+
+
 def max_table_points(dofs: Iterable[DegreeOfFreedom]) -> int:
     """Return the number of points with which all tables of a springs file fit into it."""
     listed = [dof for dof in dofs if needs_table(dof)]
@@ -391,9 +407,13 @@ def _sampled_law(
 
 def _sampled_range(dof: DegreeOfFreedom, torque: Callable[[Array], Array]) -> Range:
     """Return the range in which a law is sampled: the known one, or one of moderate torques."""
-    low, high = dof.expected_range or (-pi, pi)
+    low, high = -pi, pi
     if dof.lower is not None and dof.upper is not None:
         low, high = dof.lower - BEYOND_LIMITS, dof.upper + BEYOND_LIMITS
+    elif dof.expected_range is not None:  # beyond it a law may have a stop
+        first, last = dof.expected_range
+        low = min(first, max(first - BEYOND_LIMITS, -pi))
+        high = max(last, min(last + BEYOND_LIMITS, pi))
     while high - low > SMALLEST_SAMPLED_RANGE:
         sizes = np.abs(torque(np.linspace(low, high, FIRST_INTERVALS + 1)))
         if np.all(sizes < MAX_SAMPLED_TORQUE):
@@ -403,7 +423,7 @@ def _sampled_range(dof: DegreeOfFreedom, torque: Callable[[Array], Array]) -> Ra
 
 
 BEYOND_LIMITS = 0.2
-"""Angle beyond each limit over which a law is sampled as well [rad]."""
+"""Angle beyond each limit, or end of a range, over which a law is sampled as well [rad]."""
 
 SMALLEST_SAMPLED_RANGE = 0.2
 """Smallest range in which a law is sampled for its torques [rad]."""

@@ -8,6 +8,7 @@ between them: segments with a tiny share of the body's mass.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations, takewhile
+from math import inf
 
 import numpy as np
 
@@ -30,15 +31,18 @@ from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import (
     JointGroup,
+    damping_entries,
     group_dofs,
     max_table_points,
     spring_entries,
     with_group,
     with_reachable_limits,
+    without_laws,
 )
 from generator.model_files.body_tree.shapes import join_shapes, with_colours
 from generator.model_files.body_tree.tree import (
     Body,
+    BodyReach,
     BodyTree,
     add_new_names,
     merge_massless_bodies,
@@ -49,6 +53,9 @@ from generator.model_files.imported import CoordinateMapping, Imported
 from generator.model_files.xml import body_fixed_angles
 from generator.rotations import Array, pose_matrix
 from generator.springs_file.parse import SpringEntry, SpringsFile
+from generator.springs_file.reach import ReachEntry
+from generator.springs_file.read import MAX_MIDDLE_LIMIT
+from springs import SphericalLaw
 
 _SUFFIX_LENGTH = 12
 """Characters that are left for a number at the end."""
@@ -147,6 +154,11 @@ NOISE = 1e-15
 
 HINGES_AS_ONE = "laws of hinges that form one joint act on its rotation vector, not on each angle"
 
+POLE = (
+    "three hinges that form one joint have a pole: a run ends where the middle one comes to 90 deg "
+    "(--apart keeps them apart, without a pole)"
+)
+
 
 @dataclass
 class _FigureDraft:
@@ -156,6 +168,10 @@ class _FigureDraft:
         losses: collects what the figure does not hold.
         separate: see `figure_from_tree`.
         max_points: max points of a spring's table.
+        hinged: joints of several hinges with laws of each angle.
+        balls: joints of several rotations whose laws are not of each angle.
+        near_pole: joints of `hinged` of which nothing keeps the middle one of three from 90 deg.
+        reaches: tables of the reaches of limbs.
         segment_frames: segment frames by body of the model (None is the world), the name of its
             segment and the rotation of the segment's axes in the body's frame.
         sites: sites of each segment, poses in the segment.
@@ -169,6 +185,10 @@ class _FigureDraft:
     joints: dict[str, Joint] = field(default_factory=dict[str, Joint])
     springs_tables: list[SpringEntry] = field(default_factory=list[SpringEntry])
     coordinates: dict[str, CoordinateMapping] = field(default_factory=dict[str, CoordinateMapping])
+    hinged: list[str] = field(default_factory=list[str])
+    balls: list[str] = field(default_factory=list[str])
+    near_pole: list[str] = field(default_factory=list[str])
+    reaches: list[ReachEntry] = field(default_factory=list[ReachEntry])
     segment_names: Names = field(default_factory=Names)
     joint_names: Names = field(default_factory=Names)
     site_names: dict[str, Names] = field(default_factory=dict[str, Names])
@@ -250,8 +270,8 @@ def figure_from_tree(
         diagnostics: collects errors.
         losses: collects what the figure does not hold.
         separate: make each revolute with springs, damping or limits a joint of its own, with
-            carriers between them; otherwise revolutes through one point become one joint, whose
-            laws act on its rotation vector.
+            carriers between them; otherwise revolutes through one point become one joint, under a
+            law of coordinates if no ball of the model has laws.
         fixed_bodies: bodies without degrees of freedom that stay separate segments on rigid joints.
     """
     if diagnostics.has_errors:
@@ -293,8 +313,7 @@ def figure_from_tree(
         _add_body(draft, body)
     _add_name_losses(draft)
     name = None if tree.name is None else Names().assign(tree.name)
-    tables = tuple(draft.springs_tables)
-    springs = SpringsFile(tables, law=tree.law) if tables or tree.law else None
+    springs = _springs_file(draft, tree)
     shapes = {ground: whole.shapes}
     for body in whole.bodies:
         segment, turn = draft.segment_frames[body.name]
@@ -303,6 +322,19 @@ def figure_from_tree(
     surfaces, colours = join_shapes(shapes, losses)
     figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
     return Imported(figure, springs, losses, draft.coordinates, surfaces)
+
+
+def _springs_file(draft: _FigureDraft, tree: BodyTree) -> SpringsFile | None:
+    """Return the springs beside the fields, with the law of joints of several rotations."""
+    law = tree.law if tree.law is not SphericalLaw.CONSERVATIVE else None
+    if draft.hinged and tree.law is None and not draft.balls:
+        law = SphericalLaw.COORDINATES
+        if draft.near_pole:
+            draft.losses.add(POLE, *draft.near_pole)
+    elif draft.hinged:
+        draft.losses.add(f"{HINGES_AS_ONE} (--apart keeps them exact)", *draft.hinged)
+    found = SpringsFile(tuple(draft.springs_tables), law=law, reaches=tuple(draft.reaches))
+    return None if found == SpringsFile(()) else found
 
 
 def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
@@ -361,10 +393,11 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
         draft.segment_frames[name] = draft.add_segment(
             f"{body.name}_{k}", carrier, {}, is_carrier=True
         )
-        _add_joint(draft, names[k - 1], (parent, name), pose, group)
+        _add_joint(draft, names[k - 1], (parent, name), pose, group, body.reach)
         parent, pose = name, np.eye(4)
     draft.segment_frames[body.name] = draft.add_segment(body.name, mass, body.sites)
-    _add_joint(draft, names[-1], (parent, body.name), pose, groups[-1] if groups else None)
+    last = groups[-1] if groups else None
+    _add_joint(draft, names[-1], (parent, body.name), pose, last, body.reach)
 
 
 def _carrier_mass(mass: MassProperties) -> MassProperties:
@@ -386,8 +419,12 @@ def _add_joint(
     ends: tuple[str | None, str],
     pose_in_parent: Array,
     group: JointGroup | None,
+    reach: BodyReach | None,
 ) -> None:
-    """Add a joint between the segments of two bodies; rigid without a group."""
+    """Add a joint between the segments of two bodies; rigid without a group.
+
+    A reach is the law of the joint of several rotations.
+    """
     frame = np.eye(4) if group is None else pose_matrix(group.frame, np.asarray(group.centre))
     parent = draft.add_joint_site(ends[0], name, pose_in_parent @ frame)
     child = draft.add_joint_site(ends[1], f"to_{name}", frame)
@@ -395,15 +432,37 @@ def _add_joint(
     if group is None:
         draft.joints[name] = joint
         return
-    draft.joints[name] = with_group(joint, group, draft.losses)
-    draft.springs_tables += spring_entries(group, name, draft.max_points, draft.losses)
     for place, freedom in enumerate(reversed(group.dofs)):
         draft.coordinates[freedom.name] = CoordinateMapping(
             name, place, freedom.offset, freedom.scale
         )
-    hinges = [freedom for freedom in group.rotations if not freedom.joint]
-    if len(group.rotations) > 1 and any(freedom.is_passive for freedom in hinges):
-        draft.losses.add(f"{HINGES_AS_ONE} (--apart keeps them exact)", name)
+    if reach is not None and len(group.rotations) > 1:
+        draft.reaches.append(replace(reach.table, joints=(name,)))
+        draft.springs_tables += [replace(law, joints=(name,)) for law in reach.laws]
+        draft.springs_tables += damping_entries(group, name)
+        group = replace(group, dofs=tuple(without_laws(dof) for dof in group.dofs))
+    else:
+        _add_law(draft, name, group)
+    draft.joints[name] = with_group(joint, group, draft.losses)
+    draft.springs_tables += spring_entries(group, name, draft.max_points, draft.losses)
+
+
+def _add_law(draft: _FigureDraft, name: str, group: JointGroup) -> None:
+    """Note whether the laws of a joint of several rotations are of each angle."""
+    passive = [freedom for freedom in group.rotations if freedom.is_passive]
+    if len(group.rotations) < 2 or not passive:
+        return
+    if any(freedom.joint for freedom in passive):
+        draft.balls.append(name)
+        return
+    draft.hinged.append(name)
+    if len(group.rotations) == 3:
+        middle = group.rotations[1]
+        known = middle.expected_range or (-inf, inf)
+        low = known[0] if middle.lower is None else middle.lower
+        high = known[1] if middle.upper is None else middle.upper
+        if max(-low, high) > MAX_MIDDLE_LIMIT:
+            draft.near_pole.append(name)
 
 
 def _model_joint_names(body: Body) -> set[str]:

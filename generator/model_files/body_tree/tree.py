@@ -19,6 +19,8 @@ from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
+from generator.springs_file.parse import SpringEntry
+from generator.springs_file.reach import ReachEntry
 from springs import SphericalLaw
 
 
@@ -150,6 +152,20 @@ def free_dofs(name: str) -> list[DegreeOfFreedom]:
 
 
 @dataclass(frozen=True)
+class BodyReach:
+    """Reach of the limb below a joint of three rotations.
+
+    Attributes:
+        table: Table of a springs file, its axes those of the joint's group; its joints have no
+            meaning.
+        laws: Tables of its laws, likewise.
+    """
+
+    table: ReachEntry
+    laws: tuple[SpringEntry, ...]
+
+
+@dataclass(frozen=True)
 class Body:
     """A rigid body.
 
@@ -166,6 +182,7 @@ class Body:
             itself: a model may have such numbers for a part that is fixed to a larger one. Without
             mass it is the whole inertia.
         shapes: shapes in the body's frame.
+        reach: reach of the limb, the law of its rotations, whose dofs have damping only.
     """
 
     name: str
@@ -178,6 +195,7 @@ class Body:
     joint: str = ""
     extra_inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     shapes: tuple[Shape, ...] = ()
+    reach: BodyReach | None = None
 
     @property
     def total_mass_properties(self) -> MassProperties | None:
@@ -222,7 +240,8 @@ class BodyTree:
         name: name of the model, or None.
         span: where the model begins.
         shapes: fixed to the world, in its frame.
-        law: law of joints of several rotations, where the model has another than usual.
+        law: law of joints of several rotations; None for that of coordinates where several hinges
+            with laws form a joint and no ball has any, and else for the usual one.
     """
 
     bodies: tuple[Body, ...]

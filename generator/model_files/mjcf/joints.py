@@ -189,7 +189,9 @@ class JointReader:
         dof = self._with_passive_law(dof, element)
         bounds = self._limits(element)
         if bounds is None:
-            return dof
+            low, high = element.numbers("range", self.diagnostics, 2) or (0.0, 0.0)
+            ends = (self._in_radians(low, turns) - shift, self._in_radians(high, turns) - shift)
+            return replace(dof, expected_range=ends if low < high else None)
         if not bounds[0] < bounds[1]:
             self.diagnostics.error(
                 f"the limits of `{shorten(name)}` leave no range",

@@ -191,6 +191,9 @@ ROWS: Final[Mapping[str, tuple[tuple[int, AxisKind, Vector], ...]]] = {
 }
 """By type: number of the coordinate, kind and axis of each freedom, from the parent outwards."""
 
+BALLS: Final = ("BallJoint", "FreeJoint")
+"""Types whose speeds are angular velocities about the parent's axes, not rates of coordinates."""
+
 CUSTOM = "CustomJoint"
 
 _TRANSFORMS = tuple(f"{word}{k}" for word in ("translation", "rotation") for k in (1, 2, 3))

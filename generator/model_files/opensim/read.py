@@ -5,7 +5,7 @@ A socket names a frame by its path among the components of the model, either fro
 """
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten
+from generator.figure import is_rotation
 from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
@@ -25,15 +26,17 @@ from generator.model_files.body_tree.tree import (
     rotation_to_y_up,
     split_extra_inertia,
 )
-from generator.model_files.embedded import imported_from_embedded
+from generator.model_files.embedded import carried_model, imported_from_embedded
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.bushings import apply_bushings
 from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.joints import (
+    BALLS,
     child_numbers,
     parse_joint,
 )
 from generator.model_files.opensim.passive_forces import apply_forces
+from generator.model_files.opensim.reach_forces import find_reaches
 from generator.model_files.opensim.rotation_springs import (
     find_rotation_springs,
     with_rotation_springs,
@@ -82,13 +85,16 @@ def figure_from_osim(
             diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
     frames = FrameIndex.from_model(element, diagnostics)
     bodies = _build_bodies(_links(frames, element, losses), known, diagnostics)
+    balls = {each.get("name") for each in _set_objects(element, "JointSet") if each.tag in BALLS}
     forces = list(_set_objects(element, "ForceSet"))
+    bodies, forces = find_reaches(bodies, forces, carried_model(root))
     rotation_springs, forces = find_rotation_springs(bodies, forces)
     bodies = apply_forces(bodies, forces, diagnostics, losses)
     bodies = apply_bushings(frames, bodies, forces, losses)
     bodies = with_rotation_springs(bodies, rotation_springs, losses)
-    weighted = any(spring.law is SphericalLaw.WEIGHTED for spring in rotation_springs)
-    law = SphericalLaw.WEIGHTED if weighted else None
+    law = next((spring.law for spring in rotation_springs if spring.law), None)
+    if law is None and any(_has_ball_law(body, balls) for body in bodies):
+        law = SphericalLaw.CONSERVATIVE
     sites = _add_markers(frames, element, bodies)
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
@@ -99,6 +105,13 @@ def figure_from_osim(
     tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
     return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
+
+
+def _has_ball_law(body: Body, balls: Container[str | None]) -> bool:
+    """Return whether forces act on the rotations of a ball, which do so about the parent's axes."""
+    return body.joint in balls and any(
+        dof.is_passive and is_rotation(dof.kind) for dof in body.dofs
+    )
 
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 from generator.figure import is_rotation
 from generator.joint_chain import Chain
 from generator.losses import Losses
-from generator.model_files.body_tree.joints import BEYOND_LIMITS, rotation_group
+from generator.model_files.body_tree.joints import JointGroup, rotation_group
 from generator.model_files.body_tree.to_figure import HINGES_AS_ONE
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
 from generator.model_files.opensim.joints import child_text
@@ -71,13 +71,7 @@ def find_rotation_springs(
     bodies: Iterable[Body], forces: Iterable[XmlElement]
 ) -> tuple[list[RotationSpring], list[XmlElement]]:
     """Return the laws about axes of joints, all of one law, and the other forces."""
-    all_joints = [_Joint(body.dofs, body.joint or body.name) for body in bodies]
-    count = Counter(name for joint in all_joints for name in joint.names)
-    joints = {
-        frozenset(joint.names): joint
-        for joint in all_joints
-        if joint.is_readable and all(count[name] == 1 for name in joint.names)
-    }
+    joints = samples_by_coordinates(bodies)
     found: list[RotationSpring] = []
     others: list[XmlElement] = []
     law: SphericalLaw | None = None
@@ -92,6 +86,17 @@ def find_rotation_springs(
             law = law or spring.law
             found.append(spring)
     return found, others
+
+
+def samples_by_coordinates(bodies: Iterable[Body]) -> dict[frozenset[str], "JointSamples"]:
+    """Return the joints of several rotations by the names of their coordinates."""
+    all_joints = [JointSamples(body.dofs, body.joint or body.name) for body in bodies]
+    count = Counter(name for joint in all_joints for name in joint.names)
+    return {
+        frozenset(joint.names): joint
+        for joint in all_joints
+        if joint.is_readable and all(count[name] == 1 for name in joint.names)
+    }
 
 
 def with_rotation_springs(
@@ -117,8 +122,7 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
         reach = min(hypot(*(max(-low, high) for low, high in ranges.values())), pi)
     dofs = {dof.name: dof for dof in body.dofs}
     for name, (low, high) in ranges.items():
-        # A component of the rotation vector may leave the range of the coordinate.
-        wider = (min(low - BEYOND_LIMITS, -reach), max(high + BEYOND_LIMITS, reach))
+        wider = (min(low, -reach), max(high, reach))
         dofs[name] = replace(dofs[name], joint=joint, expected_range=wider)
     for spring in own:
         dof = dofs[spring.coordinate]
@@ -131,7 +135,7 @@ def _with_springs(body: Body, springs: Sequence[RotationSpring], losses: Losses)
 
 
 @dataclass(frozen=True)
-class _Joint:
+class JointSamples:
     """The rotations of a body, at random displacements.
 
     Attributes:
@@ -189,15 +193,51 @@ class _Joint:
 
     @cached_property
     def _chain(self) -> Chain:
+        return Chain(replace(self.group, frame=np.eye(3)).chain)
+
+    @property
+    def group(self) -> JointGroup:
+        """The joint of the rotations, which is readable."""
         group = rotation_group(self.turns, self.name)
         assert group is not None, "checked before"
-        return Chain(replace(group, frame=np.eye(3)).chain)
+        return group
 
 
 def _find_spring(
-    joints: Mapping[frozenset[str], _Joint], force: XmlElement
+    joints: Mapping[frozenset[str], JointSamples], force: XmlElement
 ) -> RotationSpring | None:
     """Return the law of a force; None where it is not recognised."""
+    path = read_path(joints, force)
+    if path is None:
+        return None
+    name = force.get("name") or force.tag
+    if path.arms is None:
+        return _spring_of_length(name, path.joint, path.length, path.tension_at)
+    return _spring_of_arms(name, path.joint, path.length, path.arms, path.tension_at)
+
+
+@dataclass(frozen=True)
+class PathForce:
+    """A force along a path whose length is a function of the rotations of a joint.
+
+    Attributes:
+        joint: The joint.
+        length: Length at its samples, shape (samples,).
+        arms: Moment arms of its rotations, outermost first, shape (samples, rotations); None for
+            minus the slopes of the length.
+        tension_at: Tension [N] at lengths and a rate.
+    """
+
+    joint: "JointSamples"
+    length: Array
+    arms: Array | None
+    tension_at: _Law
+
+
+def read_path(
+    joints: Mapping[frozenset[str], "JointSamples"], force: XmlElement
+) -> PathForce | None:
+    """Return a force along a path that depends on one of the joints; None for another."""
     path = force.find("FunctionBasedPath")
     if path is None or child_text(force, "clamp_stretch").lower() != "false":
         return None
@@ -207,7 +247,6 @@ def _find_spring(
         return None
     if any(each.tag in _UNREAD for each in force.walk()):
         return None
-    name = force.get("name") or force.tag
     try:
         tension = parse_expression(child_text(force, "expression"), frozenset({"s", "ldot"}))
         (length,) = _function_values(joint, order, path.find("length_function"))
@@ -220,16 +259,16 @@ def _find_spring(
             found = tension({"s": lengths, "ldot": np.full_like(lengths, rate)})
         return found * np.ones_like(lengths)
 
-    if not arms:
-        return _spring_of_length(name, joint, length, tension_at)
-    if len(arms) != len(order):
+    if len(arms) not in (0, len(order)):
         return None
-    by_name = dict(zip(order, arms, strict=True))
-    columns = np.stack([by_name[dof.name] for dof in joint.turns], axis=1)
-    return _spring_of_arms(name, joint, length, columns, tension_at)
+    by_name = dict(zip(order, arms, strict=True)) if arms else {}
+    columns = np.stack([by_name[dof.name] for dof in joint.turns], axis=1) if arms else None
+    return PathForce(joint, length, columns, tension_at)
 
 
-def _function_values(joint: _Joint, order: Sequence[str], parent: XmlElement | None) -> list[Array]:
+def _function_values(
+    joint: JointSamples, order: Sequence[str], parent: XmlElement | None
+) -> list[Array]:
     """Return the values of functions of a joint's coordinates; raises ExpressionError."""
     found: list[Array] = []
     for function in () if parent is None else parent.find_all("ExpressionBasedFunction"):
@@ -242,7 +281,7 @@ def _function_values(joint: _Joint, order: Sequence[str], parent: XmlElement | N
 
 
 def _spring_of_length(
-    name: str, joint: _Joint, length: Array, tension_at: _Law
+    name: str, joint: JointSamples, length: Array, tension_at: _Law
 ) -> RotationSpring | None:
     """Return the law of a force whose length is a component of the rotation vector."""
     for dof, sign in product(joint.turns, (1.0, -1.0)):
@@ -257,7 +296,7 @@ def _spring_of_length(
 
 
 def _spring_of_arms(
-    name: str, joint: _Joint, length: Array, arms: Array, tension_at: _Law
+    name: str, joint: JointSamples, length: Array, arms: Array, tension_at: _Law
 ) -> RotationSpring | None:
     """Return the law of a force whose arms are rates of turning about an axis.
 

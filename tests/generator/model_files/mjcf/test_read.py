@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.exported import our_moments
 from generator.diagnostics import Source
 from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
@@ -16,7 +17,7 @@ from generator.model_files.mjcf.write import format_mjcf
 from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
-from springs import SpringSet
+from springs import SphericalLaw, SpringSet
 from tests.generator.model_files.imported_models import (
     MODELS,
     coordinate,
@@ -147,7 +148,74 @@ def test_hinges_through_one_point_make_one_joint():
     assert figure.joints["abdomen"].degrees_of_freedom == 2
     assert figure.joints["abdomen_x"].degrees_of_freedom == 1
     assert len(figure.joints["shoulder_right"].chain) == 2
-    assert lost(read_model(HUMANOID), "rotation vector")
+    assert not any("rotation vector" in loss.what for loss in read_model(HUMANOID).losses.entries)
+
+
+HINGES = """<body name="arm"><inertial pos="0 0 -.3" mass="2" diaginertia=".02 .03 .01"/>
+<joint name="a" axis="0 1 0" stiffness="5 2 1" damping=".3" {limits}/>
+<joint name="b" axis="1 0 0" stiffness="4" springref="20" range="-70 70" limited="false"/>
+<joint name="c" axis="0 0 1" stiffness="3" frictionloss=".2"/>{more}</body>"""
+BALL = """<body name="hand" pos="0 0 -.6">
+<inertial pos="0 0 -.1" mass="1" diaginertia=".01 .01 .01"/>
+<joint name="ball" type="ball" {spring}/></body>"""
+
+
+@pytest.mark.parametrize(
+    ("limits", "spring", "law"),
+    [
+        ("", "", SphericalLaw.COORDINATES),
+        ('range="-40 50"', "", SphericalLaw.COORDINATES),
+        ("", 'stiffness="2"', SphericalLaw.CONSERVATIVE),
+        ("", 'damping="0.1"', SphericalLaw.CONSERVATIVE),
+    ],
+)
+def test_hinges_that_form_a_joint_have_a_law_of_coordinates_unless_a_ball_has_a_law(
+    limits: str, spring: str, law: SphericalLaw, tmp_path: Path
+):
+    text = text_of(HINGES.format(limits=limits, more=BALL.format(spring=spring)))
+    imported = parsed(text)
+    assert written_and_read(imported, tmp_path)[1].law is law
+    approximate = {one.what for one in imported.losses.entries if "rotation vector" in one.what}
+    assert bool(approximate) == (law is SphericalLaw.CONSERVATIVE)
+    apart = parsed(text, separate=True)
+    assert written_and_read(apart, tmp_path)[1].law is SphericalLaw.CONSERVATIVE
+
+
+@pytest.mark.parametrize(
+    ("middle", "is_near"), [('range="-70 70"', False), ('range="-100 70"', True), ("", True)]
+)
+def test_three_hinges_that_may_come_to_their_pole_are_told(middle: str, is_near: bool):
+    text = text_of(
+        HINGES.format(limits="", more="").replace('range="-70 70" limited="false"', middle)
+    )
+    poles = [one.where for one in parsed(text).losses.entries if "have a pole" in one.what]
+    assert poles == ([("arm",)] if is_near else [])
+
+
+@pytest.mark.verify
+def test_hinges_that_form_joints_fall_as_in_mujoco(tmp_path: Path):
+    """Their springs, of one joint, are laws of its coordinates: those of each angle."""
+    imported = without_limits(read_model(HUMANOID))
+    assert max(len(joint.chain) for joint in imported.figure.joints.values()) == 6
+    assert difference(HUMANOID, imported, tmp_path) < 1e-6
+
+
+@pytest.mark.verify
+def test_moments_of_hinges_that_form_a_joint_are_mujocos(tmp_path: Path):
+    text = text_of(HINGES.format(limits="", more="").replace('frictionloss=".2"', ""))
+    imported = parsed(text)
+    figure, springs = written_and_read(imported, tmp_path)
+    api = pytest.importorskip("mujoco")
+    model = api.MjModel.from_xml_string(text)
+    data = api.MjData(model)
+    names = [model.joint(k).name for k in range(3)]
+    order = [imported.coordinates[name].index for name in names]
+    rows = np.random.default_rng(2).uniform(-1.2, 1.2, (40, 3))
+    ours = our_moments(figure, springs, "arm", rows)
+    for row, expected in zip(rows, ours, strict=True):
+        data.qpos[:] = row[order]
+        api.mj_forward(model, data)
+        assert data.qfrc_spring == pytest.approx(expected[order], abs=2e-3)
 
 
 def test_axes_that_miss_each_other_get_a_carrier():
