@@ -5,7 +5,7 @@ A socket names a frame by its path among the components of the model, either fro
 """
 
 from collections import deque
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -38,6 +38,7 @@ from generator.model_files.opensim.joints import (
 from generator.model_files.opensim.passive_forces import apply_forces
 from generator.model_files.opensim.reach_forces import find_reaches
 from generator.model_files.opensim.rotation_springs import (
+    RotationSpring,
     find_rotation_springs,
     with_rotation_springs,
 )
@@ -91,6 +92,7 @@ def figure_from_osim(
     rotation_springs, forces = find_rotation_springs(bodies, forces)
     bodies = apply_forces(bodies, forces, diagnostics, losses)
     bodies = apply_bushings(frames, bodies, forces, losses)
+    rotation_springs = _without_lone_damping(bodies, rotation_springs, losses)
     bodies = with_rotation_springs(bodies, rotation_springs, losses)
     law = next((spring.law for spring in rotation_springs if spring.law), None)
     if law is None and any(_has_ball_law(body, balls) for body in bodies):
@@ -112,6 +114,29 @@ def _has_ball_law(body: Body, balls: Container[str | None]) -> bool:
     return body.joint in balls and any(
         dof.is_passive and is_rotation(dof.kind) for dof in body.dofs
     )
+
+
+def _without_lone_damping(
+    bodies: Sequence[Body], springs: Sequence[RotationSpring], losses: Losses
+) -> list[RotationSpring]:
+    """Return the springs without damping that no law holds beside laws of coordinates; report it.
+
+    It is that of a joint whose reach was lost.
+    """
+    turns = {
+        body.name: [dof for dof in body.dofs if is_rotation(dof.kind)]
+        for body in bodies
+        if body.reach is None
+    }
+    hinged = any(len(row) > 1 and any(dof.is_passive for dof in row) for row in turns.values())
+    if not hinged or any(spring.law for spring in springs):
+        return list(springs)
+    lone = {dof.name for row in turns.values() for dof in row}
+    lost = [spring.name for spring in springs if spring.coordinate in lone]
+    if lost:
+        what = "damping that is not of each angle, of joints whose other springs are not read"
+        losses.add(what, *lost)
+    return [spring for spring in springs if spring.coordinate not in lone]
 
 
 def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:

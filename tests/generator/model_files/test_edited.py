@@ -21,7 +21,11 @@ from generator.simulation.plan import Plan
 from generator.simulation.statics.static_forces import StaticState
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet
-from tests.generator.model_files.imported_models import lost, written_and_read
+from tests.generator.model_files.imported_models import (
+    lost,
+    without_carried_texts,
+    written_and_read,
+)
 from tests.generator.model_files.resaved import stated
 
 SUFFIXES = (".xml", ".osim")
@@ -189,6 +193,22 @@ def test_a_joint_that_was_removed_leaves_the_others(tmp_path: Path):
     for joint in held_joints(of):
         if joint != "left_wrist":
             of.check(joint)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_model_without_the_texts_that_it_carries_keeps_its_law(name: str, tmp_path: Path):
+    """As OpenSim saves it: a reach is lost, with the damping of its joint."""
+    of = edited(name, ".osim", tmp_path, without_carried_texts)
+    _, springs = of.back
+    assert springs.law is SphericalLaw.COORDINATES
+    reached = [joint for joint, one in of.springs.joints.items() if one.reach is not None]
+    for joint in of.springs.joints:
+        if joint not in reached:
+            of.check(joint)
+    assert not springs.joints.keys() & set(reached)
+    if reached:
+        assert len(lost(of.imported, "along paths")) == 3 * len(reached)
+        assert len(lost(of.imported, "damping that is not of each angle")) == 3 * len(reached)
 
 
 def test_a_reach_comes_back_whole_beside_an_edited_spring(tmp_path: Path):
