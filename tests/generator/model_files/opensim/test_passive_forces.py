@@ -7,9 +7,9 @@ import pytest
 
 from generator.diagnostics import Source
 from generator.model_files.formats import parse_model
-from springs import total_torque
+from springs import SphericalLaw, total_torque
 from springs.interpolated import Interpolated
-from tests.generator.model_files.imported_models import lost
+from tests.generator.model_files.imported_models import lost, written_and_read
 from tests.generator.model_files.opensim.one_joint import (
     MODEL,
     acceleration_in_opensim,
@@ -132,3 +132,17 @@ def test_other_forces_are_losses(joint: str, forces: str, sentence: str):
 def test_a_wrong_limit_is_refused(forces: str, message: str):
     (fault,) = parse_model(Source("m.osim", MODEL.format("PinJoint", forces))).diagnostics
     assert message in fault.message
+
+
+@pytest.mark.parametrize(
+    ("joint", "law"),
+    [("GimbalJoint", SphericalLaw.COORDINATES), ("BallJoint", SphericalLaw.CONSERVATIVE)],
+)
+def test_forces_on_a_ball_are_not_laws_of_its_coordinates(
+    joint: str, law: SphericalLaw, tmp_path: Path
+):
+    """The speeds of a BallJoint are angular velocities about the axes of the parent."""
+    model = imported(joint, SPRING)
+    assert written_and_read(model, tmp_path)[1].law is law
+    approximate = [one for one in model.losses.entries if "rotation vector" in one.what]
+    assert bool(approximate) == (joint == "BallJoint")
