@@ -180,6 +180,7 @@ _FIT_SAMPLES = 721
 
 _ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
 _DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
+_REACH_DAMPING = "unequal damping of joints with a reach"
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
@@ -407,7 +408,7 @@ class _BodyWriter:
         if damping and ball is not None:
             ball.set("damping", format_numbers(damping))
         elif damping != 0.0:
-            self._losses.add(_DAMPING, joint.name)
+            self._losses.add(_DAMPING if springs.reach is None else _REACH_DAMPING, joint.name)
 
     def _add_axis_spring(
         self,

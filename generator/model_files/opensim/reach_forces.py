@@ -211,5 +211,5 @@ def _label(turn: Array, axis: Vector) -> str:
     x, y, z = (turn @ np.asarray(axis)).tolist()
     label = axis_label(unit_axis((x, y, z)))
     if label.lstrip("-") not in AXIS_NAMES:
-        raise ValueError(f"{label} is no axis of the joint")
+        raise ValueError(f"the joint has no axis {label}")
     return label
