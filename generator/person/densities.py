@@ -63,6 +63,13 @@ DENSITY_REFERENCES: Mapping[str, Reference] = {
 }
 """References of the published densities."""
 
+MAX_EXCESS = 1.0 / 3.0
+"""Part of a published density by which one may lie beyond all of them without a fault.
+
+The mean bodies of the survey are within it: surfaces of trunk and foot end elsewhere than the cuts
+through cadavers.
+"""
+
 
 @dataclass(frozen=True)
 class SegmentDensity:
@@ -84,6 +91,25 @@ class SegmentDensity:
     def density(self) -> float:
         """Mass over volume [kg/m3]."""
         return self.mass / self.volume
+
+    @property
+    def excess(self) -> float:
+        """Part by which it lies above the largest published density, negative below the least."""
+        if not self.published:
+            return 0.0
+        low, high = min(self.published.values()), max(self.published.values())
+        return max(0.0, self.density / high - 1.0) + min(0.0, self.density / low - 1.0)
+
+    @property
+    def fault(self) -> str | None:
+        """Sentence on a density too far beyond the published ones; None for another."""
+        if abs(self.excess) <= MAX_EXCESS:
+            return None
+        return (
+            f"the {self.name.replace('_', ' ')} has {self.density:.0f} kg/m3, "
+            f"{abs(self.excess):.0%} {'above' if self.excess > 0.0 else 'below'} the published "
+            "densities: its surface does not fit its mass"
+        )
 
 
 def segment_densities(person: Person) -> tuple[SegmentDensity, ...]:
