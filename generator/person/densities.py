@@ -130,21 +130,27 @@ SPREAD_ARMS, SPREAD_LEGS = 0.8, 0.3
 
 
 def place_surfaces(
-    figure: Figure, surfaces: Mapping[str, Surface], arms: float = 0.0, legs: float = 0.0
+    figure: Figure,
+    surfaces: Mapping[str, Surface],
+    arms: float | None = None,
+    legs: float | None = None,
 ) -> dict[str, Surface]:
     """Return the surfaces of a person's figure in the world, by names with side.
 
     Args:
         figure: that stands upright.
         surfaces: surfaces by names without side.
-        arms: abduction of the shoulders [rad].
-        legs: abduction of the hips [rad].
+        arms: abduction of the shoulders [rad]; None for that of the figure.
+        legs: abduction of the hips, with straight ankles [rad]; None for the legs of the figure.
     """
     tree = build_tree(figure)
     displacements = initial_displacements(tree)
     for side in SIDES:
-        displacements[f"{side}_shoulder"] = np.array([0.0, arms, 0.0])
-        displacements[f"{side}_hip_joint"] = np.array([0.0, legs, 0.0])
+        if arms is not None:
+            displacements[f"{side}_shoulder"] = np.array([0.0, arms, 0.0])
+        if legs is not None:
+            displacements[f"{side}_hip_joint"] = np.array([0.0, legs, 0.0])
+            displacements[f"{side}_ankle"] = np.zeros(2)
     poses = forward_kinematics(tree, displacements).poses
     return {
         side: surface.transformed(poses[side])
