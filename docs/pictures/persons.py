@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from generator import Scene, Sex, build_person, estimate_measures, read_figure
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.person.body import SIDES
 from generator.person.person_files import person_files
 from plots.figure_image import Body, Strip, View, draw_moments
 
@@ -25,9 +24,6 @@ PERSONS = (
     (Sex.MALE, 1.72, 120.0),
 )
 """Sex, stature [m] and mass [kg]."""
-
-ABDUCTION = radians(12.0)
-"""Of the shoulders, so that the arms are free of the hips."""
 
 STRIP = Strip(
     View(turn=radians(35.0), tilt=radians(8.0)),
@@ -53,8 +49,7 @@ def main() -> None:
             figure = read_figure(path)
             body = Body.of_figure(figure)
         tree = build_tree(figure)
-        arms = {f"{side}_shoulder": np.array([0.0, ABDUCTION, 0.0]) for side in SIDES}
-        placement = forward_kinematics(tree, {**initial_displacements(tree), **arms})
+        placement = forward_kinematics(tree, initial_displacements(tree))
         images.append(draw_moments(body, [placement.poses], STRIP, Scene()))
     image = np.concatenate(images, axis=1)
     height, width = image.shape[:2]

@@ -32,6 +32,7 @@ from generator.person.person_files import (
     person_files,
     springs_title,
 )
+from generator.person.segment_regression import regression_weight
 from generator.person.sources import Origin
 
 
@@ -59,6 +60,7 @@ class SegmentData(NamedTuple):
     length_m: float
     density_kg_m3: float
     published_densities_kg_m3: Mapping[str, float]
+    density_excess: float
 
 
 class DimensionData(NamedTuple):
@@ -80,6 +82,7 @@ class PersonResult(CommandResult):
     total_mass_kg: float
     degrees_of_freedom: int
     segments: Sequence[SegmentData]
+    regression_weight: float
     density_kg_m3: float
     density_references: Mapping[str, str]
     dimensions: Sequence[DimensionData]
@@ -99,16 +102,20 @@ class PersonResult(CommandResult):
             f"{format_count(joints, 'joint')}, {self.degrees_of_freedom} degrees of freedom"
         )
         lengths = {one.name: f"{one.length_m / CM:.1f}" for one in self.segments}
-        rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]", "published"]]
+        rows = [["segment", "mass [kg]", "length [cm]", "density [kg/m3]", "published", "beyond"]]
         for one in self.densities:
             low, high = (f"{f(one.published.values(), default=0):.0f}" for f in (min, max))
             published = "" if not one.published else low if low == high else f"{low} to {high}"
             numbers = f"{one.mass:.3f}", lengths.get(one.name, ""), f"{one.density:.0f}"
-            rows.append([one.name, *numbers, published])
+            beyond = f"{one.excess:+.0%}" if one.excess else ""
+            rows.append([one.name, *numbers, published, beyond])
         years = ", ".join(
             f"{author} {reference.text[-4:]}" for author, reference in DENSITY_REFERENCES.items()
         )
-        yield f"{Table(rows)}\npublished: densities of cadavers, {years}"
+        yield (
+            f"{Table(rows)}\npublished: densities of cadavers, {years}\n"
+            f"{_mass_sentence(self.regression_weight)}"
+        )
         if self.springs is None:
             yield "springs: none"
         else:
@@ -184,11 +191,13 @@ def person(
     for model in models:
         _check_files(model, measures)
     written = write_models(models)
+    densities = segment_densities(made)
     notices = [
         *made.body.measures.warnings,
+        *(one.fault for one in densities if one.fault is not None),
         *(str(loss) for losses in written.values() for loss in losses.entries),
     ]
-    body, densities = made.body.measures, segment_densities(made)
+    body = made.body.measures
     curves = Counter(axis.origin for axis in made.passive_axes)  # left and right are one
     return PersonResult(
         sex=body.sex,
@@ -197,11 +206,13 @@ def person(
         degrees_of_freedom=made.figure.degrees_of_freedom,
         segments=[
             SegmentData(
-                one.name, one.mass, made.body.segments[one.name].length, one.density, one.published
+                *(one.name, one.mass, made.body.segments[one.name].length, one.density),
+                *(one.published, one.excess),
             )
             for one in densities
             if one.name in made.body.segments
         ],
+        regression_weight=regression_weight(body.sex, body.stature, body.mass),
         density_kg_m3=densities[-1].density,
         density_references={name: str(one) for name, one in DENSITY_REFERENCES.items()},
         dimensions=[
@@ -217,6 +228,16 @@ def person(
         output=output,
         diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, notices)),
     )
+
+
+def _mass_sentence(weight: float) -> str:
+    """Return a sentence on the rules of the masses."""
+    regressions = "regressions of Zatsiorsky 2002 on mass and stature"
+    if weight == 0.0:
+        return "masses: percentages of de Leva 1996"
+    if weight == 1.0:
+        return f"masses: {regressions}"
+    return f"masses: {weight:.2f} of {regressions}, the rest percentages of de Leva 1996"
 
 
 def _leg_sentence(springs: PersonSprings, hip_datum: float) -> str:

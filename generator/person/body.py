@@ -12,6 +12,11 @@ from dataclasses import dataclass, replace
 from generator.diagnostics import ModelError
 from generator.figure import Vector
 from generator.person.measures import Measures
+from generator.person.segment_regression import (
+    BuildChange,
+    build_change,
+    zatsiorsky_regressions,
+)
 from generator.person.segment_table import SegmentRow, SegmentTable, de_leva_table
 from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, survey
@@ -163,6 +168,9 @@ Centres of mass are the table's fractions of them; radii of gyration are in metr
 def build_body(measures: Measures) -> Body:
     """Build the body of a person: de Leva's segments, with legs that close the stature.
 
+    Far from the build of de Leva's bodies, masses and radii of gyration change with it by
+    Zatsiorsky's regressions (`segment_regression`).
+
     Raises:
         ModelError: for dimensions that do not fit each other or the stature.
     """
@@ -170,12 +178,18 @@ def build_body(measures: Measures) -> Body:
     skeleton = _build_skeleton(measures, table)
     fractions = {part.name: table.mass_fraction(part.segment) for part in _PARTS}
     total = sum(fractions[part.name] * (2 if part.is_limb else 1) for part in _PARTS)
+    change = build_change(measures.sex, measures.stature, measures.mass)
     heel_distance = HEEL_DISTANCE_OVER_FOOT_LENGTH * skeleton.lengths["foot"]
     segments: dict[str, BodySegment] = {}
     for part in _PARTS:
         row, length = table.row(part.segment, *part.ends), skeleton.lengths[part.name]
         mass = measures.mass * fractions[part.name] / total
+        if change is not None:
+            mass = measures.mass * change.blend(fractions[part.name] / total, part.segment)
         moments = [mass * (radius * skeleton.table_lengths[part.name]) ** 2 for radius in row.radii]
+        if change is not None:
+            factors = change.moment_factors(part.segment)
+            moments = [one * factor for one, factor in zip(moments, factors, strict=True)]
         x, y, z = (moments[axis] for axis in part.axes)
         along = (row.centre if part.is_limb else 1 - row.centre) * length
         centre = (0.0, 0.0, along)
@@ -197,7 +211,10 @@ def build_body(measures: Measures) -> Body:
         heel_distance=heel_distance,
     )
     _check_shoulders(body)
-    sources = (*_segment_sources(body, table, skeleton, total), *_joint_sources(body, table))
+    sources = (
+        *_segment_sources(body, table, skeleton, total, change),
+        *_joint_sources(body, table),
+    )
     return replace(body, sources=sources)
 
 
@@ -301,12 +318,18 @@ def _check_shoulders(body: Body) -> None:
 
 
 def _segment_sources(
-    body: Body, table: SegmentTable, skeleton: _Skeleton, total: float
+    body: Body,
+    table: SegmentTable,
+    skeleton: _Skeleton,
+    total: float,
+    change: BuildChange | None,
 ) -> Iterator[SourcedNumber]:
     """Sources of masses, lengths, centres and moments of inertia, and of the legs' factor.
 
     `total` is the sum of the fractions of mass.
     """
+    if change is not None:
+        yield _weight_source(change, body.measures.sex)
     published, by_sum = table.reference, ""
     if abs(total - 1) > 1e-9:
         by_sum = f", over the sum of all segments, {100 * total:.4g} %"
@@ -319,10 +342,11 @@ def _segment_sources(
         row, segment = table.row(part.segment, *part.ends), body.segments[part.name]
         ends = "-".join(row.ends)
         percent = 100 * table.mass_fraction(part.segment)
-        yield SourcedNumber(
-            *(part.name, "mass", segment.mass, "kg", Origin.PUBLISHED, published),
-            f"{percent:.4g} % of the body's mass{by_sum}",
-        )
+        origin, reference = _segment_origin(change, body.measures.sex, published)
+        rule = f"{percent:.4g} % of the body's mass{by_sum}"
+        if change is not None:
+            rule = _changed_mass_rule(change, part.segment, body.measures.sex, rule)
+        yield SourcedNumber(*(part.name, "mass", segment.mass, "kg", origin, reference), rule)
         rule, measured = _length_rule(part, row, table, skeleton), _SURVEYED_LENGTHS.get(part.name)
         if measured is None:
             yield SourcedNumber(
@@ -358,13 +382,62 @@ def _segment_sources(
                 *(Origin.PUBLISHED, published, centre),
             )
         for axis, index, moment in zip("xyz", part.axes, segment.inertia, strict=True):
-            yield SourcedNumber(
-                *(part.name, f"moment of inertia about {axis}", moment, "kg m2"),
-                *(Origin.PUBLISHED, published),
+            rule = (
                 f"mass times the square of {100 * row.radii[index]:.1f} % of the "
                 f"{'length' if measured is None else 'length of the radii of gyration'} "
-                f"({ends}), the {_AXIS_NAMES[index]} radius",
+                f"({ends}), the {_AXIS_NAMES[index]} radius"
             )
+            if change is not None:
+                factor = change.moment_factors(part.segment)[index]
+                rule += f" (de Leva 1996), times {factor:.4f}, its change with the build"
+            yield SourcedNumber(
+                *(part.name, f"moment of inertia about {axis}", moment, "kg m2"),
+                *(origin, reference, rule),
+            )
+
+
+def _weight_source(change: BuildChange, sex: Sex) -> SourcedNumber:
+    """Source of the weight with which the regressions replace the table."""
+    nearest = ", the nearest to the person in their range" if change.is_nearest else ""
+    rule = (
+        "0 for a build and stature near the table's body, 1 far from it; evaluated for a man of "
+        f"{change.stature:.4g} m and {change.mass:.4g} kg{nearest}"
+    )
+    if sex is Sex.FEMALE:
+        rule += ", who has the woman's build: they were not measured in women"
+    return SourcedNumber(
+        *("person", "weight of the regressions on mass and stature", change.weight, ""),
+        *(Origin.ESTIMATE, zatsiorsky_regressions().reference, rule),
+    )
+
+
+def _segment_origin(
+    change: BuildChange | None, sex: Sex, table: Reference
+) -> tuple[Origin, Reference]:
+    """Origin of the masses and moments of a person, and its reference."""
+    if change is None:
+        return Origin.PUBLISHED, table
+    reference = zatsiorsky_regressions().reference
+    if sex is Sex.FEMALE:
+        return Origin.ESTIMATE, reference
+    is_blend = change.is_nearest or change.weight < 1.0
+    return Origin.SCALED if is_blend else Origin.PUBLISHED, reference
+
+
+def _changed_mass_rule(change: BuildChange, segment: str, sex: Sex, rule: str) -> str:
+    """Rule of a mass by the regressions, and by the table where these have part of the weight."""
+    fit, percent = zatsiorsky_regressions().segments[segment].mass, 100 * change.shares[segment]
+    if sex is Sex.FEMALE:
+        changed = (
+            f"{percent:.4g} % of the body's mass, the table's share changed as a man's of this "
+            f"build by the regression {fit}"
+        )
+    else:
+        changed = f"{percent:.4g} % of the body's mass by the regression {fit}, over their sum"
+    if change.weight == 1.0:
+        return changed
+    own = 1.0 - change.weight
+    return f"{change.weight:.4g} of {changed}; and {own:.4g} of {rule} (de Leva 1996)"
 
 
 def _length_rule(part: _Part, row: SegmentRow, table: SegmentTable, skeleton: _Skeleton) -> str:

@@ -63,6 +63,13 @@ DENSITY_REFERENCES: Mapping[str, Reference] = {
 }
 """References of the published densities."""
 
+MAX_EXCESS = 1.0 / 3.0
+"""Part of a published density by which one may lie beyond all of them without a fault.
+
+The mean bodies of the survey are within it: surfaces of trunk and foot end elsewhere than the cuts
+through cadavers.
+"""
+
 
 @dataclass(frozen=True)
 class SegmentDensity:
@@ -85,6 +92,25 @@ class SegmentDensity:
         """Mass over volume [kg/m3]."""
         return self.mass / self.volume
 
+    @property
+    def excess(self) -> float:
+        """Part by which it lies above the largest published density, negative below the least."""
+        if not self.published:
+            return 0.0
+        low, high = min(self.published.values()), max(self.published.values())
+        return max(0.0, self.density / high - 1.0) + min(0.0, self.density / low - 1.0)
+
+    @property
+    def fault(self) -> str | None:
+        """Sentence on a density too far beyond the published ones; None for another."""
+        if abs(self.excess) <= MAX_EXCESS:
+            return None
+        return (
+            f"the {self.name.replace('_', ' ')} has {self.density:.0f} kg/m3, "
+            f"{abs(self.excess):.0%} {'above' if self.excess > 0.0 else 'below'} the published "
+            "densities: its surface does not fit its mass"
+        )
+
 
 def segment_densities(person: Person) -> tuple[SegmentDensity, ...]:
     """Return the densities of the segments, by names without side, and of the whole body."""
@@ -104,21 +130,27 @@ SPREAD_ARMS, SPREAD_LEGS = 0.8, 0.3
 
 
 def place_surfaces(
-    figure: Figure, surfaces: Mapping[str, Surface], arms: float = 0.0, legs: float = 0.0
+    figure: Figure,
+    surfaces: Mapping[str, Surface],
+    arms: float | None = None,
+    legs: float | None = None,
 ) -> dict[str, Surface]:
     """Return the surfaces of a person's figure in the world, by names with side.
 
     Args:
         figure: that stands upright.
         surfaces: surfaces by names without side.
-        arms: abduction of the shoulders [rad].
-        legs: abduction of the hips [rad].
+        arms: abduction of the shoulders [rad]; None for that of the figure.
+        legs: abduction of the hips, with straight ankles [rad]; None for the legs of the figure.
     """
     tree = build_tree(figure)
     displacements = initial_displacements(tree)
     for side in SIDES:
-        displacements[f"{side}_shoulder"] = np.array([0.0, arms, 0.0])
-        displacements[f"{side}_hip_joint"] = np.array([0.0, legs, 0.0])
+        if arms is not None:
+            displacements[f"{side}_shoulder"] = np.array([0.0, arms, 0.0])
+        if legs is not None:
+            displacements[f"{side}_hip_joint"] = np.array([0.0, legs, 0.0])
+            displacements[f"{side}_ankle"] = np.zeros(2)
     poses = forward_kinematics(tree, displacements).poses
     return {
         side: surface.transformed(poses[side])

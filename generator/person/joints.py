@@ -29,6 +29,7 @@ from generator.person.body import LIMB_SEGMENTS, SIDES, TRUNK_SEGMENTS, Body, Bo
 from generator.person.identity import Identity, range_publications
 from generator.person.shape import foot_contact_spheres
 from generator.person.sources import Origin, SourcedNumber
+from generator.person.stance import Stance, standing_stance
 from generator.person.survey import Sex
 from springs.published.range_of_motion import (
     PUBLICATIONS_OF_WOMEN,
@@ -155,14 +156,16 @@ PERSON_JOINTS: tuple[PersonJoint, ...] = (
 
 
 def person_figure(body: Body) -> Figure:
-    """Return the figure of a person, standing upright at the world's origin."""
+    """Return the figure of a person, standing upright at the world's origin in its stance."""
     segments = [_trunk_segment(body, body.segments[name]) for name in TRUNK_SEGMENTS]
     for name in LIMB_SEGMENTS:
         segments += [_limb_segment(body, body.segments[name], side) for side in SIDES]
-    joints = [_joint(_ROOT_JOINT, "", body)]
+    stance = standing_stance(body)
+    joints = [_joint(_ROOT_JOINT, "", body, stance)]
     for joint in PERSON_JOINTS:
-        joints += [_joint(joint, side, body) for side in (SIDES if joint.has_sides else ("",))]
-    base = Site("base", Location.at(0.0, -body.hip_height, 0.0))
+        sides = SIDES if joint.has_sides else ("",)
+        joints += [_joint(joint, side, body, stance) for side in sides]
+    base = Site("base", Location.at(0.0, -stance.hip_height(body), 0.0))
     sites = by_name(Site("distal", Location((_UPRIGHT,))), base)
     ground = Segment(GROUND_SEGMENT, mass=-1e-3, sites=sites)
     return Figure(
@@ -262,7 +265,17 @@ def _moving_segment(name: str, part: BodySegment, sites: list[Site], colour: str
     return Segment(name, part.mass, part.inertia, None, (colour,), by_name(*sites, centre))
 
 
-def _joint(joint: PersonJoint, side: str, body: Body) -> Joint:
+def _standing(joint: PersonJoint, stance: Stance) -> tuple[float, ...]:
+    """Displacement of a joint in a stance."""
+    angles = {
+        ("shoulder", "abduction"): stance.arms,
+        ("hip_joint", "abduction"): stance.legs,
+        ("ankle", "inversion"): stance.legs,
+    }
+    return tuple(angles.get((joint.name, each.motion), 0.0) for each in joint.rotations)
+
+
+def _joint(joint: PersonJoint, side: str, body: Body, stance: Stance) -> Joint:
     prefix = f"{side}_" if side else ""
 
     def site(ref: tuple[str, str]) -> SiteRef:
@@ -275,11 +288,12 @@ def _joint(joint: PersonJoint, side: str, body: Body) -> Joint:
         JointAxis(AxisKind.ROTATION, _mirrored(each.axis) if side == "right" else each.axis)
         for each in joint.rotations
     )
-    figure_joint = Joint(f"{prefix}{joint.name}", site(joint.parent), site(joint.child), chain)
+    name, ends = f"{prefix}{joint.name}", (site(joint.parent), site(joint.child))
+    figure_joint = Joint(name, *ends, chain, displacement=_standing(joint, stance))
     if joint is _ROOT_JOINT:
         return figure_joint
-    ends = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
-    lower, upper = (tuple(map(_limit, row)) for row in zip(*ends, strict=True))
+    limits = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
+    lower, upper = (tuple(map(_limit, row)) for row in zip(*limits, strict=True))
     return replace(figure_joint, lower_limit=lower, upper_limit=upper)
 
 

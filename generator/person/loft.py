@@ -191,12 +191,20 @@ class Loft:
     focus: float = 0.0
 
     @cached_property
-    def _numbers(self) -> Callable[[float], Array]:
-        """Numbers of the section at a position within the sections [m]."""
+    def _numbers(self) -> Callable[[float | Array], Array]:
+        """Numbers of the sections at positions within the sections [m]."""
         from scipy.interpolate import PchipInterpolator
 
         table = np.stack([section.numbers for section in self.sections])
         return PchipInterpolator(table[:, 0], table)
+
+    def breadths(self, at: Array) -> Array:
+        """Full sizes across the plane of symmetry at positions, shape (n,) [m].
+
+        Beyond the first and the last section they are theirs.
+        """
+        inside = np.clip(at, self.sections[0].at, self.sections[-1].at)
+        return self._numbers(inside)[:, 1]
 
     def ring(self, at: float) -> Array:
         """Points forward, across, along at a position [m], shape (sides, 3).

@@ -24,6 +24,7 @@ from generator.person.passive_joints import (
 )
 from generator.person.shape import body_surfaces, shape_sources
 from generator.person.sources import SourcedNumber
+from generator.person.stance import stance_sources
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
@@ -107,7 +108,7 @@ def build_person(
     figure = person_figure(body)
     surfaces = body_surfaces(body)
     sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
-    sources += shape_sources(body)
+    sources += (*stance_sources(body), *shape_sources(body))
     if springs == "none":
         return Person(body, figure, surfaces, (), None, None, sources)
     axes = passive_axes(body)

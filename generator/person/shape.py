@@ -9,6 +9,7 @@ stay closed. Limbs are symmetric about their sagittal plane: left and right shar
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -278,18 +279,22 @@ def _part(
     return loft_surface(rings - shift, poles - shift, UPWARD, name)
 
 
-def _trunk(body: Body) -> Iterator[Surface]:
-    """Surfaces of the three parts of the trunk."""
-    length, segments = body.measures.length, body.segments
-    sections = _trunk_sections(body)
-    crotch = sections[0].at
+def trunk_loft(body: Body) -> Loft:
+    """Loft of the trunk, whose positions are heights above the hip centres."""
+    segments, sections = body.segments, _trunk_sections(body)
     waist = segments["lower_torso"].length
     thorax = waist + segments["middle_torso"].length
-    neck = thorax + segments["upper_torso"].length
     shoulder = thorax + body.shoulder_height
-    ends = [(crotch, 0.02), (0.0, 0.026), (shoulder, 0.026), (neck, 0.0)]
-    places = ring_places(ends, [waist, thorax])
-    loft = Loft(sections, TRUNK_SIDES, places, _trunk_reliefs(body))
+    ends = [(sections[0].at, 0.02), (0.0, 0.026), (shoulder, 0.026), (sections[-1].at, 0.0)]
+    return Loft(sections, TRUNK_SIDES, ring_places(ends, [waist, thorax]), _trunk_reliefs(body))
+
+
+def _trunk(body: Body) -> Iterator[Surface]:
+    """Surfaces of the three parts of the trunk."""
+    length, segments, loft = body.measures.length, body.segments, trunk_loft(body)
+    crotch, neck = loft.sections[0].at, loft.sections[-1].at
+    waist = segments["lower_torso"].length
+    thorax = waist + segments["middle_torso"].length
     bottom, top = Cap(0.012, rings=2), Cap(0.02, rings=2)
     # Nearly as high as deep, so that a bent trunk stays round.
     at_waist = Cap(min(0.45 * length("waist_depth"), 0.7 * waist, 0.7 * (thorax - waist)))
@@ -353,18 +358,41 @@ def _head(body: Body) -> Surface:
     return loft_surface(rings, poles, UPWARD, "head")
 
 
-def _arm(body: Body) -> Iterator[Surface]:
-    """Surfaces of upper arm, forearm and hand, from one loft; positions are below the shoulder."""
-    stature, length = body.measures.stature, body.measures.length
-    segments = body.segments
-    elbow = segments["upper_arm"].length
-    wrist = elbow + segments["lower_arm"].length
-    finger = wrist + length("hand_length")
+class _ArmGirths(NamedTuple):
+    """Girths of a relaxed arm [m].
+
+    Attributes:
+        deltoid: breadth of the upper arm below the shoulder.
+        biceps: girth of the upper arm.
+        elbow: girth of the elbow.
+        forearm: girth of the forearm.
+        wrist: girth of the wrist.
+    """
+
+    deltoid: float
+    biceps: float
+    elbow: float
+    forearm: float
+    wrist: float
+
+
+def _arm_girths(body: Body) -> _ArmGirths:
+    length = body.measures.length
     biceps = RELAXED_BICEPS * length("biceps_circumference_flexed")
     # In heavy people the trunk pushes the arms outward, which adds to the bideltoid breadth.
     deltoid = min(length("bideltoid_breadth") - body.shoulder_spacing, 1.25 * biceps / pi)
     forearm = RELAXED_FOREARM * length("forearm_circumference_flexed")
-    elbow_girth, wrist_girth = ELBOW_OVER_FOREARM * forearm, length("wrist_circumference")
+    elbow = ELBOW_OVER_FOREARM * forearm
+    return _ArmGirths(deltoid, biceps, elbow, forearm, length("wrist_circumference"))
+
+
+def arm_loft(body: Body) -> Loft:
+    """Loft of an arm with its hand, whose positions are distances below the shoulder."""
+    length, segments = body.measures.length, body.segments
+    elbow = segments["upper_arm"].length
+    wrist = elbow + segments["lower_arm"].length
+    finger = wrist + length("hand_length")
+    deltoid, biceps, elbow_girth, forearm, wrist_girth = _arm_girths(body)
     broad = length("hand_breadth")
     palm = min(length("palm_length") / length("hand_length"), 0.7)
 
@@ -397,11 +425,18 @@ def _arm(body: Body) -> Iterator[Surface]:
         hand(0.85, 0.22, 0.43, 0.44),
         hand(0.94, 0.19, 0.35, 0.37),
     )
-    end = sections[-1].at
-    places = ring_places([(0.0, 0.03), (wrist, 0.014), (end, 0.0)], [elbow, wrist])
-    loft = Loft(sections, LIMB_SIDES, places)
-    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.002) * stature, 0.31 * deltoid))
-    at_elbow, at_wrist = Cap(elbow_girth / (2.0 * pi)), Cap(0.12 * wrist_girth)
+    places = ring_places([(0.0, 0.03), (wrist, 0.014), (sections[-1].at, 0.0)], [elbow, wrist])
+    return Loft(sections, LIMB_SIDES, places)
+
+
+def _arm(body: Body) -> Iterator[Surface]:
+    """Surfaces of upper arm, forearm and hand."""
+    loft, girths, stature = arm_loft(body), _arm_girths(body), body.measures.stature
+    elbow = body.segments["upper_arm"].length
+    wrist = elbow + body.segments["lower_arm"].length
+    end, finger = loft.sections[-1].at, wrist + body.measures.length("hand_length")
+    top = Cap(max((ACROMION_ABOVE_SHOULDER + 0.002) * stature, 0.31 * girths.deltoid))
+    at_elbow, at_wrist = Cap(girths.elbow / (2.0 * pi)), Cap(0.12 * girths.wrist)
     # Flatter than the end of the upper arm, which covers it in a bent elbow.
     covered = Cap(0.85 * at_elbow.height, 1.7)
     tip = Cap(0.06 * (finger - wrist), rings=3)
@@ -410,11 +445,8 @@ def _arm(body: Body) -> Iterator[Surface]:
     yield _part("hand", loft, (wrist, end), wrist, (at_wrist, tip))
 
 
-def _leg(body: Body) -> Iterator[Surface]:
-    """Surfaces of thigh and shank, from one loft; positions are below the hip.
-
-    The thigh reaches to the pelvis's front spine, as the segment of the published tables does.
-    """
+def leg_loft(body: Body) -> Loft:
+    """Loft of thigh and shank, whose positions are distances below the hip."""
     length, segments = body.measures.length, body.segments
     knee = segments["upper_leg"].length
     ankle = knee + segments["lower_leg"].length
@@ -447,10 +479,23 @@ def _leg(body: Body) -> Iterator[Surface]:
         _ring(lower(0.87), ankle_girth, 1.2, -0.10),
         Section(ankle, malleoli, 0.58 * malleoli, 0.62 * malleoli),
     )
-    places = ring_places([(0.0, 0.033), (ankle, 0.0)], [knee])
-    loft = Loft(sections, LIMB_SIDES, places)
-    top, at_knee = Cap(SPINE_ABOVE_HIP * body.measures.stature, 2.5), Cap(knee_girth / (2.0 * pi))
-    yield _part("upper_leg", loft, (0.0, knee), 0.0, (top, at_knee))
+    return Loft(sections, LIMB_SIDES, ring_places([(0.0, 0.033), (ankle, 0.0)], [knee]))
+
+
+def thigh_cap(body: Body) -> Cap:
+    """Upper end of the thigh, which reaches to the front spine as that of published tables does."""
+    return Cap(SPINE_ABOVE_HIP * body.measures.stature, 2.5)
+
+
+def _leg(body: Body) -> Iterator[Surface]:
+    """Surfaces of thigh and shank."""
+    loft, length = leg_loft(body), body.measures.length
+    knee = body.segments["upper_leg"].length
+    ankle = knee + body.segments["lower_leg"].length
+    knee_girth = KNEE_OVER_LOWER_THIGH * length("lower_thigh_circumference")
+    malleoli = length("bimalleolar_breadth")
+    at_knee = Cap(knee_girth / (2.0 * pi))
+    yield _part("upper_leg", loft, (0.0, knee), 0.0, (thigh_cap(body), at_knee))
     covered, at_ankle = Cap(0.85 * at_knee.height, 1.7), Cap(0.45 * malleoli)
     yield _part("lower_leg", loft, (knee, ankle), knee, (covered, at_ankle))
 

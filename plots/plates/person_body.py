@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import radians
+from math import degrees, radians
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from generator.inertia import MassProperties
 from generator.person.measures import Sex, estimate_measures
 from generator.person.person import Person, build_person
+from generator.person.stance import standing_stance
 from generator.person.survey import survey
 from plots.canvas import (
     BLACK,
@@ -49,7 +50,8 @@ MEASURED_POSTURES: Mapping[str, Posture] = {
 
 SITTING = on_both_sides({"hip_joint": (0.0, 0.0, 90.0), "knee": (90.0,), "elbow": (0.0, 90.0)})
 
-_HELD_OUT = on_both_sides({"shoulder": (0.0, 10.0, 0.0), "hip_joint": (0.0, 4.0, 0.0)})
+_STRAIGHT = on_both_sides({"shoulder": (0.0, 0.0, 0.0), "hip_joint": (0.0, 0.0, 0.0)})
+"""Limbs straight down from their joints."""
 
 LEVEL_ARMS = on_both_sides({"shoulder": (0.0, 90.0, 0.0)})
 
@@ -57,6 +59,9 @@ _AXES = {"antero-posterior": 2, "lateral": 0, "long": 1}
 """Axes of the standing figure's world."""
 
 _WORDS = {Sex.MALE: "man", Sex.FEMALE: "woman"}
+
+_STANCE = ("arms", "legs")
+"""Attributes of a stance."""
 
 DIMENSIONS = ("sitting_height", "span", "wrist_height")
 
@@ -201,12 +206,14 @@ def compare_whole_bodies() -> Comparison:
 
 def _caption(made: Comparison) -> str:
     man = made.mean(Sex.MALE)
-    out = np.mean(
+    straight = np.mean(
         [
-            person.whole(_HELD_OUT).inertia[1, 1] / one.postures[STANDING].moments[2]
+            person.whole(_STRAIGHT).inertia[1, 1] / one.postures[STANDING].moments[2]
             for one, person in made.men
         ]
     )
+    stances = [standing_stance(person.person.body) for _, person in made.men]
+    arms, legs = ([round(degrees(getattr(one, name))) for one in stances] for name in _STANCE)
     thigh = surface_points(man.surfaces, man.poses(SITTING), ["left_upper_leg"])[:, 1].min()
     torso = surface_points(man.surfaces, man.poses(SITTING), ["lower_torso"])[:, 1].min()
     return (
@@ -214,9 +221,10 @@ def _caption(made: Comparison) -> str:
         "about axes through the centre of mass, of persons of the stature and mass of three men "
         "over the men's own; the band is the largest error of their compound pendulum, 8 %. "
         "Spread, the arms are 45 deg above level and each leg is 30 deg out, which is assumed. "
-        "The moment about the long axis is too small in the narrow postures, where arms and legs "
-        "hang straight down from their joints: with the arms 10 deg and the legs 4 deg out it is "
-        f"{out:.2f} of the measured one. Below, left: place of the centre of mass on the long "
+        "Standing, the moment about the long axis is that of the men by the choice of the stance, "
+        f"arms {min(arms)} to {max(arms)} deg and legs {max(legs)} deg out: with straight limbs it "
+        f"is {straight:.2f} of the measured one. With the arms raised straight up it is too small. "
+        "Below, left: place of the centre of mass on the long "
         "axis. Below, right: dimensions of persons of mean stature and mass, of two standard "
         "deviations of stature and one of mass less, and as much more, less those that the survey "
         "expects; bars: its standard error. None of these dimensions was used to build a person. "
@@ -242,7 +250,7 @@ def _claims(made: Comparison) -> Iterator[Claim]:
                 f"{words.capitalize()}: moment of inertia about the {axis} axis over the measured "
                 "one, mean of three men",
                 ratio,
-                remark="the person's arms and legs hang straight down from their joints",
+                remark="the person's arms are straight up from their joints",
             )
         yield facts["centre_of_mass_difference"].compare(
             f"{words.capitalize()}: distance of the centre of mass from the top of the head, less "

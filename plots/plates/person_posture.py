@@ -224,12 +224,12 @@ def _caption(made: Postures) -> str:
     return (
         "Left: the joints are set so that knee, hip, shoulder and ear are as far in front of the "
         "ankle as fifteen people had them; the centres of mass of what is above the knee and above "
-        "the hip follow, and are compared. The figure's own standing posture is straight: there "
-        "all of them are above the ankle. The ear is taken on the axis of the head, at the "
-        "survey's mean height. Right: `mover settle --gravity 0,0,0` with the pelvis fixed, from "
-        f"standing. The man's angles [deg]: {angles}. Of these only the angle between trunk and "
-        "thigh has a published value that was read; crews of a later flight did not share one "
-        "posture [3]. Riener's leg has the springs of `--springs riener`."
+        "the hip follow, and are compared. From the side the figure's own standing posture is "
+        "straight: there all of them are above the ankle. The ear is taken on the axis of the "
+        "head, at the survey's mean height. Right: `mover settle --gravity 0,0,0` with the pelvis "
+        f"fixed, from standing. The man's angles [deg]: {angles}. Of these only the angle between "
+        "trunk and thigh has a published value that was read; crews of a later flight did not "
+        "share one posture [3]. Riener's leg has the springs of `--springs riener`."
     )
 
 

@@ -9,7 +9,7 @@ import pytest
 from generator.figure_file import read_figure
 from generator.model_files.figure_files import springs_path
 from generator.person.person_files import MADE_BY
-from tests.command import answer, mover, run
+from tests.command import Result, answer, mover, run
 
 ME = ("person", "--sex", "female", "--stature", "1.65m", "--mass", "62kg")
 
@@ -210,6 +210,33 @@ def test_a_person_outside_the_sample_is_a_warning():
     assert result.stderr.startswith("warning: a stature of 1.1 m is ")
     assert len(answer(*small)["warnings"]) == 2
     assert run(*ME).stderr == ""
+
+
+def test_a_density_beyond_the_published_ones_is_a_warning():
+    heavy = ("person", "--sex", "male", "--stature", "1.60m", "--mass", "120kg")
+    result = run(*heavy)
+    assert "warning: the foot has 1475 kg/m3, 34% above the published densities" in result.stderr
+    assert any(line.startswith("foot ") and line.endswith("+34%") for line in lines_of(result))
+    (foot,) = (each for each in answer(*heavy)["segments"] if each["name"] == "foot")
+    assert foot["density_excess"] == pytest.approx(0.34, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("mass", "weight", "sentence"),
+    [
+        ("85.5kg", 0.0, "masses: percentages of de Leva 1996"),
+        ("90kg", 0.27, "masses: 0.27 of regressions of Zatsiorsky 2002 on mass and stature, the"),
+        ("110kg", 1.0, "masses: regressions of Zatsiorsky 2002 on mass and stature"),
+    ],
+)
+def test_the_rule_of_the_masses_is_said(mass: str, weight: float, sentence: str):
+    man = ("person", "--sex", "male", "--stature", "1.756m", "--mass", mass)
+    assert any(line.startswith(sentence) for line in lines_of(run(*man)))
+    assert answer(*man)["regression_weight"] == pytest.approx(weight, abs=0.01)
+
+
+def lines_of(result: Result) -> list[str]:
+    return [line.rstrip() for line in result.stdout.splitlines()]
 
 
 @pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv", "me.springs.toml"])

@@ -338,3 +338,81 @@ def test_every_number_has_its_source(sex: Sex):
     assert ("height of the shoulder centres above its own joint" in estimates) == (
         sex is Sex.FEMALE
     )
+
+
+def changed_by(sex: Sex, stature: float, mass: float, step: float) -> float:
+    """Largest change of a mass or moment, relative to its size, from a step of stature and mass."""
+    before, after = (
+        build_body(estimate_measures(sex, factor * stature, factor * mass)).segments
+        for factor in (1.0, 1.0 + step)
+    )
+    return max(
+        abs(new / old - 1.0)
+        for name in before
+        for old, new in zip(
+            (before[name].mass, *before[name].inertia),
+            (after[name].mass, *after[name].inertia),
+            strict=True,
+        )
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(Sex), st.floats(1.3, 2.1), st.floats(14.0, 50.0))
+@example(Sex.MALE, 1.741, 1.15 * 73.0 / 1.741**2)
+@example(Sex.MALE, 1.741, 0.85 * 73.0 / 1.741**2)
+@example(Sex.MALE, 1.741, 1.30 * 73.0 / 1.741**2)
+@example(Sex.FEMALE, 1.735, 1.525 * 61.9 / 1.735**2)
+@example(Sex.MALE, 1.15 * 1.741, 26.0)
+def test_masses_and_moments_have_no_step(sex: Sex, stature: float, index: float):
+    """A step of a millionth changes masses and moments by millionths: no rule begins abruptly."""
+    assert changed_by(sex, stature, index * stature**2, 1e-6) < 2e-5
+
+
+@pytest.mark.parametrize(("sex", "stature", "mass"), [(Sex.MALE, 1.741, 1.15 * 73.0)])
+def test_masses_have_no_kink_where_the_regressions_begin(sex: Sex, stature: float, mass: float):
+    """Slopes of the shares over mass on both sides of the edge differ by the curvature alone."""
+    step = 1e-3
+
+    def share(factor: float) -> float:
+        body = build_body(estimate_measures(sex, stature, factor * mass))
+        return body.segments["middle_torso"].mass / body.measures.mass
+
+    at = share(1.0)
+    slopes = [(at - share(1.0 - step)) / step, (share(1.0 + step) - at) / step]
+    assert slopes[0] == pytest.approx(0.0, abs=1e-12)
+    assert 0.0 < slopes[1] < 3e-3
+    assert (share(1.2) - share(1.1)) / 0.1 > 0.05
+
+
+@pytest.mark.parametrize(
+    ("sex", "stature", "mass", "origin"),
+    [
+        (Sex.MALE, 1.756, 85.5, Origin.PUBLISHED),
+        (Sex.MALE, 1.60, 120.0, Origin.PUBLISHED),
+        (Sex.MALE, 1.741, 1.2 * 73.0, Origin.SCALED),
+        (Sex.MALE, 1.40, 90.0, Origin.SCALED),
+        (Sex.FEMALE, 1.60, 120.0, Origin.ESTIMATE),
+    ],
+)
+def test_sources_say_which_rule_made_a_mass(sex: Sex, stature: float, mass: float, origin: Origin):
+    body = build_body(estimate_measures(sex, stature, mass))
+    (head,) = (one for one in body.sources if (one.part, one.quantity) == ("head", "mass"))
+    weights = [one for one in body.sources if one.quantity.startswith("weight of the regressions")]
+    assert head.origin is origin
+    assert head.reference is not None
+    if mass == 85.5:
+        assert "de Leva" in head.reference.text
+        assert weights == []
+        return
+    assert "Zatsiorsky" in head.reference.text
+    (weight,) = weights
+    assert f"{weight.value:.4g} of" in head.rule or weight.value == 1.0
+    assert ("de Leva" in head.rule) == (weight.value < 1.0)
+    assert "regression 1.296 kg +0.0171 of the body's mass +1.43 kg/m stature" in head.rule
+    total = sum(
+        one.value * (2 if one.part in LIMB_SEGMENTS else 1)
+        for one in body.sources
+        if one.quantity == "mass" and one.part != "person"
+    )
+    assert total == pytest.approx(mass, abs=1e-9)

@@ -9,6 +9,7 @@ from generator.geometry.validate import build_solid
 from generator.person.densities import (
     DENSITY_REFERENCES,
     PUBLISHED_DENSITIES,
+    SegmentDensity,
     segment_densities,
     shared_volumes,
 )
@@ -67,3 +68,30 @@ def test_densities_of_the_mean_bodies(sex: Sex, stature: float, mass: float) -> 
     total = sum(count * row.volume for count, row in zip(counts, rows, strict=True))
     assert whole.volume == pytest.approx(total)
     assert 1000.0 < whole.density < 1060.0
+    assert [row.fault for row in (*rows, whole) if row.fault] == []
+
+
+@pytest.mark.parametrize("sex", Sex)
+def test_a_heavy_person_has_a_head_of_published_density(sex: Sex) -> None:
+    """With the shares of the table's body it would be 1595 kg/m3, and the man's foot 1922."""
+    person = build_person(estimate_measures(sex, 1.60, 120.0), springs="none")
+    found = {row.name: row for row in segment_densities(person)}
+    assert found["head"].excess == 0.0
+    assert found["foot"].fault is not None
+    if sex is Sex.MALE:
+        assert found["foot"].density < 1480.0
+        assert [name for name, row in found.items() if row.fault] == ["foot"]
+
+
+def test_a_density_beyond_the_published_ones_is_a_fault() -> None:
+    published = {"one": 1000.0, "other": 1100.0}
+    excesses = {
+        density: SegmentDensity("left_hand", density, 1.0, published).excess
+        for density in (600.0, 900.0, 1050.0, 1210.0, 1650.0)
+    }
+    assert list(excesses.values()) == pytest.approx([-0.4, -0.1, 0.0, 0.1, 0.5])
+    faults = [SegmentDensity("hand", d, 1.0, published).fault for d in excesses]
+    assert [bool(fault) for fault in faults] == [True, False, False, False, True]
+    assert faults[-1] is not None
+    assert faults[-1].startswith("the hand has 1650 kg/m3, 50% above the published densities")
+    assert SegmentDensity("body", 600.0, 1.0, {}).fault is None

@@ -1,7 +1,7 @@
 """The figure of a person: it closes, is its own mirror image, and moves as the prototype does."""
 
 from dataclasses import replace
-from math import degrees, pi, radians
+from math import degrees, pi, radians, sin
 
 import numpy as np
 import pytest
@@ -24,6 +24,7 @@ from generator.person.joints import (
 )
 from generator.person.measures import estimate_measures
 from generator.person.sources import Origin
+from generator.person.stance import standing_stance
 from generator.person.survey import Sex
 from springs.published.range_of_motion import normal_range
 
@@ -57,6 +58,12 @@ def positions(figure: Figure, **displacements: tuple[float, ...]) -> dict[str, n
     }
 
 
+def straight(figure: Figure) -> Figure:
+    """The figure with all displacements zero, arms and legs straight down."""
+    joints = (replace(one, displacement=(0.0,) * len(one.chain)) for one in figure.joints.values())
+    return figure.with_parts(*joints)
+
+
 def point(places: dict[str, np.ndarray], name: str) -> np.ndarray:
     return places[name][:3, 3]
 
@@ -85,15 +92,19 @@ def test_the_segments_and_joints():
 @settings(max_examples=15)
 @given(bodies)
 def test_soles_are_on_the_ground_and_the_vertex_at_the_stature(body: Body):
-    places = positions(person_figure(body))
+    """Legs that are out lower the vertex."""
+    places, hip_height = positions(person_figure(body)), standing_stance(body).hip_height(body)
+    lower = body.hip_height - hip_height
+    assert 0.0 < lower < 0.07 * body.hip_height
     for side in ("left", "right"):
         for site in ("distal", "heel", "sole"):
             assert point(places, f"{side}_foot.{site}")[1] == pytest.approx(0.0, abs=1e-12)
-    assert point(places, "head.distal")[1] == pytest.approx(body.measures.stature, abs=1e-12)
+    vertex = body.measures.stature - lower
+    assert point(places, "head.distal")[1] == pytest.approx(vertex, abs=1e-12)
     hips = [point(places, f"{side}_upper_leg.proximal") for side in ("left", "right")]
     assert np.allclose(np.mean(hips, axis=0), point(places, "lower_torso.proximal"), atol=1e-12)
     assert hips[0] - hips[1] == pytest.approx([body.hip_spacing, 0.0, 0.0])
-    assert hips[0][1] == pytest.approx(body.hip_height)
+    assert hips[0][1] == pytest.approx(hip_height)
 
 
 @settings(max_examples=15)
@@ -164,7 +175,7 @@ DIRECTIONS = {
 @pytest.mark.parametrize(("joint", "motion"), DIRECTIONS)
 def test_a_positive_angle_is_the_motion_that_names_it(joint: str, motion: str):
     name, direction = DIRECTIONS[joint, motion]
-    figure = with_points(person_figure(body()))
+    figure = with_points(straight(person_figure(body())))
     one = next(each for each in PERSON_JOINTS if each.name == joint)
     angles = tuple(0.01 * (rotation.motion == motion) for rotation in one.rotations)
     before = positions(figure)
@@ -202,7 +213,7 @@ CARRIED_OVER = (
 
 @pytest.mark.parametrize("name", CARRIED_OVER)
 def test_joints_of_the_prototype_have_their_names_and_axes(name: str):
-    figure, prototype = person_figure(body()), read_figure("prototype")
+    figure, prototype = straight(person_figure(body())), read_figure("prototype")
     ours, theirs = figure.joints[name], prototype.joints[name]
     turn = 1 if name.endswith("elbow") else 0  # of the forearm, which the prototype lacks
     assert ours.chain[turn:] == theirs.chain
@@ -216,12 +227,14 @@ def frame_at(figure: Figure, joint: Joint) -> np.ndarray:
 
 
 def test_a_pose_of_the_prototype_carries_over(tmp_path):
+    """Angles of a pose are from straight limbs; joints that it leaves out stay in the stance."""
     file = tmp_path / "sitting.pose"
     file.write_text(
         "joint left_hip_joint { displacement = (0deg,5deg,90deg); }\n"
         "joint right_knee { displacement = (90deg); }\n"
     )
-    figure, prototype = person_figure(body()), read_figure("prototype")
+    standing, prototype = person_figure(body()), read_figure("prototype")
+    figure = straight(standing)
     limbs = ("left_upper_leg", "right_lower_leg", "left_upper_arm")
     ours, theirs = (
         positions(each, **{name: tuple(row) for name, row in read_pose(file, each).items()})
@@ -230,6 +243,11 @@ def test_a_pose_of_the_prototype_carries_over(tmp_path):
     for name in limbs:
         frame = f"{name}.proximal"
         assert ours[frame][:3, :3] == pytest.approx(theirs[frame][:3, :3], abs=1e-12)
+    posed = positions(standing, **{n: tuple(row) for n, row in read_pose(file, standing).items()})
+    left_leg, left_arm = (f"left_{name}.proximal" for name in ("upper_leg", "upper_arm"))
+    assert posed[left_leg][:3, :3] == pytest.approx(theirs[left_leg][:3, :3], abs=1e-12)
+    out = posed[left_arm][:3, :3] @ [0.0, 0.0, 1.0]
+    assert out[0] == pytest.approx(sin(standing_stance(body()).arms))
 
 
 @pytest.mark.parametrize("sex", Sex)

@@ -22,6 +22,7 @@ from generator.person.shape import (
     foot_contact_spheres,
     shape_sources,
 )
+from generator.person.stance import standing_stance
 
 NEXT_SEGMENTS = {
     "lower_torso": "middle_torso",
@@ -79,7 +80,8 @@ def check_surfaces(body: Body, surfaces: dict[str, Surface]) -> None:
     placed = place_surfaces(person_figure(body), surfaces)
     heights = np.concatenate([surface.vertices[:, 1] for surface in placed.values()])
     assert heights.min() == pytest.approx(0.0, abs=2e-5)
-    assert heights.max() == pytest.approx(body.measures.stature, abs=2e-5)
+    lower = body.hip_height - standing_stance(body).hip_height(body)
+    assert heights.max() == pytest.approx(body.measures.stature - lower, abs=2e-5)
 
 
 @settings(max_examples=6, deadline=None)
@@ -161,7 +163,8 @@ def tape_around_trunk(body: Body, surfaces: dict[str, Surface], height: float) -
     points: list[Array] = []
     for name, surface in place_surfaces(person_figure(body), surfaces).items():
         if "torso" in name or "upper_leg" in name:
-            points.append(crossings_with_plane(surface, 1, body.hip_height + height).reshape(-1, 3))
+            above = standing_stance(body).hip_height(body) + height
+            points.append(crossings_with_plane(surface, 1, above).reshape(-1, 3))
     return float(ConvexHull(np.concatenate(points)[:, [0, 2]]).area)
 
 
