@@ -107,7 +107,7 @@ def main() -> None:
         "simulate, contact only": lambda: simulate(figure, PLAN, record=lean, threads=1),
     }
     least = dict.fromkeys(jobs, np.inf)
-    for name, job in jobs.items():
+    for job in jobs.values():
         job()
     for _ in range(ROUNDS):
         for name, job in jobs.items():
