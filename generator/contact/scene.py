@@ -51,6 +51,11 @@ class Scene:
             if count > 1:
                 raise ModelError(f"two props are called `{name}`")
 
+    @property
+    def shape_numbers(self) -> list[int]:
+        """Number of each prop's class in compiled code."""
+        return [SHAPES.index(type(prop.shape)) for prop in self.props]
+
 
 NO_SCENE = Scene()
 """Scene without props."""

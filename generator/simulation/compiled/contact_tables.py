@@ -228,8 +228,7 @@ def _prop_tables(scene: Scene) -> tuple[IndexArray, Array]:
         row[PROP_ORIGIN : PROP_ORIGIN + 3] = shape.pose[:3, 3]
         row[PROP_AXES : PROP_AXES + 9] = shape.pose[:3, :3].ravel()
         row[PROP_LEAST : PROP_LEAST + 3], row[PROP_LARGEST : PROP_LARGEST + 3] = shape.bounds
-    kinds = [SHAPES.index(type(shape)) for shape in shapes]
-    return np.array(kinds, dtype=np.int64).reshape(-1, 1), constants
+    return np.array(scene.shape_numbers, dtype=np.int64).reshape(-1, 1), constants
 
 
 def pair_tables(

@@ -209,6 +209,18 @@ def test_breakpoints_within_one_step_are_passed_in_turn(tolerance) -> None:
     assert error(run, exact) < max(tolerance, 1e-10)
 
 
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_neighbouring_breakpoints_are_passed_in_turn(sense) -> None:
+    """Pairs of points so close that a step finds both passed at once, in either direction."""
+    angles = [angle + gap for angle in (-0.8, -0.3, 0.1, 0.6) for gap in (0.0, 1e-4)]
+    weak = Interpolated(tuple((angle, -1e-5 * angle**3) for angle in angles))
+    rate, start = 20.0, -1.2 * sense
+    run, _ = swing(AxisSpring(Z, (weak,)), start, sense * rate, 0.12, 1e-3, weight=0.0)
+    expected = sorted((sense * np.array(weak.breakpoints) - sense * start) / rate)
+    assert run.event_times == pytest.approx(expected, abs=1e-7)
+    assert len(set(run.event_switches)) == len(angles)
+
+
 def test_two_joints_that_pass_a_breakpoint_at_once() -> None:
     """Two bars that mirror each other stay mirror images, and move as one alone does."""
     sides = (("a", ARM), ("b", -ARM))
