@@ -7,6 +7,7 @@ from springs.damping import Damping
 from springs.elastic import Elastic, total_friction
 from springs.hysteresis import Hysteresis
 from springs.short_repr import short_repr
+from springs.stop import Stop
 from springs.transformed import Transformed
 
 Direction = tuple[float, float, float]
@@ -64,11 +65,21 @@ class AxisSpring:
         laws = tuple(law.mirrored() for law in self.elastic)
         return replace(self, direction=(-x, -y, -z), elastic=laws, middle=-self.middle)
 
-    def scaled(self, elastic: float, damping: float) -> "AxisSpring":
-        """Return the spring with factors of its elastic torque, and of damping and friction."""
-        if elastic == 1.0 and damping == 1.0:
-            return self
-        laws = tuple(part for law in self.elastic for part in _scaled_law(law, elastic, damping))
+    def scaled(self, elastic: float, damping: float, *, stops: bool = True) -> "AxisSpring":
+        """Return the spring with factors of its elastic torque, and of damping and friction.
+
+        Args:
+            elastic: Factor of the torques that depend on the angle only.
+            damping: Factor of damping and friction.
+            stops: Whether stops are scaled as well.
+        """
+        laws = tuple(
+            part
+            for law in self.elastic
+            for part in (
+                _scaled_law(law, elastic, damping) if stops or not isinstance(law, Stop) else (law,)
+            )
+        )
         resistance = replace(
             self.damping,
             viscous=damping * self.damping.viscous,
@@ -84,10 +95,23 @@ def _scaled_law(law: Elastic, elastic: float, friction: float) -> tuple[Elastic,
     to the elastic law, which is their mean.
     """
     if not isinstance(law, Hysteresis):
-        return (Transformed(law, elastic),)
-    up, down = law.increasing, law.decreasing
+        return (transform(law, elastic),)
     rest = 0.5 * (elastic - friction)
-    curves = replace(
-        law, increasing=Transformed(up, friction), decreasing=Transformed(down, friction)
-    )
-    return curves, Transformed(up, rest), Transformed(down, rest)
+    halves = transform(law.increasing, rest), transform(law.decreasing, rest)
+    return transform(law, friction), *halves
+
+
+def transform(law: Elastic, scale: float, offset: float = 0.0) -> Elastic:
+    """Return a law scaled and shifted, each of its curves as one transformation.
+
+    Args:
+        law: Law of an angle.
+        scale: Factor of its torque.
+        offset: Shift towards larger angles [rad].
+    """
+    if isinstance(law, Hysteresis):
+        up, down = (transform(one, scale, offset) for one in (law.increasing, law.decreasing))
+        return replace(law, increasing=up, decreasing=down)
+    if isinstance(law, Transformed):
+        return Transformed(law.law, scale * law.scale, law.offset + offset, scale * law.constant)
+    return Transformed(law, scale, offset)

@@ -146,7 +146,7 @@ def fit_cubic(
     covariance = None
     if len(a) > 4 and not is_bound_active:
         variance = float(np.sum((m - design @ nearest) ** 2)) / (len(a) - 4)
-        turn = _angle_transform(middle, half)
+        turn = np.array([_angle_coefficients(unit, middle, half) for unit in np.eye(4)]).T
         covariance = variance * turn @ unscaled @ turn.T
     c0, c1, c2, c3 = _angle_coefficients(chosen, middle, half)
     return CubicFit(a, m, (c0, c1, c2, c3), covariance, is_bound_active)
@@ -187,11 +187,6 @@ def _angle_coefficients(coefficients: Array, middle: float, half: float) -> list
     line = Polynomial([-middle / half, 1.0 / half])
     powers = np.asarray(Polynomial(coefficients)(line).coef)
     return [float(c) for c in np.pad(powers, (0, 4 - len(powers)))]
-
-
-def _angle_transform(middle: float, half: float) -> Array:
-    """The matrix that turns coefficients of x into those of the angle, shape (4, 4)."""
-    return np.array([_angle_coefficients(unit, middle, half) for unit in np.eye(4)]).T
 
 
 def _find_doubts(fit: CubicFit, law: Cubic) -> Iterator[str]:

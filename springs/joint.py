@@ -147,6 +147,8 @@ class SpringSet:
             elastic: factor of the torques that depend on displacements only; not negative.
             damping: factor of those that depend on rates; not negative.
         """
+        if elastic == damping == 1.0:
+            return self
         joints = {
             name: replace(
                 joint,

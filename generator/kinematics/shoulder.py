@@ -115,7 +115,7 @@ class DeGrootBrandRhythm:
         up, forwards = (
             law.angle(elevation) + law.plane * plane - law.rest
             for law in (
-                _load_regression(f"de_groot_brand_2001/clavicle_{name}")
+                cast("Regression", published.rhythm(f"de_groot_brand_2001/clavicle_{name}").law)
                 for name in ("elevation", "protraction")
             )
         )
@@ -131,10 +131,6 @@ RHYTHMS: dict[str, ShoulderRhythm] = {one.name: one for one in (OTANI, DE_GROOT_
 
 def _load_lines(key: str) -> PiecewiseLinear:
     return cast("PiecewiseLinear", published.rhythm(key).law)
-
-
-def _load_regression(key: str) -> Regression:
-    return cast("Regression", published.rhythm(key).law)
 
 
 QUARTER_TURN = np.pi / 2.0

@@ -499,12 +499,7 @@ def _has_nearest_conservative(table: TableReader, entry: CoupledEntry) -> bool:
 @lru_cache(maxsize=16)
 def _nearest_law(law: CoupledExponential) -> CoupledExponential:
     """Return the nearest conservative law; a fit takes longer than reading the file again."""
-    return nearest_conservative_law(law, _known_ranges(law)).law
-
-
-def _known_ranges(law: CoupledExponential) -> list[Range]:
-    """Return the known ranges of a law that has all of them."""
-    return [cast("Range", known) for known in law.valid_ranges]
+    return nearest_conservative_law(law, [cast("Range", known) for known in law.valid_ranges]).law
 
 
 def _reorder_coordinates(

@@ -26,9 +26,8 @@ from generator.study.parameter_paths import (
 from generator.study.person_figure import make_person
 from generator.study.study import Study
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
-from springs import AxisSpring, CoupledSpring, Elastic, JointSprings, Stop
-from springs.hysteresis import Hysteresis
-from springs.transformed import Transformed
+from springs import AxisSpring, CoupledSpring, JointSprings, Stop
+from springs.axis import transform
 
 
 def nominal_value(path: ParameterPath, case: Case) -> float:
@@ -195,7 +194,7 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
     factors = (value, 1.0) if is_elastic else (1.0, value)
 
     def scale(spring: AxisSpring) -> AxisSpring:
-        return _scale_spring(spring, *factors)
+        return spring.scaled(*factors, stops=False)
 
     springs = case.springs
     if path.targets:
@@ -235,47 +234,6 @@ def _with_reach(joint: JointSprings, change: Callable[[AxisSpring], AxisSpring])
     return replace(joint, reach=replace(joint.reach, beyond=beyond, turn=turn))
 
 
-def _scale_spring(spring: AxisSpring, elastic: float, damping: float) -> AxisSpring:
-    """Return a spring with factors of its elastic torque beside stops, and of its damping."""
-    return replace(
-        spring,
-        elastic=tuple(
-            part
-            for law in spring.elastic
-            for part in ((law,) if isinstance(law, Stop) else _scaled_laws(law, elastic, damping))
-        ),
-        damping=replace(
-            spring.damping,
-            viscous=damping * spring.damping.viscous,
-            coulomb=damping * spring.damping.coulomb,
-        ),
-    )
-
-
-def _scaled_laws(law: Elastic, elastic: float, friction: float) -> tuple[Elastic, ...]:
-    """Laws whose torques add to the scaled ones of a law.
-
-    The curves of a directional law are scaled like its friction; half of the rest of each belongs
-    to the elastic law, which is their mean.
-    """
-    if not isinstance(law, Hysteresis):
-        return (_transform(law, elastic, 0.0),)
-    up, down = law.increasing, law.decreasing
-    rest = 0.5 * (elastic - friction)
-    curves = _transform(law, friction, 0.0)
-    return curves, _transform(up, rest, 0.0), _transform(down, rest, 0.0)
-
-
-def _transform(law: Elastic, scale: float, offset: float) -> Elastic:
-    """Return a law scaled and shifted, each of its curves as one transformation."""
-    if isinstance(law, Hysteresis):
-        up, down = (_transform(one, scale, offset) for one in (law.increasing, law.decreasing))
-        return replace(law, increasing=up, decreasing=down)
-    if isinstance(law, Transformed):
-        return Transformed(law.law, scale * law.scale, law.offset + offset, scale * law.constant)
-    return Transformed(law, scale, offset)
-
-
 def _shift_springs(case: Case, path: ParameterPath, offset: float) -> Case:
     """Return the case with curves shifted towards larger angles [rad or m]."""
     for target in path.targets:
@@ -290,7 +248,7 @@ def _shift_spring(target: Target, offset: float, spring: AxisSpring) -> AxisSpri
     """Return a spring about the axis of a target with shifted curves; stops stay."""
     assert target.direction is not None
     by = target.sign * parallel_sign(spring.direction, target.direction) * offset
-    laws = (law if isinstance(law, Stop) else _transform(law, 1.0, by) for law in spring.elastic)
+    laws = (law if isinstance(law, Stop) else transform(law, 1.0, by) for law in spring.elastic)
     return replace(spring, elastic=tuple(laws))
 
 

@@ -126,15 +126,13 @@ def test_a_drive_through_a_pole_of_its_angles() -> None:
     made = one_body(BALL, (0.2, 1.2, 0.1), body("link"))
     drive = Drive(times, angles)
     run = simulate(made, Plan(stop=0.5, drives={"pin": drive}, springs=NONE, tolerance=1e-6))
-    expected = np.array([made_pose(angle) for angle in drive.displacements(run.times)])
+    expected = np.array(
+        [build_chain(BALL).pose(angle)[:3, :3] for angle in drive.displacements(run.times)]
+    )
     assert angles[-1, 1] > 0.5 * np.pi
     assert run.outcome.succeeded
     assert 0.0 < run.prescribed_motion_drift < 1e-8
     assert np.max(np.abs(run.poses["link"][:, :3, :3] - expected)) < 1e-9
-
-
-def made_pose(angles):
-    return build_chain(BALL).pose(angles)[:3, :3]
 
 
 def test_what_drives_from_within_moves_no_centre_of_mass() -> None:

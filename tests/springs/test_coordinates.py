@@ -72,10 +72,6 @@ def test_an_angle_is_within_half_a_turn_of_the_middle_of_its_range():
     )
 
 
-def torque_in_parent(law, r):
-    return matrix_from_rotation_vector(0.5 * r) @ law.torque(r)
-
-
 @pytest.mark.parametrize("axes", [*CHAINS, (Z, Y), (NEGATIVE[X], Z)])
 @given(first=st.floats(-2.0, 2.0), second=st.floats(-1.2, 1.2), third=st.floats(-2.0, 2.0))
 def test_the_torque_is_the_slope_of_the_energy(axes, first, second, third):
@@ -95,7 +91,7 @@ def test_the_torque_is_the_slope_of_the_energy(axes, first, second, third):
             for size in (-2 * step, -step, step, 2 * step)
         ]
         slope[k] = (ends[0] - 8.0 * ends[1] + 8.0 * ends[2] - ends[3]) / (12.0 * step)
-    torque = torque_in_parent(law, r)
+    torque = matrix_from_rotation_vector(0.5 * r) @ law.torque(r)
     if len(axes) == 2:
         # The constraint bears what turns the joint out of its two rotations.
         chain = figure_chain(axes)

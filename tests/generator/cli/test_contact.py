@@ -127,11 +127,9 @@ def test_the_energies_of_contact_are_in_the_json(fall: FloorRun, record: Contact
 def test_a_run_without_props_reports_no_contact():
     result = run("simulate", "prototype", "--stop", 0.02, "--step", 0.01)
     assert not re.search("^(contact|touch|force|depth|end|start) ", result.stdout, re.MULTILINE)
-    assert "contact" not in floorless()
-
-
-def floorless() -> Any:
-    return strict_json(run("simulate", "pendulum", "--stop", 0.02, "--step", 0.01, "--json"))
+    assert "contact" not in strict_json(
+        run("simulate", "pendulum", "--stop", 0.02, "--step", 0.01, "--json")
+    )
 
 
 def test_the_rows_state_the_contact_record(fall: FloorRun, record: ContactRecord):

@@ -61,11 +61,6 @@ def fall_with_callback() -> Motion:
         loaded.api.set_mjcb_passive(None)
 
 
-def fall_without_springs() -> Motion:
-    """The motion of the model written without springs."""
-    return moved(MuJoCo(bent_prototype(), SpringSet()), STOP)
-
-
 def site_distance(one: Motion, other: Motion) -> float:
     """Largest distance of any site of a moving segment at the frames of two motions [m]."""
     of = bent_prototype()
@@ -86,7 +81,7 @@ def main() -> None:
         ("of the file, law of coordinates", fall_in_file(), coordinates),
         ("of the file, a quarter of its step", fall_in_file(4), coordinates),
         ("callback", fall_with_callback(), own),
-        ("none", fall_without_springs(), own),
+        ("none", moved(MuJoCo(bent_prototype(), SpringSet()), STOP), own),
     ):
         print(f"| {name} | {1000.0 * site_distance(motion, expected):.2f} mm |", flush=True)
 

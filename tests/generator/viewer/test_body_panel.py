@@ -79,10 +79,6 @@ def click_chest(page: Any, viewer: Viewer) -> bool:
     return viewer.segment is not None
 
 
-def state_on(corners: Array, centre: tuple[float, float, float]) -> BalanceState:
-    return BalanceState(np.array(centre), 0.0, stability(centre, corners))
-
-
 def regular_polygon(count: int) -> Array:
     angles = 2.0 * np.pi * np.arange(count) / count
     return np.stack([np.sin(angles), np.zeros(count), np.cos(angles)], axis=1)
@@ -94,7 +90,7 @@ def test_a_support_of_any_number_of_corners_is_drawn(
     run_viewer, count: int, centre: tuple[float, float, float]
 ):
     nodes = body_panel.BalanceNodes(run_viewer("fourbar", ()).server.scene, 1.0)
-    state = state_on(regular_polygon(count), centre)
+    state = BalanceState(np.array(centre), 0.0, stability(centre, regular_polygon(count)))
     nodes.show(state)
     assert nodes.area.visible is (count > 0)
     colour = body_panel.BALANCED_COLOUR if state.is_balanced else body_panel.UNBALANCED_COLOUR
