@@ -16,6 +16,7 @@ from generator.figure_file.read import FIGURE_FILE
 from generator.person.identity import identity_of
 from generator.person.person_files import read_references, sources_path
 from generator.springs_file.axes import axis_name, coupled_axis_names
+from generator.text_io import path_exists
 from springs import SpringSet
 from springs.elastic import Range
 from springs.published.reference import Reference
@@ -273,7 +274,7 @@ def cite(
 ) -> CommandResult:
     """Cite the sources of the numbers in a figure or a table."""
     # A figure has precedence over a table of the same name.
-    if not _is_figure(name):
+    if not path_exists(FIGURE_FILE.find(name)):
         if is_table(name):
             if springs is not None:
                 raise UsageError("--springs applies to a figure, not to a published table")
@@ -315,14 +316,6 @@ def _thesis_uses(figure: Figure, springs: SpringSet) -> Iterator[str]:
     for name, path in FIGURE_FILE.shipped().items():
         if name in THESIS_FIGURE_USES and path == figure.path:
             yield THESIS_FIGURE_USES[name]
-
-
-def _is_figure(name: str) -> bool:
-    """Return whether a name is that of a file or of a shipped figure."""
-    try:
-        return FIGURE_FILE.find(name).exists()
-    except OSError:  # longer than any file's name
-        return False
 
 
 def _unknown_name_error(name: str) -> Diagnostic:

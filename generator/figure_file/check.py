@@ -22,6 +22,7 @@ from generator.diagnostics import (
 )
 from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Rotation, Segment, SiteRef
 from generator.figure_file.resolve import FigureDraft, origin_span
+from generator.text_io import is_file
 from generator.units import MAX_MODEL_NUMBER
 
 INERTIA_TRIANGLE_TOLERANCE = 1e-6
@@ -294,7 +295,7 @@ def _check_psurfs(segments: Iterable[Segment], directory: Path, diagnostics: Dia
     reported: set[str] = set()
     for segment in segments:
         name = segment.psurf
-        if name is None or name in reported or _is_file(directory / name):
+        if name is None or name in reported or is_file(directory / name):
             continue
         reported.add(name)
         diagnostics.warning(
@@ -302,13 +303,6 @@ def _check_psurfs(segments: Iterable[Segment], directory: Path, diagnostics: Dia
             origin_span(segment.origins, "psurf"),
             "the segment has no shape; a run without contact is not affected",
         )
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # a name longer than any file's
-        return False
 
 
 def _check_connectivity(figure: Figure, diagnostics: Diagnostics) -> None:

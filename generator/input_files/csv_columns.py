@@ -1,7 +1,7 @@
 """Tables of comma-separated values with units in their titles, each cell with its place."""
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from math import isfinite
 
@@ -90,6 +90,17 @@ def parse_columns(
     if missing and len(columns) == len(cells):  # else what is wrong may be what is missing
         diagnostics.error(f"there is no column {', '.join(missing)}", line, example)
     return columns
+
+
+def split_row(
+    line: Span, columns: Mapping[str, Column], diagnostics: Diagnostics
+) -> dict[str, Span] | None:
+    """Return the cells of a line by column; None, with the error reported, if some are missing."""
+    cells = split_cells(line)
+    if len(cells) != len(columns):
+        diagnostics.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
+        return None
+    return {name: cells[column.index] for name, column in columns.items()}
 
 
 def parse_number_cell(cell: Span, column: str, diagnostics: Diagnostics) -> float | None:

@@ -21,7 +21,7 @@ from generator.input_files.csv_columns import (
     data_lines,
     parse_columns,
     parse_number_cell,
-    split_cells,
+    split_row,
 )
 from generator.loads import LoadKind, TimedLoad
 
@@ -95,11 +95,9 @@ def _parse_row(
     line: Span, columns: Mapping[str, Column], figure: Figure, diagnostics: Diagnostics
 ) -> _Row | None:
     """Parse a line; None, with the errors reported, if it says nothing."""
-    cells = split_cells(line)
-    if len(cells) != len(columns):
-        diagnostics.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
+    by_name = split_row(line, columns, diagnostics)
+    if by_name is None:
         return None
-    by_name = {name: cells[column.index] for name, column in columns.items()}
     site = _find_site(by_name["site"], figure, diagnostics)
     kind = _parse_kind(by_name["kind"], columns["x"].unit, diagnostics)
     numbers = [parse_number_cell(by_name[name], name, diagnostics) for name in NUMERIC_COLUMNS]

@@ -19,10 +19,11 @@ from generator.diagnostics import (
 )
 from generator.file_kind import FileKind
 from generator.input_files.csv_columns import (
+    Column,
     data_lines,
     parse_columns,
     parse_number_cell,
-    split_cells,
+    split_row,
     split_title,
 )
 from generator.units import DIMENSION_POWERS, UNIT_EXAMPLES, Dimension, UnitError, parse_unit
@@ -70,13 +71,6 @@ class MeasuredMoments:
 
 
 @dataclass(frozen=True)
-class _Column:
-    index: int
-    factor: Fraction
-    title: str
-
-
-@dataclass(frozen=True)
 class _Row:
     """An angle [rad] as written at `angle_span`, and a moment [N m]."""
 
@@ -90,33 +84,20 @@ def _parse_table(source: Source, diagnostics: Diagnostics) -> MeasuredMoments | 
     if not lines:
         diagnostics.error("there are no moments in this file", Span(source, 0, 1), MOMENTS_EXAMPLE)
         return None
-    columns = _parse_columns(lines[0], diagnostics)
+    columns = parse_columns(lines[0], COLUMN_DIMENSIONS, MOMENTS_EXAMPLE, diagnostics, _read_title)
+    factors = {name: _unit_factor(name, one, diagnostics) for name, one in columns.items()}
     if diagnostics.has_errors:
         return None
-    parsed = [_parse_row(line, columns, diagnostics) for line in lines[1:]]
+    parsed = [_parse_row(line, columns, factors, diagnostics) for line in lines[1:]]
     rows = [row for row in parsed if row is not None]
     _check_order(rows, diagnostics)
     _check_count(rows, lines, diagnostics)
     angles, moments = tuple(row.angle for row in rows), tuple(row.moment for row in rows)
-    titles = columns["angle"].title, columns["moment"].title
+    titles = columns["angle"].title_span.text, columns["moment"].title_span.text
     return MeasuredMoments(angles, moments, source.name, titles)
 
 
 MOMENTS_FILE = FileKind("moments", ".csv", _parse_table)
-
-
-def _parse_columns(line: Span, diagnostics: Diagnostics) -> dict[str, _Column]:
-    """Columns by name, with the SI values of their units."""
-    return {
-        name: _Column(
-            column.index,
-            _unit_factor(name, column.unit, column.title_span, diagnostics),
-            column.title_span.text,
-        )
-        for name, column in parse_columns(
-            line, COLUMN_DIMENSIONS, MOMENTS_EXAMPLE, diagnostics, _read_title
-        ).items()
-    }
 
 
 def _read_title(cell: Span) -> tuple[str, str]:
@@ -128,9 +109,9 @@ def _read_title(cell: Span) -> tuple[str, str]:
     return COLUMN_SYNONYMS[words], "" if match[2] is None else f"[{match[2]}]"
 
 
-def _unit_factor(name: str, unit: str, cell: Span, diagnostics: Diagnostics) -> Fraction:
+def _unit_factor(name: str, column: Column, diagnostics: Diagnostics) -> Fraction:
     """The SI value of a column's unit; 1, with an error reported, if none fits."""
-    dimension = COLUMN_DIMENSIONS[name]
+    dimension, unit, cell = COLUMN_DIMENSIONS[name], column.unit, column.title_span
     hint = f"in brackets, one of: {UNIT_EXAMPLES[dimension]}; as in `{MOMENTS_EXAMPLE}`"
     if not (unit.startswith("[") and unit.endswith("]")):
         diagnostics.error(f"column `{name}` has no unit", cell, hint)
@@ -145,23 +126,26 @@ def _unit_factor(name: str, unit: str, cell: Span, diagnostics: Diagnostics) -> 
     return known.factor
 
 
-def _parse_row(line: Span, columns: Mapping[str, _Column], diagnostics: Diagnostics) -> _Row | None:
+def _parse_row(
+    line: Span,
+    columns: Mapping[str, Column],
+    factors: Mapping[str, Fraction],
+    diagnostics: Diagnostics,
+) -> _Row | None:
     """Parse a line; None, with the errors reported, if it says nothing."""
-    cells = split_cells(line)
-    if len(cells) != len(columns):
-        diagnostics.error(f"this row has {len(cells)} cells, not {len(columns)}", line)
+    by_name = split_row(line, columns, diagnostics)
+    if by_name is None:
         return None
-    by_name = {name: cells[column.index] for name, column in columns.items()}
     numbers = {name: parse_number_cell(cell, name, diagnostics) for name, cell in by_name.items()}
     angle, moment = numbers["angle"], numbers["moment"]
     if angle is None or moment is None:
         return None
-    turned = angle * float(columns["angle"].factor)
+    turned = angle * float(factors["angle"])
     if abs(turned) > MAX_ANGLE:
         hint = f"a joint's angle is at most {degrees(MAX_ANGLE):g} deg"
         diagnostics.error(f"the angle {shorten(by_name['angle'].text)} is too large", line, hint)
         return None
-    return _Row(turned, moment * float(columns["moment"].factor), by_name["angle"])
+    return _Row(turned, moment * float(factors["moment"]), by_name["angle"])
 
 
 def _check_order(rows: list[_Row], diagnostics: Diagnostics) -> None:

@@ -49,7 +49,7 @@ from generator.springs_file.parse import (
     SPRINGS_FILE,
     SpringsFile,
 )
-from generator.text_io import load_text, make_source
+from generator.text_io import is_file, load_text, make_source
 from springs import (
     AxisSpring,
     Damping,
@@ -100,7 +100,7 @@ def find_springs_file(
     if directory is None or stem is None or not _is_name(choice):
         return Path(choice), None
     for full in (f"{stem}.{name}{SPRINGS_FILE.suffix}", f"{name}{SPRINGS_FILE.suffix}"):
-        if _is_file(directory / full):
+        if is_file(directory / full):
             return directory / full, None
     beside = springs_names(directory, stem)
     known = (*beside, NO_SPRINGS, PRINTED_SPRINGS)
@@ -124,14 +124,7 @@ def _is_name(choice: str | Path) -> bool:
     """Return whether a choice looks like a name and not like the path of a file."""
     path = Path(choice)
     is_word = len(path.parts) == 1 and path.suffix not in _FILE_SUFFIXES
-    return not str(choice) or (is_word and not _is_file(path))
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # longer than any file's name
-        return False
+    return not str(choice) or (is_word and not is_file(path))
 
 
 def _find_sibling(
@@ -399,8 +392,8 @@ class _FileBinder:
                 for folder in folders
                 for start in ([f"{self.stem}."] if self.stem else []) + [""]
             ]
-            found = next(filter(_is_file, files), None)
-        if found is None or not _is_file(found):
+            found = next(filter(is_file, files), None)
+        if found is None or not is_file(found):
             self.diagnostics.error(
                 f"there are no springs `{shorten(name)}` to extend",
                 content.origins.get(EXTENDS_KEY),
