@@ -16,6 +16,7 @@ from generator.figure import (
     SiteRef,
     Translation,
 )
+from generator.kinematics.links import Coordinate, Link
 
 Vector = tuple[float, float, float]
 
@@ -168,3 +169,13 @@ def row(
         joints.append(joint(f"joint{k}", last, f"{name}.near", factors, values, **given))
         last = f"{name}.far"
     return figure(segments, joints)
+
+
+def link(follower: str, control: str, factor: float = 1.0, offset: float = 0.0) -> Link:
+    """A link of `joint` or `joint 2`, degrees of freedom counted from 1."""
+
+    def freedom(text: str) -> Coordinate:
+        name, _, number = text.partition(" ")
+        return Coordinate(name, int(number or 1) - 1)
+
+    return Link(freedom(follower), freedom(control), factor, offset)

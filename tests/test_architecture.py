@@ -7,6 +7,7 @@ import ast
 import tomllib
 import warnings
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -60,11 +61,16 @@ def imports(source: str) -> Iterator[str]:
                 yield full if full in FILES else node.module
 
 
-SOURCES = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
-IMPORTS = {name: set(imports(source)) - {name} for name, source in SOURCES.items()}
-INSIDE = {
-    name: {target for target in targets if target in FILES} for name, targets in IMPORTS.items()
-}
+@cache
+def sources() -> dict[str, str]:
+    """Text of each module."""
+    return {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
+
+
+@cache
+def all_imports() -> dict[str, set[str]]:
+    """Names that each module imports; not found as the tests are collected, since it takes long."""
+    return {name: set(imports(source)) - {name} for name, source in sources().items()}
 
 
 def lies_in(module: str, package: str) -> bool:
@@ -82,8 +88,9 @@ def contracts() -> Iterator[tuple[str, list[list[str]]]]:
 
 
 def test_no_circle_of_imports():
+    inside = {name: targets & FILES.keys() for name, targets in all_imports().items()}
     try:
-        TopologicalSorter(INSIDE).prepare()
+        TopologicalSorter(inside).prepare()
     except CycleError as error:
         pytest.fail(" -> ".join(reversed(error.args[1])))
 
@@ -101,7 +108,7 @@ def test_imports_at_any_depth_keep_to_the_layers(container: str, layers: list[li
     upwards = [
         f"{module} -> {target}"
         for module, (depth, room) in room_of.items()
-        for target in INSIDE[module] & room_of.keys()
+        for target in all_imports()[module] & room_of.keys()
         if room_of[target][0] < depth
         or (room_of[target][0] == depth and room_of[target][1] != room)
     ]
@@ -117,7 +124,11 @@ def test_every_module_of_the_generator_has_a_layer():
 
 @pytest.mark.parametrize(("library", "room"), WALLS.items())
 def test_a_library_stays_in_its_room(library: str, room: str):
-    users = [name for name, targets in IMPORTS.items() if any(lies_in(t, library) for t in targets)]
+    users = [
+        name
+        for name, targets in all_imports().items()
+        if any(lies_in(target, library) for target in targets)
+    ]
     assert users
     assert [name for name in users if not FILES[name].is_relative_to(ROOT / room)] == []
 
@@ -125,7 +136,7 @@ def test_a_library_stays_in_its_room(library: str, room: str):
 @pytest.fixture(scope="module", autouse=True)
 def _warn_of_long_modules() -> None:
     """Name the modules that a reader would want in parts; a cap would shape them instead."""
-    lines = {name: source.count("\n") for name, source in SOURCES.items()}
+    lines = {name: source.count("\n") for name, source in sources().items()}
     for name, count in lines.items():
         if count > LONG_MODULE:
             warnings.warn(f"{name} has {count} lines", stacklevel=1)
@@ -150,7 +161,7 @@ def test_kinds_of_joint_axes_are_not_compared():
     """A comparison with one kind takes any other for its opposite; the type checker cannot tell."""
     compared = [
         f"{name}:{node.lineno}"
-        for name, source in SOURCES.items()
+        for name, source in sources().items()
         if "AxisKind" in source
         for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.Compare)

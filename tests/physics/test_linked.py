@@ -6,26 +6,16 @@ import numpy as np
 import pytest
 
 from generator.drive import Drive
-from generator.kinematics.links import Coordinate, Link, Links
+from generator.kinematics.links import Links
 from generator.recording import Ending
 from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet
-from tests.chains import BALL, X, Y, Z, body, chain, figure, ground, joint, row
+from tests.chains import BALL, X, Y, Z, body, chain, figure, ground, joint, link, row
 from tests.runs import energy_error, integrate_angle
 
 NONE = SpringSet()
-
-
-def link(follower, control, factor=1.0, offset=0.0):
-    """A link of `joint` or `joint 2`, degrees of freedom counted from 1."""
-
-    def freedom(text):
-        name, _, number = text.partition(" ")
-        return Coordinate(name, int(number or 1) - 1)
-
-    return Link(freedom(follower), freedom(control), factor, offset)
 
 
 def two_pendulums(factors, one=0.9, other=0.0):

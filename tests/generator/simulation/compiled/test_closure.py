@@ -11,7 +11,7 @@ from generator import read_figure
 from generator.drive import Drive
 from generator.figure import Figure, Location, Site, SiteRef
 from generator.joint_chain import build_chain
-from generator.kinematics.links import Coordinate, Link, Links
+from generator.kinematics.links import Links
 from generator.kinematics.tree import build_tree
 from generator.loads import LoadKind, TimedLoad
 from generator.model import Model
@@ -49,6 +49,7 @@ from tests.chains import (
     figure,
     ground,
     joint,
+    link,
     row,
 )
 from tests.runs import energy_error
@@ -56,16 +57,6 @@ from tests.runs import energy_error
 FOURBAR = read_figure("fourbar")
 SPREAD = 0.3
 """Standard deviation of the coordinates and rates of random states from those of the start."""
-
-
-def link(follower: str, control: str, factor: float = 1.0, offset: float = 0.0) -> Link:
-    """A link of `joint` or `joint 2`, degrees of freedom counted from 1."""
-
-    def freedom(text: str) -> Coordinate:
-        name, _, number = text.partition(" ")
-        return Coordinate(name, int(number or 1) - 1)
-
-    return Link(freedom(follower), freedom(control), factor, offset)
 
 
 def site_at(pose: np.ndarray) -> Location:
