@@ -45,8 +45,8 @@ class Operations(Protocol):
     def smooth_where(self, condition: Real, yes: Real, no: Real) -> Real:
         """`yes` where the condition holds, else `no`: pieces that join with the same slope.
 
-        Such as the pieces of a curve, or (1 - cos x)/x^2 and its series near zero. A change of the
-        condition is no breakpoint: the error control of an integration suffices.
+        Such as the pieces of a curve, or (1 - cos x)/x^2 and its series near zero. An integration
+        ends no step where the condition changes: its error control suffices.
         """
         ...
 

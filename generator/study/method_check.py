@@ -51,7 +51,7 @@ class MethodShift(NamedTuple):
 
     @property
     def is_refused(self) -> bool:
-        """Whether the measure is certainly shifted by more than `LARGEST_SHIFT`."""
+        """True if the measure is certainly shifted by more than `LARGEST_SHIFT`."""
         return abs(self.shift) - _CERTAINTY * self.standard_error > LARGEST_SHIFT
 
 

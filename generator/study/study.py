@@ -166,7 +166,7 @@ class Sensitivity:
 
 
 class RunMethod(StrEnum):
-    """How the runs of a study are integrated."""
+    """Method by which the runs of a study are integrated."""
 
     FAST = "fast"
     """Falls once, by the implicit method; other motions as by the tight one."""

@@ -129,7 +129,7 @@ class CompiledModel:
 
     @property
     def has_contact(self) -> bool:
-        """Whether segments may touch props or each other."""
+        """True if segments may touch props or each other."""
         return len(self.mechanism.sphere_groups) + len(self.mechanism.pairs) > 0
 
     @property
