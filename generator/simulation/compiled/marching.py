@@ -263,7 +263,8 @@ def march(
             progress.margins[0, k] = progress.margins[last_stage, k]
         normalize_quaternions(balls, state)
         clock[TIME] = reached
-        if has_rows or (has_continuous and len(progress.path_times) > 0):
+        # Also without a record, which so changes no bit of the motion.
+        if has_rows or (has_continuous and len(mechanism.sphere_groups) > 0):
             equations.compute_rates(
                 equations.laws, mechanism, scratch, interval, reached, state, slopes[0]
             )

@@ -505,8 +505,10 @@ def run_until_agreed(
         partial(run_number, 2, DECADE * first, records_steps=records_steps), run_beside, threads
     )
     agreed_before = False
-    while not (has_contact and not certify) and not _has_stopped(runs):
+    while not _has_stopped(runs):
         before, latest = runs[-2:]
+        if has_contact and not certify and not _have_same_steps(before, latest):
+            break
         errors = estimated_errors(model, before, latest)
         agrees = _agree(before, latest, errors, tolerance)
         if agrees and (has_contact or agreed_before or have_same_breakpoints(before, latest)):

@@ -505,7 +505,7 @@ def test_the_contact_of_a_stopped_run_ends_with_its_frames(monkeypatch) -> None:
     assert refined.outcome.ending is Ending.INTERRUPTED
     assert refined.trace.times.tolist() == [0.0, 0.1, 0.2]
     contact = refined.trace.contact
-    assert contact.step_times[0] == 0.0
-    assert 0.19 < contact.step_times[-1] <= 0.2
+    assert contact.steps.times[0] == 0.0
+    assert 0.19 < contact.steps.times[-1] <= 0.2
     assert np.max(contact.steps.depths) < 0.0
     assert np.all(contact.impulses == 0.0)
