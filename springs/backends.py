@@ -46,7 +46,8 @@ class Operations(Protocol):
         """`yes` where the condition holds, else `no`: pieces that join with the same slope.
 
         Such as the pieces of a curve, or (1 - cos x)/x^2 and its series near zero. A change of the
-        condition is no breakpoint: the error control of an integration suffices.
+        condition is no breakpoint: the error control of an integration suffices. Also for kinks of
+        contact that are left to it; `tests/properties/test_smooth_where.py` lists all uses.
         """
         ...
 

@@ -263,10 +263,14 @@ def march(
             progress.margins[0, k] = progress.margins[last_stage, k]
         normalize_quaternions(balls, state)
         clock[TIME] = reached
-        # Also without a record, which so changes no bit of the motion.
-        if has_rows or (has_continuous and len(mechanism.sphere_groups) > 0):
+        if has_rows:
             equations.compute_rates(
                 equations.laws, mechanism, scratch, interval, reached, state, slopes[0]
+            )
+        elif has_continuous and len(mechanism.sphere_groups) > 0:
+            # For the record; neither frames nor a record change a bit of the motion.
+            equations.compute_rates(
+                equations.laws, mechanism, scratch, interval, reached, state, progress.spare
             )
         keep_step(equations, mechanism, scratch, progress)
         if reaches_limit and reached < stop:
