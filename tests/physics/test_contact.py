@@ -330,7 +330,7 @@ def prototype_fall() -> Recording:
     """The prototype falls from 0.1 m and collapses."""
     plan = Plan(
         stop=0.7,
-        tolerance=1e-6,
+        tolerance=3e-7,
         frame=2e-4,
         free_root=True,
         height=0.1,

@@ -119,7 +119,7 @@ def test_limbs_overlap_less_with_self_contact() -> None:
     """In a collapse on the floor; the floor carries the weight as before."""
     plan = Plan(
         stop=0.8,
-        tolerance=1e-5,
+        tolerance=3e-6,
         free_root=True,
         height=0.0,
         scene=FLOOR,

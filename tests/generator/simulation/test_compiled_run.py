@@ -421,8 +421,8 @@ def test_the_sensitivity_begins_with_the_disturbance() -> None:
     assert contact.height_sensitivity == pytest.approx(shifts, rel=1e-3, abs=1e-7)
     spheres = len(compiled.mechanism.sphere_constants)
     shift = abs(first_touch(other, spheres) - first_touch(one, spheres))
-    assert shift > 1e-5
-    assert contact.impact_shift == pytest.approx(shift, abs=1e-6)
+    assert shift > 1e-6
+    assert contact.impact_shift == pytest.approx(shift, abs=2e-7)
 
 
 def first_touch(run: refinement.CompiledRun, spheres: int) -> float:
@@ -442,13 +442,13 @@ def test_ctrl_c_in_a_fall_leaves_its_contact_so_far(monkeypatch) -> None:
             raise KeyboardInterrupt
 
     plan = Plan(stop=0.6, springs=SpringSet(), scene=FLOOR, tolerance=1e-5)
-    run = simulate(ball(0.2), plan, watch)
+    run = simulate(ball(0.2), plan, watch, threads=1)
     assert run.outcome.ending is Ending.INTERRUPTED
     contact = run.contact
     assert contact is not None
     assert 0.26 < run.times[-1] < 0.6
     assert contact.sensitivity is None
-    assert contact.segments["link"].first_time == pytest.approx(math.sqrt(0.4 / 9.81), abs=1e-9)
+    assert contact.segments["link"].first_time == pytest.approx(math.sqrt(0.4 / 9.81), abs=1e-7)
     change = MASS * (run.velocities["pin"][-1, 4] + 9.81 * run.times[-1])
     assert contact.segments["link"].impulse[1] == pytest.approx(change, rel=1e-4)
     assert contact.segments["link"].impulse[1] > 1.0
