@@ -522,3 +522,33 @@ def test_the_contact_of_a_stopped_run_ends_with_its_frames(monkeypatch) -> None:
     assert 0.19 < contact.steps.times[-1] <= 0.2
     assert np.max(contact.steps.depths) < 0.0
     assert np.all(contact.impulses == 0.0)
+
+
+COARSE_FALL = Plan(
+    stop=0.4,
+    tolerance=1e-5,
+    springs=SpringSet(),
+    scene=FLOOR,
+    displacements={"root": (0.1, 0.2, -0.3, 0.0, 0.9, 0.0)},
+    velocities={"hinge": (2.0,)},
+)
+
+
+def test_a_fall_says_until_when_its_tolerance_is_met(monkeypatch) -> None:
+    """From runs that are too coarse; certified, it is repeated, or does not succeed."""
+    monkeypatch.setattr(refinement, "FIRST_SHARE_WITH_CONTACT", 1e2)
+    told = simulate(two_segments(), COARSE_FALL)
+    until = told.accuracy.tolerance_met_until
+    assert told.outcome.ending is Ending.DONE
+    assert 0.0 <= until < 0.4
+    assert f"Joint angles within 1e-05 rad until {until:.4g} s." in told.outcome.message
+    assert told.accuracy.estimate > 1e-5
+    plan = replace(COARSE_FALL, certify=True)
+    certified = simulate(two_segments(), plan)
+    assert certified.outcome.ending is Ending.DONE
+    assert certified.accuracy.tolerance_met_until == 0.4
+    assert certified.accuracy.estimate <= 1e-5
+    monkeypatch.setattr(refinement, "MAX_RUNS", 2)
+    failed = simulate(two_segments(), plan)
+    assert failed.outcome.ending is Ending.INACCURATE
+    assert failed.accuracy.tolerance_met_until == until
