@@ -92,7 +92,7 @@ TUMBLING = Surface()
 
 HORIZONTAL = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
-TOLERANCE = 1e-7
+TOLERANCE = 2e-8
 """Tolerance of the runs [rad or m]."""
 
 

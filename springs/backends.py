@@ -46,7 +46,8 @@ class Operations(Protocol):
         """`yes` where the condition holds, else `no`: pieces that join with the same slope.
 
         Such as the pieces of a curve, or (1 - cos x)/x^2 and its series near zero. An integration
-        ends no step where the condition changes: its error control suffices.
+        ends no step where the condition changes: its error control suffices. Also for kinks of
+        contact that are left to it; `tests/properties/test_smooth_where.py` lists all uses.
         """
         ...
 

@@ -98,7 +98,7 @@ def one_run(figure: Figure, plan: Plan) -> Fall:
     """
     clock = Clock()
 
-    def once(model: Any, times: Array, tolerance: float, *_: object) -> AgreedRun:
+    def once(model: Any, times: Array, tolerance: float, *_: object, **__: object) -> AgreedRun:
         with clock:
             run = run_once(model, times, tolerance)
         return AgreedRun(run, np.zeros(len(run.times)), run.steps, 1)

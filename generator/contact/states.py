@@ -84,8 +84,8 @@ class ContactSteps:
     Attributes:
         times: shape (m,) [s].
         forces: forces of props on each segment with spheres, shape (m, G, 3) [N].
-        depths: deepest penetration of each sphere, negative off the props, shape (m, S) [m]; at
-            most 0.1 m below zero.
+        depths: deepest penetration of each sphere, negative off the props, shape (m, S) [m]; of a
+            sphere that is farther than 0.1 m from all props, some value below -0.1 m or equal.
         rates: rate of this depth, shape (m, S) [m/s].
         centres: centre of mass of the figure, shape (m, 3) [m].
         accelerations: accelerations of the centres of mass of the B bodies, shape (m, B, 3)

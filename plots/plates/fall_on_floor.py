@@ -122,6 +122,7 @@ def simulate_collapse() -> Collapse:
         stop=STOP_TIME,
         frame=FRAME_INTERVAL,
         tolerance=TOLERANCE,
+        certify=True,
         free_root=True,
         height=0.0,
         scene=scene,

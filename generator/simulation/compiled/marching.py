@@ -263,9 +263,14 @@ def march(
             progress.margins[0, k] = progress.margins[last_stage, k]
         normalize_quaternions(balls, state)
         clock[TIME] = reached
-        if has_rows or (has_continuous and len(progress.path_times) > 0):
+        if has_rows:
             equations.compute_rates(
                 equations.laws, mechanism, scratch, interval, reached, state, slopes[0]
+            )
+        elif has_continuous and len(mechanism.sphere_groups) > 0:
+            # For the record; neither frames nor a record change a bit of the motion.
+            equations.compute_rates(
+                equations.laws, mechanism, scratch, interval, reached, state, progress.spare
             )
         keep_step(equations, mechanism, scratch, progress)
         if reaches_limit and reached < stop:

@@ -126,10 +126,12 @@ def test_the_energies_of_contact_are_in_the_json(fall: FloorRun, record: Contact
 
 def test_a_run_without_props_reports_no_contact():
     result = run("simulate", "prototype", "--stop", 0.02, "--step", 0.01)
-    assert not re.search("^(contact|touch|force|depth|end|start) ", result.stdout, re.MULTILINE)
-    assert "contact" not in strict_json(
-        run("simulate", "pendulum", "--stop", 0.02, "--step", 0.01, "--json")
-    )
+    assert not re.search("^(contact|touch|force|depth|end|poses) ", result.stdout, re.MULTILINE)
+    assert "contact" not in floorless()
+
+
+def floorless() -> Any:
+    return strict_json(run("simulate", "pendulum", "--stop", 0.02, "--step", 0.01, "--json"))
 
 
 def test_the_rows_state_the_contact_record(fall: FloorRun, record: ContactRecord):
@@ -140,7 +142,9 @@ def test_the_rows_state_the_contact_record(fall: FloorRun, record: ContactRecord
     assert f"at most {1e3 * record.max_depth:.0f} mm, of {record.max_depth_part}" in text
     assert f"{record.weight_carried:.3f} of the weight carried, horizontal speed" in text
     assert "(last 0.2 s)" in row(text, "end")
-    assert row(text, "start").startswith("0.001 rad off: joint angles within 0.1 rad of these")
+    chaotic = record.chaotic_from(fall.recording.times)
+    assert chaotic is not None
+    assert row(text, "poses").startswith(f"chaotic from {chaotic:.3g} s: then read times, heights")
     assert record.impact_shift is not None
     assert f"\n         first impact within {1e3 * record.impact_shift:.2g} ms\n" in text
     assert record.overlap is not None
@@ -228,9 +232,12 @@ def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):
     recording = made(
         fall.recording, sensitivity=angles, height_sensitivity=heights, impact_shift=None
     )
-    (_, first), (_, second) = contact.sensitivity_rows(recording)
-    assert first == f"0.001 rad off: joint angles within 0.1 rad of these until {times[4]:.3g} s,"
-    assert second == f"height of the centre of mass within 2 mm until {times[9]:.3g} s"
+    (title, first), (_, second) = contact.sensitivity_rows(recording)
+    assert title == "poses"
+    chaotic = f"chaotic from {times[5]:.3g} s"
+    assert first == f"{chaotic}: then read times, heights, energies and forces,"
+    height = f"height of the centre of mass within 2 mm until {times[9]:.3g} s"
+    assert second == f"0.001 rad off at the start: {height}"
     assert recording.contact is not None
     assert json.loads(json_text(contact.contact_data(recording.contact)))["sensitivity_rad"] is None
 

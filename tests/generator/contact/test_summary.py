@@ -41,7 +41,7 @@ def scene(surface: Surface, normal=(0.0, 1.0, 0.0)) -> Scene:
 
 
 def run_plan(made, **fields) -> Recording:
-    run = simulate(made, Plan(**{"springs": NONE, "tolerance": 1e-7, **fields}))
+    run = simulate(made, Plan(**{"springs": NONE, "tolerance": 1e-8, **fields}))
     assert run.outcome.succeeded
     assert run.contact is not None
     return run

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.contact.states import ContactStates, ContactTrace
+from generator.contact.states import ContactSteps, ContactTrace
 from generator.recording import Ending
 from generator.rotations import rotation_vector_from_matrix
 from generator.run_options import Integrator
@@ -180,16 +180,14 @@ def test_a_short_half_turn_between_two_steps_is_seen(step) -> None:
 def pass_trace(steps: int, factor: float, *, with_contact: bool = True) -> Trace:
     """Three frames of a body at rest; its integrals of contact are proportional to a factor."""
     times, count = np.array([0.0, 0.1, 0.2]), 3
-    states = ContactStates(
-        *(np.full((steps, *shape), factor) for shape in ((1,), (1,), (1, 6), (1, 6), (), (), ()))
+    shapes = ((1, 3), (1,), (1,), (3,), (1, 3))
+    contact_steps = ContactSteps(
+        np.linspace(0.0, 0.2, steps), *(np.full((steps, *shape), factor) for shape in shapes)
     )
     contact = ContactTrace(
         factor * np.arange(6.0).reshape(count, 2),
         factor * np.arange(9.0).reshape(count, 1, 3),
-        np.linspace(0.0, 0.2, steps),
-        states,
-        np.full((steps, 3), factor),
-        np.full((steps, 1, 3), factor),
+        contact_steps,
     )
     zeros = np.zeros((count, 1, 3))
     return Trace(
@@ -212,10 +210,10 @@ def test_integrals_of_contact_are_extrapolated_and_the_steps_are_the_finer_ones(
     assert limit.losses == pytest.approx(np.arange(6.0).reshape(3, 2), abs=1e-14)
     assert limit.impulses == pytest.approx(np.arange(9.0).reshape(3, 1, 3), abs=1e-14)
     assert fine.contact is not None
-    assert np.array_equal(limit.step_times, fine.contact.step_times)
+    assert np.array_equal(limit.steps.times, fine.contact.steps.times)
     assert np.array_equal(limit.steps.depths, fine.contact.steps.depths)
-    assert np.all(limit.centres == 2.0)
-    assert np.all(limit.accelerations == 2.0)
+    assert np.all(limit.steps.centres == 2.0)
+    assert np.all(limit.steps.accelerations == 2.0)
     without = richardson_extrapolation(
         pass_trace(3, 1.0, with_contact=False), pass_trace(5, 2.0, with_contact=False)
     )

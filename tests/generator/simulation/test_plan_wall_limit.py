@@ -1,9 +1,10 @@
-"""The wall-time limit while a model is built, while contact is evaluated, over several starts."""
+"""The wall-time limit while a model is built, within and after its runs, over several starts."""
 
 import json
 import time
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 
 from generator import Plan, simulate
@@ -13,6 +14,7 @@ from generator.diagnostics import WallLimitError
 from generator.model import Model
 from generator.recording import Ending
 from generator.simulation import compiled_run, plan, run, starts
+from generator.simulation.compiled import refinement
 from generator.simulation.plan import NO_LIMIT, WallLimit
 from generator.study.run_case import run_case
 from generator.study.study import Design, DesignKind, Study
@@ -20,6 +22,7 @@ from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
 from tests.command import mover
 from tests.contact_figures import FLOOR, ball
+from tests.runs import same_bits
 
 
 @dataclass
@@ -76,32 +79,54 @@ def test_building_ends_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "while the model was built" in result.message
 
 
-def test_contact_is_evaluated_until_the_limit(
+def test_a_limit_reached_after_the_integration_keeps_the_whole_run(
     clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The motion is kept, without contact; of the disturbed start nothing is evaluated."""
-    step, evaluate = compiled_run.run_until_agreed, compiled_run.evaluate_contacts
-    evaluated: list[int] = []
+    """Contact is recorded with the steps, so that nothing of it is left to be evaluated then."""
+    step = compiled_run.run_until_agreed
 
     def stepped(*arguments, **options):
         found = step(*arguments, **options)
         clock.ahead = 1e6
         return found
 
-    def counted(contacts, figure, positions, *more):
-        evaluated.append(len(positions))
-        return evaluate(contacts, figure, positions, *more)
-
+    plain = simulate(ball(0.2), PLAN)
     monkeypatch.setattr(compiled_run, "run_until_agreed", stepped)
-    monkeypatch.setattr(compiled_run, "evaluate_contacts", counted)
-    monkeypatch.setattr(compiled_run, "_STEPS_AT_ONCE", 5)
     found = simulate(ball(0.2), PLAN)
+    assert found.outcome == plain.outcome
+    assert found.outcome.succeeded
+    assert found.contact is not None
+    assert same_bits(found.contact, plain.contact)
+
+
+def test_a_limit_within_the_runs_keeps_the_contact_until_then(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plain = simulate(ball(0.2), replace(PLAN, stop=1.0))
+    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
+    calls: list[float] = []
+
+    class Late:
+        """A clock that runs once the motion has passed the first touch, at 0.2 s."""
+
+        @staticmethod
+        def monotonic() -> float:
+            return 1e9 if calls and calls[-1] > 0.3 else time.monotonic()
+
+    monkeypatch.setattr(refinement, "time", Late)
+    found = simulate(
+        ball(0.2),
+        replace(PLAN, stop=1.0, wall_limit=100.0),
+        lambda progress: calls.append(progress.time),
+    )
     assert found.outcome.ending is Ending.TOO_LONG
-    assert "while contact was evaluated" in found.outcome.message
-    assert evaluated == [5, 1]  # then the start alone
-    assert found.contact is None
-    assert found.times[-1] == pytest.approx(0.3)
-    assert found.energy["gravity"][-1] < found.energy["gravity"][0]
+    assert 0.28 <= found.times[-1] < 0.9
+    one, other = found.contact, plain.contact
+    assert one is not None
+    assert other is not None
+    assert one.segments["link"].first_time == other.segments["link"].first_time
+    assert one.forces["link"] == pytest.approx(other.forces["link"][: len(found.times)], abs=1e-12)
+    assert np.max(one.forces["link"]) > 1.0
 
 
 def test_no_start_begins_after_the_limit(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,6 @@ from generator import read_figure
 from generator.figure import Figure
 from generator.recording import Ending
 from generator.simulation.compiled import refinement
-from generator.simulation.compiled.marching import march
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import (
     AgreedRun,
@@ -26,7 +25,7 @@ from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from springs import AxisSpring, Damping, SpringSet
 from tests.chains import BALL, Z, chain, one_body, row
-from tests.contact_figures import FLOOR, two_segments
+from tests.contact_figures import FLOOR, ball, two_segments
 from tests.runs import springs_of
 
 PROTOTYPE = read_figure("prototype")
@@ -69,6 +68,7 @@ MOTIONS = {
     **{f"coupled {k}": motion(PROTOTYPE, k, 0.2, spring_choice="coupled") for k in (4, 5)},
     **{f"clavicles {k}": motion(read_figure("clavicles"), k, 0.2) for k in (6, 7)},
     **{f"free flight {k}": motion(PROTOTYPE, k, 0.5, free_root=True) for k in (8, 9)},
+    **{f"person {k}": motion(read_figure("male50"), k, 0.3) for k in (12, 13)},
     **{f"row {k}": motion(row(6, stiff=3.0, damp=0.01), k, 0.5) for k in (10, 11)},
 }
 TOLERANCES = (1e-2, 1e-4, 1e-6)
@@ -307,7 +307,7 @@ def falling() -> tuple[CompiledModel, np.ndarray]:
 
 FALL_TIMES = np.linspace(0.0, 0.4, 21)
 
-COARSEST = refinement.FIRST_SHARE_WITH_CONTACT * 1e-3
+COARSER = refinement.FIRST_SHARE_WITH_CONTACT * 1e-3
 """Tolerance of the first run for one of 1e-3."""
 
 
@@ -324,62 +324,96 @@ def all_runs(monkeypatch) -> list[CompiledRun]:
     return runs
 
 
-def test_with_contact_two_differences_agree(falling, all_runs) -> None:
-    """Three runs, of tolerances a decade apart."""
+def test_with_contact_two_runs_tell_until_when_the_tolerance_is_met(falling, all_runs) -> None:
+    """However large their difference is: here it exceeds the tolerance."""
     model, _ = falling
     agreed = run_until_agreed(model, FALL_TIMES, 1e-3)
-    tolerances = sorted((run.tolerance for run in all_runs), reverse=True)
-    assert agreed.runs == 3
-    assert tolerances == pytest.approx([COARSEST, 0.1 * COARSEST, 0.01 * COARSEST])
-    first, second, third = sorted(all_runs, key=lambda run: -run.tolerance)
-    for one, other in ((first, second), (second, third)):
-        assert 0.0 < 2.0 * joint_differences(model, one, other).max() <= 1e-3
-    assert np.array_equal(agreed.run.states, third.states)
-    estimate = 2.0 * np.maximum.accumulate(joint_differences(model, second, third))
+    coarse, fine = sorted(all_runs, key=lambda run: -run.tolerance)
+    assert (coarse.tolerance, fine.tolerance) == pytest.approx((COARSER, 0.1 * COARSER))
+    assert agreed.runs == 2
+    assert np.array_equal(agreed.run.states, fine.states)
+    estimate = 2.0 * np.maximum.accumulate(joint_differences(model, coarse, fine))
     assert np.array_equal(agreed.errors, estimate)
+    assert 0.0 < estimate[-1] <= 1e-3
     assert agreed.disturbed is None
-
-
-def test_a_disagreement_of_the_first_two_runs_asks_for_another(falling, all_runs) -> None:
-    """The tolerance is between the differences of the first and of the second pair."""
-    model, _ = falling
-    run_until_agreed(model, FALL_TIMES, 1e-3)
-    first, second, third = sorted(all_runs, key=lambda run: -run.tolerance)
-    differences = [
-        2.0 * joint_differences(model, *pair).max() for pair in ((first, second), (second, third))
-    ]
-    assert differences[1] < 0.5 * differences[0]
-    between = float(np.sqrt(differences[0] * differences[1]))
     all_runs.clear()
+    between = float(estimate[-2])
+    assert estimate[-2] < estimate[-1]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(refinement, "FIRST_SHARE_WITH_CONTACT", COARSEST / between)
+        patch.setattr(refinement, "FIRST_SHARE_WITH_CONTACT", COARSER / between)
         agreed = run_until_agreed(model, FALL_TIMES, between)
-    assert agreed.runs == 4
-    assert [run.tolerance for run in all_runs].count(min(run.tolerance for run in all_runs)) == 1
-    assert agreed.run.tolerance == pytest.approx(1e-3 * COARSEST, rel=1e-6)
-    assert agreed.errors[-1] <= between
+    assert agreed.runs == len(all_runs) == 2
+    assert agreed.errors[0] <= between < agreed.errors[-1]
+    assert agreed.run.ending is Ending.DONE
 
 
-def test_the_estimate_with_contact_is_no_smaller_than_the_error(falling) -> None:
-    model, _ = falling
-    exact = run_once(model, FALL_TIMES, 1e-13)
-    agreed = run_until_agreed(model, FALL_TIMES, 1e-4)
+@pytest.mark.parametrize("share", [1e-2, 1e0, 1e2])
+def test_a_certified_fall_is_repeated_until_the_tolerance_is_met(falling, monkeypatch, share):
+    """From a first run that is as fine as by default, or much coarser."""
+    monkeypatch.setattr(refinement, "FIRST_SHARE_WITH_CONTACT", share)
+    model, start = falling
+    told = run_until_agreed(model, FALL_TIMES, 1e-5)
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-5, certify=True, disturbed_start=start)
+    exact = run_once(model, FALL_TIMES, 1e-10)
     errors = joint_differences(model, agreed.run, exact)
-    assert np.max(errors) <= 1e-4
-    assert np.all(errors <= agreed.errors + 1e-9)
+    assert agreed.errors[-1] <= 1e-5
+    assert np.max(errors) <= 1e-5
+    assert (agreed.runs > 2) == (told.errors[-1] > 1e-5)
+    if share == 1e2:
+        assert agreed.runs > 2
+    assert agreed.disturbed is not None
+    assert agreed.disturbed.tolerance == pytest.approx(10.0 * share * 1e-5)
+
+
+def test_a_certificate_that_cannot_be_given_is_not_claimed(falling) -> None:
+    model, _ = falling
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(refinement, "MAX_RUNS", 3)
+        patch.setattr(refinement, "FIRST_SHARE_WITH_CONTACT", 1e4)
+        agreed = run_until_agreed(model, FALL_TIMES, 1e-7, certify=True)
+    assert agreed.runs == 3
+    assert agreed.run.ending is Ending.DONE
+    assert agreed.errors[-1] > 1e-7
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5])
+def test_the_estimate_with_contact_is_no_smaller_than_the_error(falling, tolerance) -> None:
+    model, _ = falling
+    exact = run_once(model, FALL_TIMES, 1e-10)
+    agreed = run_until_agreed(model, FALL_TIMES, tolerance)
+    errors = joint_differences(model, agreed.run, exact)
+    assert np.max(errors[agreed.errors <= tolerance]) <= tolerance
+    assert np.all(errors <= agreed.errors + 1e-8)
+
+
+def test_two_runs_of_a_flight_with_the_same_steps_are_no_estimate() -> None:
+    """The longest step with contact satisfies both tolerances."""
+    plan = Plan(
+        stop=0.1,
+        springs=SpringSet(),
+        scene=FLOOR,
+        velocities={"pin": (2.0, 1.0, 0.5, 0.0, 0.0, 0.0)},
+    )
+    model, times = compile_model(build_model(ball(1.0), plan)), np.linspace(0.0, 0.1, 6)
+    one, other = (run_once(model, times, tolerance) for tolerance in (1e-4, 1e-5))
+    assert np.array_equal(one.states, other.states)
+    error = joint_differences(model, one, run_once(model, times, 1e-12))[-1]
+    agreed = run_until_agreed(model, times, 1e-2)
+    assert agreed.runs > 2
+    assert 0.0 < error <= 2.0 * agreed.errors[-1] <= 1e-2
 
 
 def test_the_disturbed_run_starts_elsewhere(falling, all_runs) -> None:
-    """With the largest of the tolerances; it counts neither as a run nor in the estimate."""
+    """At ten times the larger tolerance; it counts neither as a run nor in the estimate."""
     model, start = falling
     agreed = run_until_agreed(model, FALL_TIMES, 1e-3, disturbed_start=start)
     plain = run_until_agreed(model, FALL_TIMES, 1e-3)
     disturbed = agreed.disturbed
     assert disturbed is not None
     assert np.array_equal(disturbed.states[0], start)
-    assert disturbed.tolerance == pytest.approx(COARSEST)
+    assert disturbed.tolerance == pytest.approx(10.0 * COARSER)
     assert disturbed.ending is Ending.DONE
-    assert agreed.runs == plain.runs == 3
+    assert agreed.runs == plain.runs == 2
     assert agreed.steps == plain.steps
     assert np.array_equal(agreed.run.states, plain.run.states)
     assert np.array_equal(agreed.errors, plain.errors)
@@ -389,42 +423,56 @@ def test_the_disturbed_run_starts_elsewhere(falling, all_runs) -> None:
     assert np.array_equal(model.initial_state, plain.run.states[0])
 
 
-def test_an_interrupt_of_the_disturbed_run_keeps_the_finest(falling) -> None:
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupt_of_the_disturbed_run_keeps_the_finest(falling, monkeypatch, threads) -> None:
     """Ctrl-C there ends the whole simulation, with all frames of the run before."""
     model, start = falling
     plain = run_until_agreed(model, FALL_TIMES, 1e-3)
-    numbers: list[int] = []
-
-    def watch(number: int, _step: float, now: float) -> None:
-        numbers.append(number)
-        if number == 4 and now > 0.2:
-            raise KeyboardInterrupt
-
-    agreed = run_until_agreed(model, FALL_TIMES, 1e-3, watch=watch, disturbed_start=start)
-    assert set(numbers) == {3, 4}
+    monkeypatch.setattr(refinement, "run_once", ending_of_disturbed(start, Ending.INTERRUPTED))
+    agreed = run_until_agreed(model, FALL_TIMES, 1e-3, disturbed_start=start, threads=threads)
     assert agreed.run.ending is Ending.INTERRUPTED
     assert agreed.disturbed is None
     assert np.array_equal(agreed.run.states, plain.run.states)
     assert np.array_equal(agreed.errors, plain.errors)
 
 
-def test_a_deadline_within_the_disturbed_run_ends_the_simulation(falling) -> None:
-    model, start = falling
-    calls: list[int] = []
+def ending_of_disturbed(start: np.ndarray, ending: Ending):
+    """`run_once` whose run from this start ends early, once all others have gone."""
 
-    def watch(number: int, _step: float, _now: float) -> None:
-        calls.append(number)
+    def run(own: CompiledModel, *arguments, **fields) -> CompiledRun:
+        found = run_once(own, *arguments, **fields)
+        if np.array_equal(own.initial_state, start):
+            time.sleep(0.5)
+            return replace(found, ending=ending)
+        return found
+
+    return run
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_deadline_within_the_disturbed_run_ends_the_simulation(falling, threads) -> None:
+    model, start = falling
+    begun: list[float] = []
+
+    def run(own: CompiledModel, *arguments, **fields) -> CompiledRun:
+        if np.array_equal(own.initial_state, start):
+            time.sleep(0.5)  # until the others have ended
+            begun.append(0.0)
+        return run_once(own, *arguments, **fields)
 
     class Clock:
         """A clock that runs when the disturbed run has begun."""
 
         @staticmethod
         def monotonic() -> float:
-            return 100.0 if 4 in calls else 0.0
+            return 100.0 if begun else 0.0
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(refinement, "time", Clock)
-        agreed = run_until_agreed(model, FALL_TIMES, 1e-3, 50.0, watch, disturbed_start=start)
+        patch.setattr(refinement, "run_once", run)
+        agreed = run_until_agreed(
+            model, FALL_TIMES, 1e-3, 50.0, disturbed_start=start, threads=threads
+        )
     assert agreed.run.ending is Ending.TOO_LONG
     assert agreed.disturbed is None
     assert np.array_equal(agreed.run.times, FALL_TIMES)
@@ -433,10 +481,10 @@ def test_a_deadline_within_the_disturbed_run_ends_the_simulation(falling) -> Non
 def test_a_stiff_disturbed_motion_is_left_out(falling, monkeypatch) -> None:
     model, start = falling
 
-    def run(own: CompiledModel, *arguments) -> CompiledRun:
+    def run(own: CompiledModel, *arguments, **fields) -> CompiledRun:
         if np.array_equal(own.initial_state, start):
             raise StiffMotionError("the motion needs too many steps")
-        return run_once(own, *arguments)
+        return run_once(own, *arguments, **fields)
 
     monkeypatch.setattr(refinement, "run_once", run)
     agreed = run_until_agreed(model, FALL_TIMES, 1e-3, disturbed_start=start)
@@ -452,14 +500,14 @@ def test_an_interrupt_of_parallel_runs_leaves_the_furthest(
     """Ctrl-C in the finest run, beside which the others have ended or hardly begun."""
     model, start = falling
 
-    def run(*arguments) -> CompiledRun:
+    def run(*arguments, **fields) -> CompiledRun:
         stopped = arguments[5]
         if others_wait and stopped is not None:
             stopped.wait(60.0)
-        return run_once(*arguments)
+        return run_once(*arguments, **fields)
 
     def watch(number: int, _step: float, now: float) -> None:
-        if number == 3 and now > 0.3:
+        if number == 2 and now > 0.3:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(refinement, "run_once", run)
@@ -469,83 +517,5 @@ def test_an_interrupt_of_parallel_runs_leaves_the_furthest(
     assert found.times[-1] >= 0.28
     assert len(found.times) == len(found.states) == len(agreed.errors)
     assert agreed.errors[0] == 0.0
-    assert np.max(joint_differences(model, found, run_once(model, FALL_TIMES, 1e-12))) < 1e-3
+    assert np.max(joint_differences(model, found, run_once(model, FALL_TIMES, 1e-10))) < 1e-3
     assert agreed.disturbed is None
-
-
-# Paths
-
-
-@pytest.mark.parametrize("steps_per_call", [20, 1000])
-def test_the_path_has_the_end_of_every_step(falling, monkeypatch, steps_per_call) -> None:
-    """Also of those that end at a breakpoint, whatever the number of steps in a call."""
-    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", steps_per_call)
-    model, _ = falling
-    run = run_once(model, FALL_TIMES, 1e-8)
-    times = run.path_times
-    assert times[0] == 0.0
-    assert times[-1] == pytest.approx(0.4, abs=1e-12)
-    assert np.all(np.diff(times) > 0.0)
-    assert run.event_times.size > 4
-    assert set(run.event_times.tolist()) <= set(times.tolist())
-    assert times.size - 1 <= run.steps
-    assert times.size - 1 > run.event_times.size
-    assert np.array_equal(run.path_states[0], model.initial_state)
-    assert run.path_states[-1] == pytest.approx(run.states[-1], abs=1e-9)
-    assert run.path_states.shape == (times.size, model.initial_state.size)
-    balls = run.path_states[:, :4]
-    assert np.linalg.norm(balls, axis=1) == pytest.approx(1.0, abs=1e-12)
-
-
-def test_the_path_is_that_of_the_frames(falling) -> None:
-    """Frames at the ends of the steps have their states."""
-    model, _ = falling
-    run = run_once(model, FALL_TIMES, 1e-9)
-    frames = run.path_times[:: max(1, run.path_times.size // 40)]
-    again = run_once(model, np.union1d(frames, [0.4]), 1e-9)
-    assert again.path_times == pytest.approx(run.path_times, abs=1e-12)
-    places = np.searchsorted(run.path_times, frames)
-    assert again.states[: frames.size] == pytest.approx(run.path_states[places], abs=1e-8)
-
-
-def test_an_interrupt_keeps_the_path_of_the_frames(falling, monkeypatch) -> None:
-    """Ctrl-C arrives when compiled code returns, before its result is stored."""
-    model, _ = falling
-    calls: list[int] = []
-
-    def march_until_interrupted(*arguments):
-        status = march(*arguments)
-        calls.append(status)
-        if len(calls) == 5:
-            raise KeyboardInterrupt
-        return status
-
-    monkeypatch.setattr(refinement, "march", march_until_interrupted)
-    run = run_once(model, FALL_TIMES, 1e-9)
-    assert run.ending is Ending.INTERRUPTED
-    assert len(run.times) > 2
-    assert run.path_times[-1] == run.last_time >= run.times[-1]
-    assert np.all(np.diff(run.path_times) > 0.0)
-
-
-def test_of_a_long_run_some_steps_are_kept(falling, monkeypatch) -> None:
-    """All of the beginning, a tenth of what follows, and the last two calls."""
-    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
-    model, _ = falling
-    every = run_once(model, FALL_TIMES, 1e-11).path_times
-    kept = 40
-    monkeypatch.setattr(refinement, "MAX_PATH_STEPS", kept)
-    some = run_once(model, FALL_TIMES, 1e-11)
-    assert np.all(np.isin(some.path_times, every))
-    assert np.array_equal(some.path_times[:kept], every[:kept])
-    assert np.array_equal(some.path_times[-20:], every[-20:])
-    middle = every[kept + 20 : -40]
-    assert middle.size > 40
-    assert 2 <= np.count_nonzero(np.isin(middle, some.path_times)) < 0.25 * middle.size
-    assert some.path_states.shape == (some.path_times.size, model.initial_state.size)
-
-
-def test_without_contact_no_path_is_kept(simple) -> None:
-    run = run_once(simple, TIMES, 1e-6)
-    assert run.path_times.size == 0
-    assert run.path_states.shape == (0, simple.initial_state.size)

@@ -154,6 +154,6 @@ def test_without_a_scene_no_contact_is_read() -> None:
     with_floor = SensorLog(build_model(ball(0.1), Plan(springs=NONE, scene=FLOOR)))
     assert with_floor.work.shape == (8,)
     trace = with_floor.contact_trace(with_floor.work[None])
-    assert trace.step_times.tolist() == [0.0]
+    assert trace.steps.times.tolist() == [0.0]
     assert trace.steps.depths == pytest.approx(np.array([[-0.1]]))
-    assert trace.centres == pytest.approx(np.array([[0.0, 0.2, 0.0]]))
+    assert trace.steps.centres == pytest.approx(np.array([[0.0, 0.2, 0.0]]))
