@@ -161,7 +161,7 @@ def sensitivity_rows(recording: Recording) -> list[tuple[str, str]]:
     height = f"{1000.0 * float(np.max(heights[known])):.3g} mm {until}"
     texts = [
         within,
-        f"{'' if chaotic is None else '0.001 rad off at the start: '}"
+        f"{'' if chaotic is None else '0.001 rad off: '}"
         f"height of the centre of mass within {height}",
     ]
     if record.impact_shift is not None:

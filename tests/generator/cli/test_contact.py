@@ -237,7 +237,7 @@ def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):
     chaotic = f"chaotic from {times[5]:.3g} s"
     assert first == f"{chaotic}: then read times, heights, energies and forces,"
     height = f"height of the centre of mass within 2 mm until {times[9]:.3g} s"
-    assert second == f"0.001 rad off at the start: {height}"
+    assert second == f"0.001 rad off: {height}"
     assert recording.contact is not None
     assert json.loads(json_text(contact.contact_data(recording.contact)))["sensitivity_rad"] is None
 
@@ -514,7 +514,8 @@ def test_starts_of_a_figure_with_a_loop():
 def test_a_large_spread_gives_failed_starts_their_sentence():
     data = floor("prototype", "--stop", 0.02, "--starts", 2, "--spread", "180deg")["starts"]
     assert len(data["failures"]) == data["max_force_N"].count(None) > 0
-    assert all("180 deg" in sentence for sentence in data["failures"].values())
+    told = re.compile("180 deg|the solver failed after .* the fastest joint")
+    assert all(told.search(sentence) for sentence in data["failures"].values())
 
 
 @pytest.mark.slow
