@@ -36,7 +36,7 @@ ROOT = Path(springs.__file__).parents[1]
 
 USES = {
     "springs/backends.py": {"select_cubic"},
-    "springs/contact.py": {"elastic_force", "energy", "impact_factor"},
+    "springs/contact.py": {"elastic_force", "elastic_slope", "energy", "impact_factor"},
     "springs/coordinates.py": {"at"},
     "springs/exponential.py": {"tangent_exp", "tangent_exp_integral"},
     "springs/interpolated.py": {"_stored_energy"},
@@ -46,11 +46,13 @@ USES = {
     "springs/spherical.py": {"group_torque", "weighted_torque"},
     "springs/stop.py": {"_stored_energy"},
     "generator/contact/box.py": {"distance"},
+    "generator/contact/force.py": {"contact_force"},
     "generator/contact/self_contact.py": {"_clip"},
 }
 """Functions that use `smooth_where`. A reach is tested at its centre in `test_reach.py`, capsules
 in `test_self_contact.py`; at the pole of coordinates, whose cosine is kept from zero, a run ends;
-the weighted law only keeps a size from zero.
+the weighted law only keeps a size from zero; the derivatives of a contact force, which no explicit
+method reads, jump where it stops.
 """
 
 
@@ -168,7 +170,7 @@ def test_a_surface_has_two_derivatives(surface: Surface) -> None:
     """Force and energy at the touch and at the end of the transition."""
     e = surface.transition_depth
     for depth in (0.0, e):
-        for function in (surface.elastic_force, surface.energy):
+        for function in (surface.elastic_force, surface.elastic_slope, surface.energy):
             found = join(function, depth, 1e-8 * e, 2.0 * e)
             assert found.is_smooth
             assert found.is_continuous
