@@ -159,7 +159,8 @@ def random_case(kind: str, random: np.random.Generator) -> tuple[Figure, Plan]:
         if kind == "box":
             scene = Scene((*scene.props, *read_scene("step").props))
         tolerance = float(10.0 ** random.uniform(*FALL_TOLERANCES))
-        plan = replace(plan, free_root=True, height=0.0, scene=scene, tolerance=tolerance)
+        height = 0.3 if kind == "box" else 0.0  # above the step
+        plan = replace(plan, free_root=True, height=height, scene=scene, tolerance=tolerance)
     turned = {
         name: tuple(
             np.asarray(joint.displacement)
