@@ -52,7 +52,10 @@ class Operations(Protocol):
         ...
 
     def piecewise_cubic(self, value: Real, pieces: CubicPieces) -> Real:
-        """The cubic of the piece in which `value` is; pieces join with the same slope."""
+        """The cubic of the piece in which `value` is; pieces join with the same slope.
+
+        Their curvature jumps, so that methods of high order end a step there.
+        """
         ...
 
     def sin(self, value: Real) -> Real:

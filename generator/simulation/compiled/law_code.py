@@ -39,7 +39,7 @@ from springs.backends import Vector
 _HEADER = '''"""Generated from the definitions of laws; constants are in the table P."""
 import math
 
-from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
+from generator.simulation.compiled.piecewise_cubic import held_cubic, piecewise_cubic
 
 
 def laws(X, V, P, Z, rows, bounds, T, G, power):
@@ -108,9 +108,11 @@ def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
     )
 
 
-def displacement_law(spring: AxisSpring | None, joint: int) -> LawUse:
+def displacement_law(
+    spring: AxisSpring | None, joint: int, *, holds_pieces: bool = False
+) -> LawUse:
     """Record the law of one angle or translation; without a spring, no torque."""
-    code = _Code()
+    code = _Code(holds_pieces)
     x, v = code.read("x", "X[j0, 0]"), code.read("v", "V[j0, 0]")
     if spring is None:
         return code.use(["T[j0, 0] = 0.0"], joint)
@@ -123,9 +125,9 @@ def displacement_law(spring: AxisSpring | None, joint: int) -> LawUse:
     )
 
 
-def rotation_vector_law(law: RotationLaw, joint: int) -> LawUse:
+def rotation_vector_law(law: RotationLaw, joint: int, *, holds_pieces: bool = False) -> LawUse:
     """Record the law of a rotation vector; without springs, no torque."""
-    code = _Code()
+    code = _Code(holds_pieces)
     r, rate = code.read_vector("x", "X[j0, {}]"), code.read_vector("v", "V[j0, {}]")
     if not law.axes and not isinstance(law, ReachLaw):
         return code.use([f"T[j0, {k}] = 0.0" for k in range(3)], joint)
@@ -145,6 +147,8 @@ def coupled_law(
     rows: Mapping[str, int],
     chains: Mapping[str, Chain],
     springs: SpringSet,
+    *,
+    holds_pieces: bool = False,
 ) -> LawUse:
     """Record a law over several joints, which adds to their torques.
 
@@ -153,8 +157,9 @@ def coupled_law(
         rows: row of the measured joint, by joint name.
         chains: chain of every joint.
         springs: springs of the joints, whose rule says what a coordinate of the law is.
+        holds_pieces: whether the bounds of the pieces of curves are breakpoints.
     """
-    code = _Code()
+    code = _Code(holds_pieces)
     laws = {
         axis.joint: rotation_law(
             springs.joints.get(axis.joint, JointSprings(axis.joint)),
@@ -208,8 +213,8 @@ def _sense(axis: CoupledAxis, chain: Chain) -> float:
 class _Code:
     """A recorder, and the lines that read its operands."""
 
-    def __init__(self) -> None:
-        self._recorder = Recorder()
+    def __init__(self, holds_pieces: bool) -> None:
+        self._recorder = Recorder(holds_pieces=holds_pieces)
         self._reads: list[str] = []
 
     def read(self, name: str, place: str) -> Symbol:
@@ -227,7 +232,7 @@ class _Code:
         """Return the use that reads, evaluates the law, and ends with these lines."""
         recorder = self._recorder
         starts = [f"j{k} = rows[u, {2 + k}]" for k in range(len(joints))]
-        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
+        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching) if name]
         return LawUse(
             (*starts, *self._reads, *recorder.lines, *switching, *ends),
             tuple(recorder.constants),

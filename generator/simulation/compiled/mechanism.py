@@ -244,6 +244,7 @@ class _Builder:
         self.scene = scene or Scene()
         self.touching = {name: some for name, some in (spheres or {}).items() if some}
         self.pairs = pairs
+        self.holds_pieces = not (self.touching or pairs)
 
     def build(self) -> CompiledModel:
         for branch in self.tree.joints:
@@ -453,13 +454,13 @@ class _Builder:
                     spring = (
                         own.axes[0].oriented_along(chain.rotation_axes[0]) if own.axes else None
                     )
-                    uses.append(displacement_law(spring, len(rows)))
+                    uses.append(displacement_law(spring, len(rows), holds_pieces=self.holds_pieces))
                     row, site = self._angle_row(joint, chain)
                     rows.append(row)
                     sites.append(site)
                 else:
                     law = rotation_law(own, self.springs.law, chain.rotation_axes)
-                    uses.append(rotation_vector_law(law, len(rows)))
+                    uses.append(rotation_vector_law(law, len(rows), holds_pieces=self.holds_pieces))
                     elastic = name in coupled_names or own.is_elastic
                     ends = self._end_links(joint.ends)
                     ends_run = elastic and law.singularity is Singularity.HALF_TURN
@@ -476,13 +477,16 @@ class _Builder:
             for spring in own.translations:
                 index = chain.translation_along(spring.direction)
                 spring = spring.oriented_along(chain.joint_axes[index].axis)
-                uses.append(displacement_law(spring, len(rows)))
+                uses.append(displacement_law(spring, len(rows), holds_pieces=self.holds_pieces))
                 row, site = self._shift_row(joint, chain, index)
                 rows.append(row)
                 sites.append(site)
                 names.append(name)
         uses.extend(
-            coupled_law(spring, row_of, self.tree.chains, self.springs) for spring in coupled
+            coupled_law(
+                spring, row_of, self.tree.chains, self.springs, holds_pieces=self.holds_pieces
+            )
+            for spring in coupled
         )
         return (
             np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),

@@ -28,12 +28,15 @@ class Recorder:
     Attributes:
         lines: assignments, each to a new name.
         constants: entries of the table that the lines read as `P[o + k]`.
-        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`.
+        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`; ""
+            for one that the lines themselves store in `G[s + k]`.
+        holds_pieces: whether the bounds of the pieces of curves are breakpoints.
     """
 
     lines: list[str] = field(default_factory=list[str])
     constants: list[float] = field(default_factory=list[float])
     switching: list[str] = field(default_factory=list[str])
+    holds_pieces: bool = False
     _names: dict[str, str] = field(default_factory=dict[str, str])
 
     def name(self, value: "Real") -> str:
@@ -59,6 +62,12 @@ class Recorder:
         table, breaks = len(self.constants), len(pieces) - 1
         for origin, coefficients in pieces:
             self.constants += [origin, *coefficients]
+        if self.holds_pieces:
+            first = len(self.switching)
+            self.switching += [""] * breaks
+            return self.record(
+                f"held_cubic({{}}, P, o + {table}, {breaks}, Z, G, s + {first})", value
+            )
         return self.record(f"piecewise_cubic({{}}, P, o + {table}, {breaks})", value)
 
     def switch(self, comparison: "Comparison") -> str:

@@ -26,7 +26,7 @@ from generator.simulation.compiled.layout import (
     ROW_VALUE,
 )
 from generator.simulation.compiled.projection import MAX_GAP, project_state
-from generator.simulation.compiled.refinement import joint_differences, run_once
+from generator.simulation.compiled.refinement import have_same_breakpoints, run_once
 from generator.simulation.compiled_run import build_trace, compile_model
 from generator.simulation.exudyn_model.agreement import BodyState, ExudynEquations
 from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
@@ -439,19 +439,15 @@ def test_an_angle_of_a_closing_joint_is_unwrapped() -> None:
     assert np.allclose(run.energy["spring"], stored, rtol=1e-9)
 
 
-def test_a_loop_passes_the_onsets_of_its_stops() -> None:
-    """Which end no step; the error falls with the tolerance nevertheless."""
+def test_a_loop_passes_the_breakpoints_of_its_laws() -> None:
+    """The steps end at the same breakpoints at any tolerance."""
     case = CASES["four-bar with stops"]
-    compiled = compile_model(build_model(case.figure, case.full_plan()))
-    times = np.linspace(0.0, 1.0, 11)
-    exact = run_once(compiled, times, 1e-12)
-    errors = [
-        float(np.max(joint_differences(compiled, run_once(compiled, times, size), exact)))
-        for size in (1e-6, 1e-8, 1e-10)
-    ]
-    assert exact.event_times.size == 0
-    assert errors[2] < 1e-7
-    assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
+    plan = case.full_plan()
+    compiled = compile_model(build_model(case.figure, plan))
+    coarse, fine = (run_once(compiled, np.linspace(0.0, 1.0, 11), size) for size in (1e-8, 1e-11))
+    assert len(fine.event_times) > 10
+    assert have_same_breakpoints(coarse, fine)
+    assert np.allclose(coarse.event_times, fine.event_times, rtol=0.0, atol=1e-5)
 
 
 def test_a_pose_that_no_closed_one_is_near_is_not_projected() -> None:

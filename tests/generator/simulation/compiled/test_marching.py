@@ -192,14 +192,10 @@ def test_a_track_that_hardly_reaches_a_breakpoint(beyond) -> None:
     assert run.event_times.size == 0
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, FINE])
-def test_a_table_of_many_points(tolerance) -> None:
-    """Its curvature jumps there, which costs the steps some of their order and no event."""
-    run, exact = swing(AxisSpring(Z, (TABLE,), Damping(0.05)), -1.5, 2.0, 2.0, tolerance)
-    assert error(run, exact) < 3e3 * tolerance
-    passages = [np.count_nonzero(np.diff(exact[:, 0] > point)) for point in TABLE.breakpoints]
-    assert sum(passages) > 20
-    assert run.event_times.size == 0
+def test_a_table_of_many_points() -> None:
+    run, exact = swing(AxisSpring(Z, (TABLE,), Damping(0.05)), -1.5, 2.0, 2.0)
+    assert error(run, exact) < 1e-10
+    assert run.event_times.size > 20
 
 
 WEAK_ZONES = tuple(
@@ -234,11 +230,14 @@ def test_neighbouring_breakpoints_are_passed_in_turn(sense) -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-3, FINE])
 def test_points_of_a_table_within_one_step(tolerance) -> None:
-    """A fast bar on a table of weak torques passes all of them without an event."""
+    """A fast bar on a table of weak torques: all points are passed, in order, each at its time."""
     weak = Interpolated(tuple((angle, 1e-3 * torque) for angle, torque in POINTS))
-    run, exact = swing(AxisSpring(Z, (weak,)), -1.4, 20.0, 0.15, tolerance, weight=0.0)
-    assert error(run, exact) < max(tolerance, 1e3 * FINE)
-    assert run.event_times.size == 0
+    rate, start = 20.0, -1.4
+    run, exact = swing(AxisSpring(Z, (weak,)), start, rate, 0.15, tolerance, weight=0.0)
+    expected = (np.array(weak.breakpoints) - start) / rate
+    assert run.event_times == pytest.approx(expected, abs=1e-5)
+    assert len(set(run.event_switches)) == len(POINTS)
+    assert error(run, exact) < max(tolerance, 1e-10)
 
 
 def test_two_joints_that_pass_a_breakpoint_at_once() -> None:
