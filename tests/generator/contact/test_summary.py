@@ -332,7 +332,7 @@ def test_exudyn_s_integrator_records_the_same_fall() -> None:
     assert found.weight_carried == pytest.approx(expected.weight_carried, abs=1e-2)
 
 
-def test_exudyn_s_integrator_gives_the_same_head_injury_criterion() -> None:
+def test_other_integrators_give_the_same_head_injury_criterion() -> None:
     """The steps of the compiled integrator are longer, and the peak between two is not seen."""
     made = two_balls(("left foot", "head"), 1.0)
     head = replace(made.joints["to head"], displacement=(0.0, 0.0, 0.0, 0.3, 0.3, 0.0))
@@ -342,4 +342,4 @@ def test_exudyn_s_integrator_gives_the_same_head_injury_criterion() -> None:
         for each in Integrator
     ]
     assert values[0] > 1.0
-    assert values[1] == pytest.approx(values[0], rel=2e-2)
+    assert values[1:] == pytest.approx([values[0]] * 2, rel=2e-2)

@@ -200,7 +200,9 @@ def test_a_joint_carries_the_weight_above_it(integrator) -> None:
 
 def test_reactions_of_both_integrators_are_alike_in_an_impact() -> None:
     fields = {"stop": 0.04, "frame": 1e-3, "tolerance": 1e-6}
-    found, expected = (stand(integrator=each, **fields) for each in Integrator)
+    found, expected = (
+        stand(integrator=each, **fields) for each in (Integrator.COMPILED, Integrator.EXUDYN)
+    )
     sizes = np.abs(expected.reactions["neck"][:, 1])
     assert np.max(sizes) > 1.1 * UPPER * 9.81
     assert np.min(sizes) < 0.1 * UPPER * 9.81
