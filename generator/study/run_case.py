@@ -89,9 +89,10 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
 
 
 def _fast_plan(case: Case) -> Plan:
-    """Return the plan of a fast run: a fall is integrated by the implicit method."""
+    """Return the plan of a fast run: the implicit method for a fall that is not to be certified."""
     plan = case.plan
-    can = plan.integrator is Integrator.COMPILED and plan.step is None and not plan.python_torques
+    can = plan.integrator is Integrator.COMPILED and plan.step is None
+    can = can and not (plan.python_torques or plan.certify)
     if not (can and plan.scene.props) or plan.links.links or build_tree(case.figure).closures:
         return plan
     return replace(plan, integrator=Integrator.IMPLICIT)
