@@ -31,11 +31,11 @@ class Integrator(Enum):
     """Method of integration of a run."""
 
     COMPILED = "compiled"
-    """An explicit method of order 8, with contact of order 3, on a compiled evaluation of the equations
-    of the Exudyn model."""
+    """An explicit method of order 8, with contact of order 3, on a compiled evaluation of the
+    equations of the Exudyn model."""
     IMPLICIT = "implicit"
-    """A linearly implicit method of order 2 on the same evaluation, in one run without an estimate of
-    its error, for many falls."""
+    """A linearly implicit method of order 2 on the same evaluation, in one run without an estimate
+    of its error, for many falls."""
     EXUDYN = "exudyn"
     """Exudyn's implicit trapezoidal rule."""
 
