@@ -47,10 +47,10 @@ SCENES = {"floor": FLOOR, "box": Scene((*FLOOR.props, STEP))}
 
 @dataclass(frozen=True)
 class Told:
-    """What one fall says, and its true errors.
+    """Error estimates of a fall, and its true errors.
 
     Attributes:
-        met_until: time until which it says that its tolerance is met [s].
+        met_until: time until which the fall reports that its tolerance is met [s].
         estimates: by frame, shape (n,) [rad].
         errors: true errors by frame, shape (n,) [rad].
     """

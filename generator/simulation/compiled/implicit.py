@@ -8,8 +8,8 @@ second-order Rosenbrock method applied to photochemical dispersion problems*, SI
 20:1456, 1999) is of order 2 for any K and D, so that these need not be exact: those of joints are
 differences of the laws, without what one joint has on another, and are kept for some steps.
 
-Steps end at no breakpoint of a law. There is no estimate of the error of the motion: two runs of
-this method differ by less than they err.
+Breakpoints of laws are not located. The error of the motion is not estimated, because the
+difference of two runs of this method is smaller than their errors.
 """
 
 from math import inf, sqrt

@@ -109,7 +109,7 @@ def placed_triangles(chosen: Array, own: Surface, placed: Surface) -> Array:
 
 
 def meet(first: Array, second: Array) -> bool:
-    """Whether triangles intersect, or one set is within the other."""
+    """Return whether two sets of triangles intersect, or one is inside the other."""
     boxes = [(each.min(axis=(0, 1)), each.max(axis=(0, 1))) for each in (first, second)]
     if (boxes[0][0] > boxes[1][1]).any() or (boxes[1][0] > boxes[0][1]).any():
         return False

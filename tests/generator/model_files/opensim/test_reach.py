@@ -88,7 +88,7 @@ def test_tensions_times_arms_are_the_torque_along_the_rotations(name: str) -> No
 
 
 def test_a_limb_that_turns_about_its_own_axis_first_changes_no_direction() -> None:
-    """Moment arms that are zero are no text: OpenSim takes long to read long expressions."""
+    """Moment arms of zero are left out of the file: OpenSim is slow to read long expressions."""
     _, made = expressions("innermost")
     (beyond, *_) = made.lengths()
     assert beyond.arms[0].text == "0"
