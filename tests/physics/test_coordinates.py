@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import ModelError
+from generator.figure import AxisKind, JointAxis
+from generator.kinematics.placement import forward_kinematics
+from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.recording import Ending
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Integrator, Plan
 from generator.simulation.run import simulate
 from springs import (
@@ -20,10 +24,13 @@ from springs import (
     Linear,
     SphericalLaw,
     SpringSet,
+    total_torque,
 )
 from springs.coupled import CoupledExponential, CoupledTerm
-from tests.chains import BALL, X, Y, Z, body, chain, one_body
+from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, body, chain, negative, one_body
 from tests.command import run as run_command
+from tests.compiled_models import SettableModel
+from tests.poses import Pose
 
 CURVES = (Linear(6.0, 0.2), Cubic((0.5, 8.0, -2.0, 10.0)), Linear(3.0, -0.3))
 
@@ -185,3 +192,33 @@ def write_law(folder):
     path = folder / "angles.springs.toml"
     path.write_text(LAW_FILE, encoding="utf-8")
     return path
+
+
+@pytest.mark.parametrize("words", ["Rx Ry Rz", "Rz R-y Rx", "Ra R-s Rt", "Rz Rx", "Rs R-a"])
+def test_a_chain_is_measured_by_its_displacements_and_their_rates(words):
+    """The outer angles are within half a turn of the middles of their ranges."""
+    third = tuple(np.cross(SKEW, ACROSS).tolist())
+    axes = {"x": X, "y": Y, "z": Z, "s": SKEW, "a": ACROSS, "t": third}
+    factors = tuple(
+        JointAxis(AxisKind.ROTATION, negative(axes[word[-1]]) if "-" in word else axes[word[-1]])
+        for word in words.split()
+    )
+    middles = (2.5, 0.0, -1.0)[: len(factors)] if len(factors) == 3 else (2.5, -1.0)
+    about = tuple(
+        AxisSpring(factor.axis, (law,), middle=middle)
+        for factor, law, middle in zip(factors, CURVES, middles, strict=False)
+    )
+    law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
+    figure = one_body(factors, (0.0,) * len(factors))
+    model = SettableModel.of(build_model(Model(figure, law), Plan()))
+    generator = np.random.default_rng(3)
+    for _ in range(20):
+        values = np.array(middles) + generator.uniform(-1.5, 1.5, len(factors))
+        rates = generator.uniform(-2.0, 2.0, len(factors))
+        placement = forward_kinematics(build_tree(figure), {"pin": values})
+        model.settle(Pose(model.model, placement, rates, 0.0))
+        scratch, count = model.compiled.scratch, len(factors)
+        assert scratch.displacements[0, :count] == pytest.approx(values, abs=1e-12)
+        assert scratch.rates[0, :count] == pytest.approx(rates, abs=1e-12 / np.cos(1.5) ** 2)
+        torques = [total_torque(each.elastic, q) for each, q in zip(about, values, strict=True)]
+        assert scratch.torques[0, :count] == pytest.approx(torques, rel=1e-9)

@@ -294,7 +294,7 @@ def _add_joints(
         j = tangents.rows[i, 0]
         if j < 0:
             continue
-        turn = matrix(scratch.half_way, j, 0)
+        turn = matrix(scratch.torque_axes, j, 0)
         stiffness, damping = symmetric(tangents.stiffness, j, 0), symmetric(tangents.damping, j, 0)
         if links[i, KIND] == BALL:
             parent = links[i, PARENT]

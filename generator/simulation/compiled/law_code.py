@@ -6,12 +6,10 @@ the function depends on the forms of the laws only: other coefficients need no c
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
-from operator import add
+from typing import TypeAlias
 
 import numpy as np
 
-from generator.joint_chain import Chain
 from generator.rotations import Array
 from generator.simulation.compiled.compiler import compile_source
 from generator.simulation.compiled.layout import LAW_SIGNATURE, CompiledLaw, IndexArray
@@ -24,22 +22,17 @@ from generator.simulation.compiled.recorder import (
 )
 from springs import (
     AxisSpring,
-    CoupledAxis,
     CoupledSpring,
-    JointSprings,
     ReachLaw,
     Real,
     RotationLaw,
-    SpringSet,
-    rotation_law,
     total_torque,
 )
-from springs.backends import Vector
 
 _HEADER = '''"""Generated from the definitions of laws; constants are in the table P."""
 import math
 
-from generator.simulation.compiled.piecewise_cubic import held_cubic, piecewise_cubic
+from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
 
 
 def laws(X, V, P, Z, rows, bounds, T, G, power):
@@ -49,22 +42,25 @@ def laws(X, V, P, Z, rows, bounds, T, G, power):
 SCALES = 2
 """Number of parameters before those of the laws: scales of the elastic torques and of damping."""
 
+Place: TypeAlias = tuple[int, int]
+"""A measured joint, and the component of its displacement."""
+
 
 @dataclass(frozen=True)
 class LawUse:
     """A law recorded for certain joints.
 
     Attributes:
-        form: lines of code, with `j0`, `j1`, ... as rows of the measured joints.
+        form: lines of code, with `i0`, `i1`, ... as the columns.
         constants: entries of its table.
         switches: number of its switching functions.
-        joints: rows of the measured joints.
+        columns: rows of the measured joints, and components of displacements.
     """
 
     form: tuple[str, ...]
     constants: tuple[float, ...]
     switches: int
-    joints: tuple[int, ...]
+    columns: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -94,7 +90,7 @@ def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
         lines.append("        o, s = rows[u, 0], rows[u, 1]\n")
         lines.extend(f"        {line}\n" for line in form)
         for use in same:
-            rows.append([len(parameters), switches, *use.joints])
+            rows.append([len(parameters), switches, *use.columns])
             parameters.extend(use.constants)
             switches += use.switches
         bounds.append(len(rows))
@@ -109,44 +105,43 @@ def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
 
 
 def displacement_law(
-    spring: AxisSpring | None, joint: int, *, holds_pieces: bool = False
+    spring: AxisSpring | None, place: Place, *, holds_pieces: bool = False
 ) -> LawUse:
-    """Record the law of one angle or translation; without a spring, no torque."""
+    """Record the law of one displacement; without a spring, no torque."""
     code = _Code(holds_pieces)
-    x, v = code.read("x", "X[j0, 0]"), code.read("v", "V[j0, 0]")
+    x, v, torque = code.read(place)
     if spring is None:
-        return code.use(["T[j0, 0] = 0.0"], joint)
+        return code.use([f"{torque} = 0.0"])
     with _NamedLaw(spring):
         elastic = total_torque(spring.elastic, x, RECORDING)
         damping = spring.resistance(x, v, RECORDING)
     e, d = code.name(elastic), code.name(damping)
     return code.use(
-        [f"T[j0, 0] = elastic * {e} + viscous * {d}", f"power[0] -= viscous * {d} * v"], joint
+        [f"{torque} = elastic * {e} + viscous * {d}", f"power[0] -= viscous * {d} * {v.name}"]
     )
 
 
 def rotation_vector_law(law: RotationLaw, joint: int, *, holds_pieces: bool = False) -> LawUse:
     """Record the law of a rotation vector; without springs, no torque."""
     code = _Code(holds_pieces)
-    r, rate = code.read_vector("x", "X[j0, {}]"), code.read_vector("v", "V[j0, {}]")
+    r, rate, torque = code.read_vector(joint)
     if not law.axes and not isinstance(law, ReachLaw):
-        return code.use([f"T[j0, {k}] = 0.0" for k in range(3)], joint)
+        return code.use([f"{torque[k]} = 0.0" for k in range(3)])
     parts = (law.reach.beyond, law.reach.turn) if isinstance(law, ReachLaw) else ()
     with _NamedLaw(*law.axes, *parts):
         elastic, damping = law.torque(r, RECORDING), law.damping(r, rate, RECORDING)
-    e, d = ([code.name(vector[k]) for k in range(3)] for vector in (elastic, damping))
-    ends = [f"T[j0, {k}] = elastic * {e[k]} + viscous * {d[k]}" for k in range(3)]
-    ends += [f"power[0] -= viscous * {d[k]} * v{k}_" for k in range(3)]
+    e, d, v = ([code.name(vector[k]) for k in range(3)] for vector in (elastic, damping, rate))
+    ends = [f"{torque[k]} = elastic * {e[k]} + viscous * {d[k]}" for k in range(3)]
+    ends += [f"power[0] -= viscous * {d[k]} * {v[k]}" for k in range(3)]
     if not law.is_conservative:
-        ends += [f"power[1] -= elastic * {e[k]} * v{k}_" for k in range(3)]
-    return code.use(ends, joint)
+        ends += [f"power[1] -= elastic * {e[k]} * {v[k]}" for k in range(3)]
+    return code.use(ends)
 
 
 def coupled_law(
     spring: CoupledSpring,
-    rows: Mapping[str, int],
-    chains: Mapping[str, Chain],
-    springs: SpringSet,
+    places: Sequence[tuple[Place, float] | None],
+    vectors: Mapping[str, tuple[int, RotationLaw]],
     *,
     holds_pieces: bool = False,
 ) -> LawUse:
@@ -154,91 +149,84 @@ def coupled_law(
 
     Args:
         spring: the law and its axes.
-        rows: row of the measured joint, by joint name.
-        chains: chain of every joint.
-        springs: springs of the joints, whose rule says what a coordinate of the law is.
+        places: for each axis of the law the displacement of its coordinate, and 1 or -1 for the
+            sense in which it is counted; None where the joint is measured by its rotation vector.
+        vectors: measured joint and law of the joints with rotation vectors, by joint name.
         holds_pieces: whether the bounds of the pieces of curves are breakpoints.
     """
     code = _Code(holds_pieces)
-    laws = {
-        axis.joint: rotation_law(
-            springs.joints.get(axis.joint, JointSprings(axis.joint)),
-            springs.law,
-            chains[axis.joint].rotation_axes,
-        )
-        for axis in spring.axes
-        if len(chains[axis.joint].rotations) > 1
-    }
-    names = list(dict.fromkeys(axis.joint for axis in spring.axes))
-    rotations: dict[str, Real | Vector] = {}
-    for number, name in enumerate(names):
-        single = len(chains[name].rotations) == 1
-        place = f"X[j{number}, "
-        rotations[name] = (
-            code.read(f"x{number}", place + "0]")
-            if single
-            else code.read_vector(f"x{number}", place + "{}]")
-        )
+    rotations = {name: (law, *code.read_vector(joint)) for name, (joint, law) in vectors.items()}
+    singles: dict[int, tuple[Symbol, Symbol, str]] = {}
     angles: list[Real] = []
-    for axis in spring.axes:
-        rotation, chain = rotations[axis.joint], chains[axis.joint]
-        if isinstance(rotation, Triple):
-            angles.extend(laws[axis.joint].angles([axis.direction], rotation, RECORDING))
+    for k, (axis, place) in enumerate(zip(spring.axes, places, strict=True)):
+        if place is None:
+            law, r, *_ = rotations[axis.joint]
+            angles.extend(law.angles([axis.direction], r, RECORDING))
         else:
-            angles.append(_sense(axis, chain) * rotation)
+            singles[k] = code.read(place[0])
+            angles.append(place[1] * singles[k][0])
     with _NamedLaw(spring):
         torques = spring.law.torques(angles, RECORDING)
-    ends: list[str] = []
-    for number, name in enumerate(names):
-        rotation, chain = rotations[name], chains[name]
-        own = [(a, t) for a, t in zip(spring.axes, torques, strict=True) if a.joint == name]
-        if isinstance(rotation, Triple):
-            directions, sizes = [a.direction for a, _ in own], [t for _, t in own]
-            total = laws[name].torque_about(directions, sizes, rotation, RECORDING)
-            components = [code.name(total[k]) for k in range(3)]
-        else:
-            components = [code.name(reduce(add, [_sense(a, chain) * t for a, t in own]))]
-        for k, component in enumerate(components):
-            ends.append(f"T[j{number}, {k}] += elastic * {component}")
-            if not spring.law.is_conservative:
-                ends.append(f"power[1] -= elastic * {component} * V[j{number}, {k}]")
-    return code.use(ends, *(rows[name] for name in names))
-
-
-def _sense(axis: CoupledAxis, chain: Chain) -> float:
-    """Sign of the only rotation of a joint about the axis of a law."""
-    return float(np.sign(np.dot(axis.direction, chain.rotation_axes[0])))
+    forces: list[tuple[str, str, str]] = []
+    for k, (_, v, torque) in singles.items():
+        place = places[k]
+        assert place is not None
+        forces.append((torque, code.name(place[1] * torques[k]), v.name))
+    for name, (law, r, rate, torque) in rotations.items():
+        own = [
+            (a.direction, t) for a, t in zip(spring.axes, torques, strict=True) if a.joint == name
+        ]
+        total = law.torque_about([d for d, _ in own], [t for _, t in own], r, RECORDING)
+        forces += [(torque[k], code.name(total[k]), code.name(rate[k])) for k in range(3)]
+    ends = [f"{torque} += elastic * {force}" for torque, force, _ in forces]
+    if not spring.law.is_conservative:
+        ends += [f"power[1] -= elastic * {force} * {rate}" for _, force, rate in forces]
+    return code.use(ends)
 
 
 class _Code:
-    """A recorder, and the lines that read its operands."""
+    """A recorder, and the lines that read the displacements and rates of its law."""
 
     def __init__(self, holds_pieces: bool) -> None:
-        self._recorder = Recorder(holds_pieces=holds_pieces)
+        self._recorder, self._holds_pieces = Recorder(), holds_pieces
         self._reads: list[str] = []
+        self._columns: list[int] = []
 
-    def read(self, name: str, place: str) -> Symbol:
-        self._reads.append(f"{name}_ = {place}" if name[-1].isdigit() else f"{name} = {place}")
-        return Symbol(self._recorder, self._reads[-1].split(" = ")[0])
+    def read(self, place: Place) -> tuple[Symbol, Symbol, str]:
+        """Return a displacement, its rate, and where its torque is stored."""
+        entry = f"[{self._column(place[0])}, {self._column(place[1])}]"
+        return self._symbol("X" + entry), self._symbol("V" + entry), "T" + entry
 
-    def read_vector(self, name: str, place: str) -> Triple:
-        x, y, z = (self.read(f"{name}{k}", place.format(k)) for k in range(3))
-        return Triple((x, y, z))
+    def read_vector(self, joint: int) -> tuple[Triple, Triple, list[str]]:
+        """Return a rotation vector, its rate, and where the components of its torque are stored."""
+        row = self._column(joint)
+        entries = [f"[{row}, {k}]" for k in range(3)]
+        x, v = ([self._symbol(name + entry) for entry in entries] for name in "XV")
+        return Triple((x[0], x[1], x[2])), Triple((v[0], v[1], v[2])), ["T" + e for e in entries]
+
+    def _column(self, value: int) -> str:
+        """Return the name of a number in the row of the use."""
+        self._columns.append(value)
+        name = f"i{len(self._columns) - 1}"
+        self._reads.append(f"{name} = rows[u, {len(self._columns) + 1}]")
+        return name
+
+    def _symbol(self, entry: str) -> Symbol:
+        name = f"x{len(self._reads)}"
+        self._reads.append(f"{name} = {entry}")
+        return Symbol(self._recorder, name)
 
     def name(self, value: Real) -> str:
+        """Return the name of a number in the code."""
         return self._recorder.name(value)
 
-    def use(self, ends: Sequence[str], *joints: int) -> LawUse:
+    def use(self, ends: Sequence[str]) -> LawUse:
         """Return the use that reads, evaluates the law, and ends with these lines."""
         recorder = self._recorder
-        starts = [f"j{k} = rows[u, {2 + k}]" for k in range(len(joints))]
-        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching) if name]
-        return LawUse(
-            (*starts, *self._reads, *recorder.lines, *switching, *ends),
-            tuple(recorder.constants),
-            len(recorder.switching),
-            joints,
-        )
+        switching = [f"G[s + {k}] = {name}" for k, name in enumerate(recorder.switching)]
+        constants, switches = recorder.tables(holds_pieces=self._holds_pieces)
+        form = (*self._reads, *recorder.lines, *switching, *ends)
+        return LawUse(form, tuple(constants), switches, tuple(self._columns))
 
 
 class _NamedLaw:

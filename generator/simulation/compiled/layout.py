@@ -72,20 +72,23 @@ else -1."""
 
 MEASURED_COLUMNS = 6
 
-ROTATION_VECTOR, ANGLE, SHIFT, POLE = range(4)
-"""Forms of a measured joint without a link: all three components of its rotation, the angle about
-its only axis, a displacement along an axis, the distance of three rotations from their pole. An
-angle of a joint that closes a loop is unwrapped by the integral of its rate, which stands in the
-state."""
+ROTATION_VECTOR, ANGLE, SHIFT, TWO_ANGLES, THREE_ANGLES = range(5)
+"""Forms of a measured joint without a link: the components of its rotation vector, the angle about
+its only axis, a displacement along an axis, the angles of a chain of two or three rotations,
+innermost first. An angle of a joint that closes a loop is unwrapped by the integral of its rate,
+which stands in the state."""
 
 SITE_IN_PARENT, SITE_IN_CHILD = 0, 4
-"""Columns of `sites`: quaternions of the joint's sites in the axes of their links."""
+"""Columns of `sites`: quaternions of the joint's sites in the axes of their links. Those of a chain
+are turned so that the innermost axis is x and the outermost is z."""
 SITE_AXIS = 8
-"""Axis of an angle or shift, or the outer axis of a chain, in the axes of the parent's site (3).
-Where the axis of a shift is the child's, parent and child are exchanged, and it is reversed."""
+"""Axis of an angle or shift in the axes of the parent's site (3). Where the axis of a shift is the
+child's, parent and child are exchanged, and it is reversed."""
+MIDDLES, HANDEDNESS = 8, 11
+"""Of a chain: middles of the ranges of its angles [rad] (3), each of which is within half a turn of
+its own, and 1 or -1 for the middle one of three axes along y or against it."""
 PLACE_IN_PARENT, PLACE_IN_CHILD = 11, 14
-"""Sites of a shift from the points of their links, in the links' axes [m] (3). The first holds the
-inner axis of a chain, in the axes of the child's site."""
+"""Sites of a shift from the points of their links, in the links' axes [m] (3)."""
 SITE_COLUMNS = 17
 
 LOAD_LINK, LOAD_IS_FORCE, LOAD_IS_LOCAL = range(3)
@@ -168,7 +171,8 @@ class Mechanism(NamedTuple):
         drive_pieces: coefficients of cubics in the time since its start, shape (k, drives, 4).
         gravity: acceleration in world axes, shape (3,) [m/s2].
         parameters: constants of the laws, shape (p,); the first two scale springs and damping.
-        law_rows: rows of `measured` and first parameter of each use of a law's form, shape (r, c).
+        law_rows: first parameter and switching function of each use of a law's form, then the
+            displacements that it reads, shape (r, c).
         law_bounds: first use of each form, and the end, shape (forms + 1,).
         branches: 1 where a switching function of a law counts as positive, else -1: of the laws of
             joints, then the sign of each measured joint's quaternion; shape (s + m,).
@@ -312,11 +316,13 @@ class Scratch(NamedTuple):
     Attributes:
         work: quantities of each link in world axes, shape (n, WORK_COLUMNS).
         displacements: displacements of the measured joints [rad or m], shape (m, 3).
-        rates: rates of the measured joints, rotations in the half-way frame, shape (m, 3).
+        rates: their rates, those of rotation vectors being angular velocities in the half-way
+            frame, shape (m, 3).
         torques: torques of the laws, on the child [N m or N], shape (m, 3).
-        half_way: half-way frames of the measured joints in the world, shape (m, 9); of an angle the
-            axis, as first column; of a shift its axis and the arms to the child's site from the
-            points of the parent's and the child's link.
+        torque_axes: axes of the components of the torques in the world, as columns, shape (m, 9):
+            the half-way frame of a rotation vector; of a chain the vectors that are dual to the
+            axes of its rates; the axis of an angle. Of a shift its axis and the arms to the child's
+            site from the points of the parent's and the child's link.
         switching: switching functions of the laws, then the cosines with their signs, (s + m,).
         powers: see `POWERS`, shape (POWERS,).
         row_work: quantities of each constraint row in world axes, shape (q, ROW_COLUMNS).
@@ -341,7 +347,7 @@ class Scratch(NamedTuple):
     displacements: Matrix
     rates: Matrix
     torques: Matrix
-    half_way: Matrix
+    torque_axes: Matrix
     switching: Vector
     powers: Vector
     row_work: Matrix

@@ -78,17 +78,17 @@ def compute_inertia_and_loads(
             work[measured[j, MEASURED_LINK], EFFORT] += scratch.torques[j, 0]
             continue
         if measured[j, MEASURED_FORM] == SHIFT:
-            force = times(scratch.torques[j, 0], vector(scratch.half_way, j, 0))
+            force = times(scratch.torques[j, 0], vector(scratch.torque_axes, j, 0))
             if parent >= 0:
                 accumulate(work, parent, FORCE, force)
-                moment = cross(vector(scratch.half_way, j, 3), force)
+                moment = cross(vector(scratch.torque_axes, j, 3), force)
                 accumulate(work, parent, MOMENT, moment)
             if child >= 0:
                 accumulate(work, child, FORCE, times(-1.0, force))
-                moment = cross(vector(scratch.half_way, j, 6), force)
+                moment = cross(vector(scratch.torque_axes, j, 6), force)
                 accumulate(work, child, MOMENT, times(-1.0, moment))
             continue
-        torque = apply(matrix(scratch.half_way, j, 0), vector(scratch.torques, j, 0))
+        torque = apply(matrix(scratch.torque_axes, j, 0), vector(scratch.torques, j, 0))
         if parent >= 0:
             accumulate(work, parent, MOMENT, torque)
         if child >= 0:

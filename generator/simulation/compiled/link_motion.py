@@ -5,6 +5,7 @@ from math import atan2, cos, floor, pi, sin, sqrt
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
     Quaternion,
+    Vector,
     apply,
     apply_transposed,
     conjugate,
@@ -23,7 +24,17 @@ from generator.simulation.compiled.algebra import (
     vector,
     vector_in,
 )
-from generator.simulation.compiled.compiler import COUNT, NOTHING, QUADRUPLE, REAL, VECTOR, compiled
+from generator.simulation.compiled.compiler import (
+    COUNT,
+    FLAG,
+    MATRIX,
+    NOTHING,
+    QUADRUPLE,
+    REAL,
+    TRIPLE,
+    VECTOR,
+    compiled,
+)
 from generator.simulation.compiled.layout import (
     ANGLE,
     ARM,
@@ -36,6 +47,7 @@ from generator.simulation.compiled.layout import (
     DRIVE,
     EFFORT,
     FORCE,
+    HANDEDNESS,
     HINGE,
     JOINT_RATE,
     JOINT_VALUE,
@@ -47,6 +59,7 @@ from generator.simulation.compiled.layout import (
     MEASURED_LINK,
     MEASURED_PARENT,
     MECHANISM,
+    MIDDLES,
     MOMENT,
     ORIENTATION,
     PARENT,
@@ -54,7 +67,6 @@ from generator.simulation.compiled.layout import (
     PLACE_IN_PARENT,
     POINT,
     POINT_BIAS,
-    POLE,
     RATE,
     ROTATION,
     SCRATCH,
@@ -66,11 +78,13 @@ from generator.simulation.compiled.layout import (
     SLIDE,
     SPIN,
     SPIN_BIAS,
+    THREE_ANGLES,
+    TWO_ANGLES,
     VELOCITY,
     Mechanism,
     Scratch,
 )
-from springs.coordinates import LARGEST_SINE
+from springs.coordinates import LARGEST_SINE, POLE_COSINE
 
 _SMALL_SQUARE = 1e-8
 """Squared sine of half an angle below which a series replaces the ratio of angle and sine."""
@@ -170,17 +184,61 @@ def _measure_shift(mechanism: Mechanism, scratch: Scratch, j: int, orientation: 
         velocity = plus(vector(work, parent, VELOCITY), cross(spin, arm))
     scratch.displacements[j, 0] = dot(axis, minus(arm, place))
     scratch.rates[j, 0] = dot(axis, minus(other_velocity, velocity))
-    store(scratch.half_way, j, 0, axis)
-    store(scratch.half_way, j, 3, arm)
-    store(scratch.half_way, j, 6, other_arm)
+    store(scratch.torque_axes, j, 0, axis)
+    store(scratch.torque_axes, j, 3, arm)
+    store(scratch.torque_axes, j, 6, other_arm)
+
+
+@compiled(REAL, SCRATCH, MATRIX, COUNT, FLAG, QUADRUPLE, QUADRUPLE, TRIPLE, merged=True)
+def _measure_chain(
+    scratch: Scratch,
+    sites: Array,
+    j: int,
+    is_ball: bool,
+    outer: Quaternion,
+    inner: Quaternion,
+    spin: Vector,
+) -> float:
+    """Compute the angles of a chain of two or three rotations, and the axes of its torques.
+
+    With the turned axes x, y, z of the parent's site and X, Y, Z of the child's, the angular
+    velocity is the sum of the rates about X, z x X and z. The rates are its products with the
+    vectors that are dual to these axes; see `springs.coordinates`. Returns X . z: the sine of the
+    middle angle of three, but for its sign.
+    """
+    p, q = rotation(outer), rotation(inner)
+    innermost, outermost = (q[0], q[3], q[6]), (p[2], p[5], p[8])
+    handedness = float(sites[j, HANDEDNESS])
+    angles = (
+        atan2(dot((q[1], q[4], q[7]), outermost), dot((q[2], q[5], q[8]), outermost)),
+        atan2(dot((p[1], p[4], p[7]), innermost), dot((p[0], p[3], p[6]), innermost)),
+    )
+    for k in range(2):
+        middle = float(sites[j, MIDDLES + 2 * k])
+        turns = floor((middle - angles[k]) / (2.0 * pi) + 0.5)
+        scratch.displacements[j, k * (1 + is_ball)] = angles[k] + 2.0 * pi * turns
+    sine, first, second, third = 0.0, innermost, outermost, (0.0, 0.0, 0.0)
+    if is_ball:
+        sine, across = dot(innermost, outermost), cross(outermost, innermost)
+        cosine = max(sqrt(dot(across, across)), POLE_COSINE)
+        scratch.displacements[j, 1] = atan2(-handedness * sine, cosine)
+        k = 1.0 / (cosine * cosine)
+        first = times(k, minus(innermost, times(sine, outermost)))
+        second = times(handedness / cosine, across)
+        third = times(k, minus(outermost, times(sine, innermost)))
+    (a, b, c), (d, e, f), (g, h, i) = first, second, third
+    dual = (a, d, g, b, e, h, c, f, i)
+    store(scratch.torque_axes, j, 0, dual)
+    store(scratch.rates, j, 0, apply_transposed(dual, spin))
+    return sine
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, merged=True)
 def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None:
     """Compute the displacements and rates of the joints with laws.
 
-    For several rotations: the rotation vector, and the angular velocity in the half-way frame. Up
-    to 180 deg, half the angle has a positive cosine; beyond, the sign of the quaternion is held.
+    Of a rotation vector, half the angle has a positive cosine up to 180 deg; beyond, the sign of
+    the quaternion is held.
     """
     measured, sites, work = mechanism.measured, mechanism.sites, scratch.work
     branches, switching = mechanism.branches, scratch.switching
@@ -216,17 +274,15 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
             scratch.displacements[j, 0] = angle + 2.0 * pi * floor(turns + 0.5)
             a, b, c = apply(rotation(outer), axis)
             scratch.rates[j, 0] = dot((a, b, c), minus(own_spin, spin))
-            store(scratch.half_way, j, 0, (a, 0.0, 0.0, b, 0.0, 0.0, c, 0.0, 0.0))
+            store(scratch.torque_axes, j, 0, (a, 0.0, 0.0, b, 0.0, 0.0, c, 0.0, 0.0))
             switching[first + j] = branches[first + j]
             continue
-        if measured[j, MEASURED_FORM] == POLE:
-            along = dot(
-                vector(sites, j, SITE_AXIS),
-                apply(rotation((cosine, x, y, z)), vector(sites, j, PLACE_IN_PARENT)),
-            )
-            scratch.displacements[j, 0], scratch.rates[j, 0] = along, 0.0
-            store(scratch.half_way, j, 0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-            switching[first + j] = LARGEST_SINE * LARGEST_SINE - along * along
+        if measured[j, MEASURED_FORM] >= TWO_ANGLES:
+            is_ball = measured[j, MEASURED_FORM] == THREE_ANGLES
+            sine = _measure_chain(scratch, sites, j, is_ball, outer, inner, minus(own_spin, spin))
+            switching[first + j] = branches[first + j]
+            if is_ball:
+                switching[first + j] = LARGEST_SINE * LARGEST_SINE - sine * sine
             continue
         switching[first + j] = cosine
         sign = branches[first + j]
@@ -240,5 +296,5 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
         store(scratch.displacements, j, 0, (ratio * x, ratio * y, ratio * z))
         # Half of the turn by (cosine, sine) is that by (1 + cosine, sine), scaled.
         half_way = rotation(product(outer, unit((1.0 + cosine, x, y, z))))
-        store(scratch.half_way, j, 0, half_way)
+        store(scratch.torque_axes, j, 0, half_way)
         store(scratch.rates, j, 0, apply_transposed(half_way, minus(own_spin, spin)))

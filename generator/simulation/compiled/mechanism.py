@@ -33,6 +33,7 @@ from generator.simulation.compiled.equations import (
 )
 from generator.simulation.compiled.law_code import (
     LawUse,
+    Place,
     build_law_tables,
     coupled_law,
     displacement_law,
@@ -53,6 +54,7 @@ from generator.simulation.compiled.layout import (
     DRIVE,
     FACTOR,
     FIXED,
+    HANDEDNESS,
     HINGE,
     INERTIA,
     KIND,
@@ -61,10 +63,9 @@ from generator.simulation.compiled.layout import (
     LOCKED_VALUE,
     MASS,
     MEASURED_COLUMNS,
+    MIDDLES,
     OFFSET,
     PARENT,
-    PLACE_IN_PARENT,
-    POLE,
     POWERS,
     RATE,
     RESPONSE_COLUMNS,
@@ -76,6 +77,8 @@ from generator.simulation.compiled.layout import (
     SITE_COLUMNS,
     SLIDE,
     STEP_ACCELERATIONS,
+    THREE_ANGLES,
+    TWO_ANGLES,
     WORK_COLUMNS,
     CompiledLaw,
     IndexArray,
@@ -83,7 +86,16 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
-from springs import JointSprings, Singularity, SpringSet, rotation_law
+from springs import (
+    AxisSpring,
+    CoupledAxis,
+    JointSprings,
+    RotationLaw,
+    Singularity,
+    SpringSet,
+    rotation_law,
+)
+from springs.coordinates import CoordinateLaw
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
 
@@ -244,7 +256,6 @@ class _Builder:
         self.scene = scene or Scene()
         self.touching = {name: some for name, some in (spheres or {}).items() if some}
         self.pairs = pairs
-        self.holds_pieces = not (self.touching or pairs)
 
     def build(self) -> CompiledModel:
         for branch in self.tree.joints:
@@ -443,6 +454,8 @@ class _Builder:
         uses: list[LawUse] = []
         names: list[str] = []
         row_of: dict[str, int] = {}
+        laws: dict[str, RotationLaw] = {}
+        holds = not (self.touching or self.pairs)
         for name in dict.fromkeys([*self.springs.joints, *coupled_names]):
             if name not in self._moving:
                 continue
@@ -450,50 +463,78 @@ class _Builder:
             own = self.springs.joints.get(name, JointSprings(name))
             if own.axes or own.reach or name in coupled_names:
                 row_of[name] = len(rows)
+                springs: Sequence[AxisSpring | None]
                 if len(chain.rotations) == 1:
-                    spring = (
-                        own.axes[0].oriented_along(chain.rotation_axes[0]) if own.axes else None
-                    )
-                    uses.append(displacement_law(spring, len(rows), holds_pieces=self.holds_pieces))
+                    springs = [a.oriented_along(chain.rotation_axes[0]) for a in own.axes] or [None]
                     row, site = self._angle_row(joint, chain)
-                    rows.append(row)
-                    sites.append(site)
                 else:
-                    law = rotation_law(own, self.springs.law, chain.rotation_axes)
-                    uses.append(rotation_vector_law(law, len(rows), holds_pieces=self.holds_pieces))
+                    law = laws[name] = rotation_law(own, self.springs.law, chain.rotation_axes)
+                    springs = law.springs if isinstance(law, CoordinateLaw) else ()
                     elastic = name in coupled_names or own.is_elastic
-                    ends = self._end_links(joint.ends)
-                    ends_run = elastic and law.singularity is Singularity.HALF_TURN
-                    rows.append([*ends, -1, int(ends_run), ROTATION_VECTOR, -1])
-                    sites.append(self._sites(joint.ends, np.zeros(3)))
-                    if law.singularity is Singularity.POLE and (elastic or own.axes):
-                        names.append(name)
-                        uses.append(displacement_law(None, len(rows)))
-                        rows.append([*ends, -1, 1, POLE, -1])
-                        site = self._sites(joint.ends, np.array(chain.rotation_axes[-1]))
-                        site[PLACE_IN_PARENT : PLACE_IN_PARENT + 3] = chain.rotation_axes[0]
-                        sites.append(site)
+                    row, site = self._rotation_row(joint, law, elastic)
+                    if not springs:
+                        uses.append(rotation_vector_law(law, len(rows), holds_pieces=holds))
+                uses += [
+                    displacement_law(spring, (len(rows), k), holds_pieces=holds)
+                    for k, spring in enumerate(springs)
+                ]
+                rows.append(row)
+                sites.append(site)
                 names.append(name)
             for spring in own.translations:
                 index = chain.translation_along(spring.direction)
                 spring = spring.oriented_along(chain.joint_axes[index].axis)
-                uses.append(displacement_law(spring, len(rows), holds_pieces=self.holds_pieces))
+                uses.append(displacement_law(spring, (len(rows), 0), holds_pieces=holds))
                 row, site = self._shift_row(joint, chain, index)
                 rows.append(row)
                 sites.append(site)
                 names.append(name)
-        uses.extend(
-            coupled_law(
-                spring, row_of, self.tree.chains, self.springs, holds_pieces=self.holds_pieces
-            )
-            for spring in coupled
-        )
+        for spring in coupled:
+            vectors = {
+                axis.joint: (row_of[axis.joint], laws[axis.joint])
+                for axis in spring.axes
+                if axis.joint in laws and not isinstance(laws[axis.joint], CoordinateLaw)
+            }
+            places = [
+                None
+                if axis.joint in vectors
+                else self._place(axis, row_of[axis.joint], laws.get(axis.joint))
+                for axis in spring.axes
+            ]
+            uses.append(coupled_law(spring, places, vectors, holds_pieces=holds))
         return (
             np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),
             np.array(sites, dtype=float).reshape(-1, SITE_COLUMNS),
             uses,
             names,
         )
+
+    def _place(self, axis: CoupledAxis, row: int, law: RotationLaw | None) -> tuple[Place, float]:
+        """Displacement about an axis of a joint, and the sense in which it is counted."""
+        if isinstance(law, CoordinateLaw):
+            component, sense = law.coordinates.place(axis.direction)
+            return (row, component), sense
+        (only,) = self.tree.chains[axis.joint].rotation_axes
+        return (row, 0), float(np.sign(np.dot(axis.direction, only)))
+
+    def _rotation_row(
+        self, joint: Joint, law: RotationLaw, is_elastic: bool
+    ) -> tuple[list[int], Array]:
+        """Rows of `Mechanism.measured` and `Mechanism.sites` of a joint's two or three angles."""
+        ends = self._end_links(joint.ends)
+        if not isinstance(law, CoordinateLaw):
+            ends_run = is_elastic and law.singularity is Singularity.HALF_TURN
+            row = [*ends, -1, int(ends_run), ROTATION_VECTOR, -1]
+            return row, self._sites(joint.ends, np.zeros(3))
+        chain = law.coordinates
+        inner, outer = np.array(chain.axes[0]), np.array(chain.axes[-1])
+        turn = np.column_stack([inner, np.cross(outer, inner), outer])
+        site = self._sites(joint.ends, np.zeros(3), turn)
+        site[[MIDDLES, MIDDLES + 2]] = chain.middles[0], chain.middles[-1]
+        if len(chain.axes) == 2:
+            return [*ends, -1, 0, TWO_ANGLES, -1], site
+        site[HANDEDNESS] = np.sign(turn[:, 1] @ np.array(chain.axes[1]))
+        return [*ends, -1, 1, THREE_ANGLES, -1], site
 
     def _angle_row(self, joint: Joint, chain: Chain) -> tuple[list[int], Array]:
         """Rows of `Mechanism.measured` and `Mechanism.sites` of a joint's only angle."""
@@ -579,9 +620,10 @@ class _Builder:
     def _end_links(self, ends: Sequence[SiteRef]) -> list[int]:
         return [self.segment_links.get(ref.segment, -1) for ref in ends]
 
-    def _sites(self, ends: Sequence[SiteRef], axis: Array) -> Array:
-        """Row of `Mechanism.sites`."""
-        places, axes = zip(*(self._site_on_link(ref, np.eye(3)) for ref in ends), strict=True)
+    def _sites(self, ends: Sequence[SiteRef], axis: Array, turn: Array | None = None) -> Array:
+        """Row of `Mechanism.sites`; both frames may be turned."""
+        frame = np.eye(3) if turn is None else turn
+        places, axes = zip(*(self._site_on_link(ref, frame) for ref in ends), strict=True)
         quaternions = [quaternion_from_matrix(turn) for turn in axes]
         return np.concatenate([*quaternions, axis, *places])
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from generator.simulation.compiled.piecewise_cubic import FIRST_SWITCH, PIECES_AT
 from springs import Operations, Real
 from springs.backends import CubicPieces, Vector
 
@@ -28,16 +29,14 @@ class Recorder:
     Attributes:
         lines: assignments, each to a new name.
         constants: entries of the table that the lines read as `P[o + k]`.
-        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`; ""
-            for one that the lines themselves store in `G[s + k]`.
-        holds_pieces: whether the bounds of the pieces of curves are breakpoints.
+        switching: names of the switching functions, whose signs the lines read as `Z[s + k]`.
     """
 
     lines: list[str] = field(default_factory=list[str])
     constants: list[float] = field(default_factory=list[float])
     switching: list[str] = field(default_factory=list[str])
-    holds_pieces: bool = False
     _names: dict[str, str] = field(default_factory=dict[str, str])
+    _curves: list[tuple[int, CubicPieces]] = field(default_factory=list[tuple[int, CubicPieces]])
 
     def name(self, value: "Real") -> str:
         """Return the name of a symbol, or the table's entry of a constant."""
@@ -55,20 +54,27 @@ class Recorder:
         return Symbol(self, self._names[text])
 
     def record_piecewise_cubic(self, value: "Real", pieces: CubicPieces) -> "Symbol":
-        """Record a search of the table of pieces, and the cubic of the one that is found.
+        """Record the cubic of one of the pieces; they are data, so all curves leave this line."""
+        curve = len(self.constants)
+        self.constants += [0.0, len(pieces) - 1, -1.0]
+        self._curves.append((curve, pieces))
+        return self.record(f"piecewise_cubic({{}}, P, o, {curve}, Z, G, s)", value)
 
-        The lines are those of any other pieces of this number: their table is not code.
+    def tables(self, *, holds_pieces: bool) -> tuple[list[float], int]:
+        """Return the constants with those of all pieces, and the number of switching functions.
+
+        Args:
+            holds_pieces: whether the bounds of pieces are breakpoints.
         """
-        table, breaks = len(self.constants), len(pieces) - 1
-        for origin, coefficients in pieces:
-            self.constants += [origin, *coefficients]
-        if self.holds_pieces:
-            first = len(self.switching)
-            self.switching += [""] * breaks
-            return self.record(
-                f"held_cubic({{}}, P, o + {table}, {breaks}, Z, G, s + {first})", value
-            )
-        return self.record(f"piecewise_cubic({{}}, P, o + {table}, {breaks})", value)
+        constants, switches = list(self.constants), len(self.switching)
+        for curve, pieces in self._curves:
+            constants[curve + PIECES_AT] = len(constants)
+            if holds_pieces:
+                constants[curve + FIRST_SWITCH] = switches
+                switches += len(pieces) - 1
+            for origin, coefficients in pieces:
+                constants += [origin, *coefficients]
+        return constants, switches
 
     def switch(self, comparison: "Comparison") -> str:
         """Return the held sign of a comparison's switching function."""

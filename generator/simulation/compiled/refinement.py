@@ -25,9 +25,9 @@ from generator.simulation.compiled.layout import (
     KIND,
     MEASURED_FORM,
     ORIENTATION,
-    POLE,
     RECORDED_COLUMNS,
     SLIDE,
+    THREE_ANGLES,
     IndexArray,
     Scratch,
 )
@@ -236,7 +236,7 @@ def run_once(
     if ending is Ending.TURNED_OVER:
         row = int(progress.counts[SWITCH]) - len(mechanism.branches) + len(mechanism.measured)
         turned = model.measured_joints[row]
-        if mechanism.measured[row, MEASURED_FORM] == POLE:
+        if mechanism.measured[row, MEASURED_FORM] == THREE_ANGLES:
             ending = Ending.POLE
     count = int(progress.counts[FRAME])
     states = states[:count]

@@ -40,9 +40,9 @@ from generator.simulation.compiled.layout import (
     DISSIPATION,
     EXTERNAL,
     MEASURED_FORM,
-    POLE,
     POWERS,
     SPIN,
+    THREE_ANGLES,
 )
 from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
 from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
@@ -265,7 +265,7 @@ class Stepper:
         if just_before > before.time and self._march(just_before, limit) != FINISHED:
             self._state = before
         row = int(switch) - first
-        is_pole = self._state.mechanism.measured[row, MEASURED_FORM] == POLE
+        is_pole = self._state.mechanism.measured[row, MEASURED_FORM] == THREE_ANGLES
         found = pole_outcome if is_pole else half_turn_outcome
         return replace(found(joint, reached), last_time=self.time)
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import isnan, radians
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -12,21 +13,18 @@ from generator.contact.scene import Scene
 from generator.diagnostics import ModelError, MoverError
 from generator.figure import AxisKind, Joint, JointAxis, Vector
 from generator.figure_file.read import read_figure
-from generator.joint_chain import build_chain
 from generator.model import Model
 from generator.person.survey import Sex
-from generator.simulation.compiled.law_code import (
-    LawUse,
-    coupled_law,
-    displacement_law,
-    rotation_vector_law,
-)
+from generator.simulation.compiled import mechanism
+from generator.simulation.compiled.law_code import LawUse
+from generator.simulation.compiled_run import compile_model
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from generator.study.parameter_paths import Case, parse_path
 from generator.study.parameters import apply_values, build_case, nominal_value
 from generator.study.person_figure import make_person
 from generator.study.study import Design, DesignKind, Parameter, PersonArguments, Study, Uniform
-from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop, rotation_law
+from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis
 
 ANGLES = np.radians(np.linspace(-100.0, 150.0, 41))
@@ -66,19 +64,22 @@ def elastic(axis: AxisSpring, angles: np.ndarray = ANGLES, *, stops: bool = True
     return np.sum([law.torque(angles) for law in laws], axis=0)
 
 
+class _RecordedError(Exception):
+    """The laws are recorded, and need not be compiled."""
+
+
 def forms(one: Case) -> list[tuple[str, ...]]:
     """Compiled form of each law of a case."""
-    chains = {name: build_chain(joint.chain) for name, joint in one.figure.joints.items()}
-    uses: list[LawUse] = []
-    for name, joint in one.springs.joints.items():
-        if len(chains[name].rotations) == 1:
-            uses.append(displacement_law(joint.axes[0], 0))
-        else:
-            law = rotation_law(joint, one.springs.law, chains[name].rotation_axes)
-            uses.append(rotation_vector_law(law, 0))
-    rows = {name: row for row, name in enumerate(chains)}
-    uses += [coupled_law(spring, rows, chains, one.springs) for spring in one.springs.coupled]
-    return [use.form for use in uses]
+    recorded: list[LawUse] = []
+
+    def record(uses: list[LawUse]) -> None:
+        recorded.extend(uses)
+        raise _RecordedError
+
+    model = build_model(one.model, Plan())
+    with patch.object(mechanism, "build_law_tables", record), pytest.raises(_RecordedError):
+        compile_model(model)
+    return [use.form for use in recorded]
 
 
 @pytest.mark.parametrize("one", [MALE, PROTOTYPE, COUPLED, two_curves()])

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from generator.joint_chain import build_chain
 from generator.simulation.compiled.law_code import (
     build_law_tables,
     coupled_law,
@@ -27,7 +26,6 @@ from springs import (
     JointSprings,
     Linear,
     SphericalLaw,
-    SpringSet,
     Stop,
     group_torque,
     rotation_law,
@@ -41,7 +39,7 @@ from springs.interpolated import Interpolated
 from springs.smooth_limit import SmoothLimit
 from springs.spherical import VectorLaw
 from springs.transformed import Transformed
-from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, chain, negative
+from tests.chains import ACROSS, SKEW, X, Y, Z, negative
 from tests.compiled_models import SEQUENTIAL, Evaluation, evaluate, plain_tables, source_of
 from tests.laws import EXCESSES, RESISTING, STRATEGIES, limits
 
@@ -73,7 +71,7 @@ def test_one_angle_has_the_torque_of_its_law(law_class, data, x, v, damping):
     spring = AxisSpring(Z, (data.draw(STRATEGIES[law_class]),), damping)
     elastic = total_torque(spring.elastic, x, SEQUENTIAL)
     viscous = spring.resistance(x, v, SEQUENTIAL)
-    found = evaluate(plain_tables([displacement_law(spring, 0)]), [x, 0, 0], [v, 0, 0])
+    found = evaluate(plain_tables([displacement_law(spring, (0, 0))]), [x, 0, 0], [v, 0, 0])
     assert is_close(found, elastic + viscous)
     assert found.powers[0] == pytest.approx(-viscous * v, rel=1e-6, abs=1e-6)
     assert not found.powers[1:].any()
@@ -83,7 +81,7 @@ def test_one_angle_has_the_torque_of_its_law(law_class, data, x, v, damping):
 @example(Stop(0.0, 0.0, 1776.3, 0.076), 1.7e-65)
 @example(Stop(0.0, 0.0, 217.9375, 0.01), 1e-12)
 def test_no_compiled_law_drives_out_of_its_limits(law, excess):
-    tables = plain_tables([displacement_law(AxisSpring(Z, (law,)), 0)])
+    tables = plain_tables([displacement_law(AxisSpring(Z, (law,)), (0, 0))])
     lower, upper = limits(law)
     below, above = np.nextafter(lower - excess, -3.0), np.nextafter(upper + excess, 3.0)
     assert evaluate(tables, [below, 0, 0], [0, 0, 0]).torques[0, 0] >= 0.0
@@ -128,7 +126,7 @@ def dead_zone_edges(law: Elastic) -> tuple[float, ...]:
 @given(data=st.data())
 def test_switching_functions_are_zero_at_the_breakpoints_and_nowhere_else(law_class, data):
     law: Elastic = data.draw(STRATEGIES[law_class])
-    tables = plain_tables([displacement_law(AxisSpring(Z, (law,)), 0)])
+    tables = plain_tables([displacement_law(AxisSpring(Z, (law,)), (0, 0))])
 
     def functions(x: float) -> np.ndarray:
         return evaluate(tables, [x, 0.0, 0.0], [0.5, 0.0, 0.0]).switching
@@ -168,7 +166,7 @@ def test_other_coefficients_have_the_same_code(law_class, data, factor):
             VectorLaw((replace(one, direction=SKEW),), is_weighted=True), joint
         )
 
-    for record in (displacement_law, about_axis):
+    for record in (lambda one, joint: displacement_law(one, (joint, joint)), about_axis):
         one, two = (record(each, row) for row, each in enumerate((spring, other)))
         assert one.form == two.form
         assert one.constants != two.constants
@@ -182,7 +180,7 @@ def test_a_law_that_branches_is_refused_with_its_name():
 
     spring = AxisSpring(Z, (Linear(1.0), Sudden(1.0)))
     for record in (
-        partial(displacement_law, spring, 0),
+        partial(displacement_law, spring, (0, 0)),
         partial(rotation_vector_law, VectorLaw((spring,), is_weighted=True), 0),
     ):
         with pytest.raises(BranchingLawError, match="Linear, Sudden cannot be compiled: a law dec"):
@@ -200,7 +198,6 @@ COUPLED = CoupledExponential(
     (0.4, -0.3, 0.8),
     (None, None, None),
 )
-CHAINS = {"ball": build_chain(BALL), "hinge": build_chain(chain("Rs"))}
 GRADIENT = CoupledExponential(
     ("one", "two", "three"),
     (CoupledTerm((-1.2, 0.8, -0.6), (0.6, -0.4, 0.3), 0.1, 0.3),),
@@ -217,8 +214,8 @@ def test_a_coupled_law_of_a_ball_and_a_hinge_adds_to_their_own(law, r, angle, v)
     spring, own = CoupledSpring(law, axes), AxisSpring(SKEW, (Linear(3.0, 0.2),), Damping(0.5))
     uses = [
         rotation_vector_law(VectorLaw((own,)), 0),
-        displacement_law(own, 1),
-        coupled_law(spring, {"ball": 0, "hinge": 1}, CHAINS, SpringSet()),
+        displacement_law(own, (1, 0)),
+        coupled_law(spring, [None, ((1, 0), -1.0), None], {"ball": (0, VectorLaw((own,)))}),
     ]
     found = evaluate(plain_tables(uses), [r, (angle, 0, 0)], [v, (v[0], 0, 0)])
     r, v = np.array(r), np.array(v)
@@ -256,7 +253,7 @@ def test_compiled_laws_are_those_of_plain_python(law):
     assert set(EXAMPLES) == {row.law for row in LAWS}
     laws = list(EXAMPLES.values())
     uses = [
-        displacement_law(AxisSpring(Z, (law,), Damping(0.4, 0.7, 0.05)), k)
+        displacement_law(AxisSpring(Z, (law,), Damping(0.4, 0.7, 0.05)), (k, k % 3))
         for k, law in enumerate(laws)
     ]
     axes = [
@@ -267,7 +264,8 @@ def test_compiled_laws_are_those_of_plain_python(law):
     uses.append(rotation_vector_law(ball, len(laws)))
     places = (("ball", X), ("hinge", SKEW), ("ball", Y))
     spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
-    uses.append(coupled_law(spring, {"ball": len(laws), "hinge": 1}, CHAINS, SpringSet()))
+    vectors = {"ball": (len(laws), VectorLaw(tuple(axes)))}
+    uses.append(coupled_law(spring, [None, ((1, 0), 1.0), None], vectors))
     plain, compiled = plain_tables(uses), build_law_tables(uses)
     compiled = replace(compiled, function=compiled.function.function)  # of the pointer
     rng = np.random.default_rng(5)
@@ -284,7 +282,7 @@ def test_compiled_laws_are_those_of_plain_python(law):
 
 
 def test_of_joints_without_springs_the_torques_are_zero():
-    tables = plain_tables([displacement_law(None, 0), rotation_vector_law(VectorLaw(()), 1)])
+    tables = plain_tables([displacement_law(None, (0, 0)), rotation_vector_law(VectorLaw(()), 1)])
     torques = np.full((2, 3), np.nan)
     nothing = np.zeros(0)
     tables.function(

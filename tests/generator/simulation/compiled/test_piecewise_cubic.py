@@ -6,11 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.simulation.compiled.piecewise_cubic import (
-    PIECE_SIZE,
-    held_cubic,
-    piecewise_cubic,
-)
+from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
+from generator.simulation.compiled.recorder import Recorder, Symbol
 from springs.backends import FLOATS, NUMPY, select_cubic
 
 NUMBER = st.floats(-10.0, 10.0)
@@ -21,36 +18,54 @@ PIECES = st.integers(1, 12).flatmap(
     ).map(lambda both: list(zip(*both, strict=True)))
 )
 
-evaluate, hold = (cast("Any", one).py_func for one in (piecewise_cubic, held_cubic))
-"""The functions before they are compiled: tests of runs call the compiled ones."""
+evaluate = cast("Any", piecewise_cubic).py_func
+"""The function before it is compiled: tests of runs call the compiled one."""
+
+LAW, SWITCH = 3, 1
+"""Constants and switching functions of other laws that come before those of the curve."""
+
+
+def table_of(pieces, *, holds_pieces: bool) -> np.ndarray:
+    """Constants of a law with one curve, after those of another."""
+    recorder = Recorder()
+    recorder.record_piecewise_cubic(Symbol(recorder, "x"), pieces)
+    constants, switches = recorder.tables(holds_pieces=holds_pieces)
+    assert switches == (len(pieces) - 1 if holds_pieces else 0)
+    return np.array([np.nan] * LAW + constants)
 
 
 @given(pieces=PIECES, x=NUMBER)
 def test_the_search_finds_the_piece_of_the_displacement(pieces, x):
-    table = np.array([0.0] * 3 + [n for origin, row in pieces for n in (origin, *row)])
-    assert len(table) == 3 + PIECE_SIZE * len(pieces)
-    assert evaluate(x, table, 3, len(pieces) - 1) == NUMPY.piecewise_cubic(x, pieces)
+    table, none = table_of(pieces, holds_pieces=False), np.zeros(0)
+    assert evaluate(x, table, LAW, 0, none, none, 0) == NUMPY.piecewise_cubic(x, pieces)
 
 
 @given(pieces=PIECES, x=NUMBER)
 def test_the_branches_select_the_piece_of_the_displacement(pieces, x):
-    breaks = len(pieces) - 1
-    table = np.array([0.0] * 3 + [n for origin, row in pieces for n in (origin, *row)])
-    branches, switching = np.ones(breaks + 1), np.full(breaks + 1, np.nan)
-    hold(x, table, 3, breaks, branches, switching, 1)
+    count = len(pieces) - 1 + SWITCH
+    table = table_of(pieces, holds_pieces=True)
+    branches, switching = np.ones(count), np.full(count, np.nan)
+    evaluate(x, table, LAW, 0, branches, switching, SWITCH)
     assert np.isnan(switching[0])
     assert np.array_equal(switching[1:], [origin - x for origin, _ in pieces[1:]])
     branches[1:] = np.where(switching[1:] > 0.0, 1.0, -1.0)
-    assert hold(x, table, 3, breaks, branches, switching, 1) == NUMPY.piecewise_cubic(x, pieces)
+    found = evaluate(x, table, LAW, 0, branches, switching, SWITCH)
+    assert found == NUMPY.piecewise_cubic(x, pieces)
 
 
 def test_a_held_branch_continues_its_piece_beyond_the_breakpoint():
     pieces = [(0.0, (1.0, 0.0, 0.0, 0.0)), (2.0, (7.0, 3.0, 0.0, 0.0))]
-    table = np.array([n for origin, row in pieces for n in (origin, *row)])
-    assert len(table) == 2 * PIECE_SIZE
-    switching = np.zeros(1)
-    assert hold(3.0, table, 0, 1, np.array([1.0]), switching, 0) == 1.0
-    assert hold(1.0, table, 0, 1, np.array([-1.0]), switching, 0) == 4.0
+    table, switching = table_of(pieces, holds_pieces=True), np.zeros(1)
+    assert evaluate(3.0, table, LAW, 0, np.array([1.0]), switching, 0) == 1.0
+    assert evaluate(1.0, table, LAW, 0, np.array([-1.0]), switching, 0) == 4.0
+
+
+def test_curves_of_any_number_of_pieces_leave_the_same_line():
+    recorders = Recorder(), Recorder()
+    for recorder, count in zip(recorders, (2, 9), strict=True):
+        pieces = [(float(k), (1.0, 2.0, 3.0, float(k))) for k in range(count)]
+        recorder.record_piecewise_cubic(Symbol(recorder, "x"), pieces)
+    assert recorders[0].lines == recorders[1].lines
 
 
 @given(pieces=PIECES, xs=st.lists(NUMBER, min_size=1, max_size=9))
