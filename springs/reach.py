@@ -16,8 +16,9 @@ tan(theta/2) = |x| / sqrt(w^2 + u^2) and t = atan2(2 u w, w^2 - u^2).
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import atan2, cos, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 
@@ -152,20 +153,17 @@ class Reach:
     @cached_property
     def fit(self) -> ReachFit:
         """Functions through the points."""
-        axis = np.array(self.long_axis)
-        centre = _matrix(_raising(self, self.centre)) @ axis
-        zero = axis - (axis @ centre) * centre
-        if np.linalg.norm(zero) < _LEAST_ELEVATION:
-            raise ValueError("the centre of a reach is not the limb's direction at zero")
-        zero /= np.linalg.norm(zero)
-        vector = np.cross(centre, axis)
-        start = np.array([1.0 + axis @ centre, *vector])
-        w, x, y, z = map(float, start / np.linalg.norm(start))
-        second = np.cross(centre, zero)
-        fit = ReachFit(_direction(centre), _direction(zero), _direction(second), (w, (x, y, z)))
-        fit, off_boundary = _with_boundary(self, fit)
-        fit, off_turn = _with_turns(self, fit)
-        return replace(fit, residuals=(off_boundary, off_turn))
+        return _fit(
+            _Points(
+                self.long_axis,
+                self.planes,
+                self.centre,
+                self.boundary,
+                self.turns,
+                self.harmonics,
+                self.sense,
+            )
+        )
 
     @property
     def parts(self) -> tuple[tuple[str, "Reach | AxisSpring"], ...]:
@@ -328,20 +326,53 @@ def _at(fit: ReachFit, r: Vector, ops: Operations) -> "ReachAt":
     return ReachAt(fit, (w, v), theta, turn, swing, s / h)
 
 
-def _with_boundary(reach: Reach, fit: ReachFit) -> tuple[ReachFit, float]:
+class _Points(NamedTuple):
+    """The attributes of a reach on which its functions depend."""
+
+    long_axis: Direction
+    planes: tuple[Direction, Direction]
+    centre: ReachPoint
+    boundary: tuple[ReachPoint, ...]
+    turns: tuple[TurnRange, ...]
+    harmonics: int
+    sense: float
+
+
+@lru_cache(maxsize=64)
+def _fit(points: _Points) -> ReachFit:
+    """Functions through the points; a study scales the laws of one reach many times."""
+    axis = np.array(points.long_axis)
+    centre = _matrix(_raising(points, points.centre)) @ axis
+    zero = axis - (axis @ centre) * centre
+    if np.linalg.norm(zero) < _LEAST_ELEVATION:
+        raise ValueError("the centre of a reach is not the limb's direction at zero")
+    zero /= np.linalg.norm(zero)
+    vector = np.cross(centre, axis)
+    start = np.array([1.0 + axis @ centre, *vector])
+    w, x, y, z = map(float, start / np.linalg.norm(start))
+    second = np.cross(centre, zero)
+    fit = ReachFit(_direction(centre), _direction(zero), _direction(second), (w, (x, y, z)))
+    fit, off_boundary = _with_boundary(points, fit)
+    fit, off_turn = _with_turns(points, fit)
+    return replace(fit, residuals=(off_boundary, off_turn))
+
+
+def _with_boundary(points: _Points, fit: ReachFit) -> tuple[ReachFit, float]:
     """Return a fit with its boundary, and the largest residual [rad]."""
-    needed = 2 * reach.harmonics + 1
-    if len(reach.boundary) < needed:
+    needed = 2 * points.harmonics + 1
+    if len(points.boundary) < needed:
         raise ValueError(
-            f"a boundary of {reach.harmonics} harmonics needs {needed} points, not "
-            f"{len(reach.boundary)}"
+            f"a boundary of {points.harmonics} harmonics needs {needed} points, not "
+            f"{len(points.boundary)}"
         )
-    places = np.array([_at(fit, _raising(reach, point), FLOATS).place for point in reach.boundary])
+    places = np.array(
+        [_at(fit, _raising(points, point), FLOATS).place for point in points.boundary]
+    )
     sizes = np.hypot(places[:, 0], places[:, 1])
-    multiples = np.arange(1, reach.harmonics + 1)
+    multiples = np.arange(1, points.harmonics + 1)
     c, s = (places / np.maximum(sizes, _LEAST_ELEVATION)[:, None]).T
     columns: list[Array] = [np.ones_like(sizes)]
-    for pair in _cosines_and_sines(c, s, reach.harmonics):
+    for pair in _cosines_and_sines(c, s, points.harmonics):
         columns += pair
     weights = np.concatenate([[0.0], np.repeat(_HARMONIC_RIDGE * multiples**2, 2)])
     found, residual = _least_squares(np.column_stack(columns), sizes, weights)
@@ -356,15 +387,15 @@ def _with_boundary(reach: Reach, fit: ReachFit) -> tuple[ReachFit, float]:
     return replace(fit, boundary=terms), residual
 
 
-def _with_turns(reach: Reach, fit: ReachFit) -> tuple[ReachFit, float]:
+def _with_turns(points: _Points, fit: ReachFit) -> tuple[ReachFit, float]:
     """Return a fit with the ends of the turn, and the largest residual [rad]."""
-    if not reach.turns:
+    if not points.turns:
         return fit, 0.0
-    axis = reach.sense * np.array(reach.long_axis)
-    raisings = [_raising(reach, each.at) for each in reach.turns]
+    axis = points.sense * np.array(points.long_axis)
+    raisings = [_raising(points, each.at) for each in points.turns]
     rows = np.array([_powers(*_at(fit, raising, FLOATS).place) for raising in raisings])
-    ends = [(each.lower, each.upper)[:: int(reach.sense)] for each in reach.turns]
-    middle = _turn(fit, _raising(reach, reach.centre), axis * float(np.mean(ends)))
+    ends = [(each.lower, each.upper)[:: int(points.sense)] for each in points.turns]
+    middle = _turn(fit, _raising(points, points.centre), axis * float(np.mean(ends)))
     quadratics: list[Quadratic] = []
     residuals: list[float] = []
     for angles in zip(*ends, strict=True):
@@ -395,9 +426,9 @@ def _sum_of_harmonics(terms: Sequence[tuple[float, float]], azimuths: Array) -> 
     return np.sum(sizes, axis=0)
 
 
-def _raising(reach: Reach, point: ReachPoint) -> Array:
+def _raising(points: _Points, point: ReachPoint) -> Array:
     """Rotation vector that raises the limb to a direction."""
-    first, second = map(np.array, reach.planes)
+    first, second = map(np.array, points.planes)
     turned = cos(point.plane) * first + sin(point.plane) * second
     return np.asarray(point.elevation * turned)
 
