@@ -24,6 +24,7 @@ PARTS = {
     "startup": "benchmarks.startup",
     "aims": "benchmarks.aims",
     "contact-cost": "benchmarks.contact_cost",
+    "fall-speed": "benchmarks.fall_speed",
     "live-page": "benchmarks.live_page",
     "pages": "benchmarks.pages",
     "python-share": "benchmarks.python_share",

@@ -140,6 +140,14 @@ def _contact_costs() -> Iterator[Line]:
         yield row["fall"], row["method"], *_numbers(row, ("wall [s]", "CPU [s]", "times real time"))
 
 
+def _fall_speed() -> Iterator[Line]:
+    rows = read_measurements("fall_speed").rows
+    keys = [key for key in rows[0] if key != "what"]
+    yield "what", *keys
+    for row in rows:
+        yield row["what"], *_numbers(row, keys)
+
+
 def _live_page() -> Iterator[Line]:
     rows = read_measurements("live_page").rows
     keys = [key for key in rows[0] if key != "page"]
@@ -229,6 +237,7 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "errors": _errors,
     "aims": _aims,
     "prototype-costs": _prototype_costs,
+    "fall-speed": _fall_speed,
     "growth": _growth,
     "startup": _startup,
     "call": _call,
