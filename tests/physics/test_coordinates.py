@@ -27,7 +27,21 @@ from springs import (
     total_torque,
 )
 from springs.coupled import CoupledExponential, CoupledTerm
-from tests.chains import ACROSS, BALL, SKEW, X, Y, Z, body, chain, negative, one_body
+from tests.chains import (
+    ACROSS,
+    BALL,
+    SKEW,
+    X,
+    Y,
+    Z,
+    body,
+    chain,
+    figure,
+    ground,
+    joint,
+    negative,
+    one_body,
+)
 from tests.command import run as run_command
 from tests.compiled_models import SettableModel
 from tests.poses import Pose
@@ -89,13 +103,20 @@ def test_a_run_ends_at_the_pole(integrator):
 
 
 def test_a_run_ends_where_the_angle_of_a_law_jumps():
-    """Half a turn from the middle of the range, which only weak springs let a joint pass."""
+    """Half a turn from the middle of the range, which only weak springs let a joint pass.
+
+    A hinge beside it has no part in the end.
+    """
     link = body("link", centre=(0.0, -0.05, 0.0), inertia=(0.03, 0.03, 0.03))
+    hinge = joint("hinge", "ground.base", "other.near", chain("Rz"))
     plan = Plan(stop=0.2, velocities={"pin": (40.0, 0.0, 0.0)})
 
     def run(about):
-        law = SpringSet({"pin": JointSprings("pin", about)}, SphericalLaw.COORDINATES)
-        return simulate(Model(one_body(BALL, (0.1, 0.0, 0.0), link), law), plan)
+        beside = JointSprings("hinge", (AxisSpring(Z, (Linear(1.0),)),))
+        springs = {"pin": JointSprings("pin", about), "hinge": beside}
+        law = SpringSet(springs, SphericalLaw.COORDINATES)
+        pin = joint("pin", "ground.base", "link.near", BALL, (0.1, 0.0, 0.0))
+        return simulate(Model(figure([ground(), link, body("other")], [pin, hinge]), law), plan)
 
     ended = run((AxisSpring(X, (Linear(0.5, 0.3),)),))
     assert ended.outcome.ending is Ending.TURNED_OVER
