@@ -5,8 +5,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import cast
 
+from generator.contact.parts import BodyContact
 from generator.diagnostics import UnknownNameError, shorten, spelling_hint
 from generator.figure import Figure
+from generator.input_files.contact import contact_of_figure
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet
 
@@ -18,10 +20,13 @@ class Model:
     Attributes:
         figure: Segments and joints.
         springs: Springs of its joints; none by default.
+        contact: Parts of the body that touch props as wholes; without any each contact sphere
+            resists by itself.
     """
 
     figure: Figure
     springs: SpringSet = field(default_factory=SpringSet)
+    contact: BodyContact | None = None
 
     def __post_init__(self) -> None:
         """Check the types, and that the figure has the joints of the springs.
@@ -46,8 +51,11 @@ class Model:
         choice: str | Path | None = None,
         law: SphericalLaw | None = None,
     ) -> "Model":
-        """Return a figure with the springs that a run of it has; see `read_springs`."""
-        return cls(figure, read_springs(choice, figure, law))
+        """Return a figure with the springs and the parts that a run of it has.
+
+        See `read_springs` and `contact_of_figure`.
+        """
+        return cls(figure, read_springs(choice, figure, law), contact_of_figure(figure))
 
     def __repr__(self) -> str:
         """The figure and its springs, in a line."""

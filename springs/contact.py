@@ -1,7 +1,7 @@
 """The resistance of a surface to what is pressed into it and slides on it."""
 
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite
 
 from springs.backends import NUMPY, Operations, Real
 
@@ -11,6 +11,27 @@ STIFFNESS_SOURCE = (
 )
 FRICTION_SOURCE = "assumed; between skin or cloth and a dry floor"
 DAMPING_SOURCE = "chosen: a segment that hits the floor with 1 m/s leaves it with 0.59 m/s"
+
+
+def rising_force(depth: Real, k: Real, e: Real, ops: Operations = NUMPY) -> Real:
+    """Force k q(d) of a stiffness k [N/m] that grows over the depth e [m]; see `Surface`."""
+    rising = depth * depth * depth * (k / (e * e) - (0.5 * k / (e * e * e)) * depth)
+    inside = ops.smooth_where(depth > e, k * depth - 0.5 * k * e, rising)
+    return ops.smooth_where(depth > 0.0, inside, 0.0)
+
+
+def rising_slope(depth: Real, k: Real, e: Real, ops: Operations = NUMPY) -> Real:
+    """Derivative of `rising_force` by the depth [N/m]."""
+    rising = depth * depth * (3.0 * k / (e * e) - (2.0 * k / (e * e * e)) * depth)
+    inside = ops.smooth_where(depth > e, k, rising)
+    return ops.smooth_where(depth > 0.0, inside, 0.0)
+
+
+def rising_energy(depth: Real, k: Real, e: Real, ops: Operations = NUMPY) -> Real:
+    """Integral of `rising_force` from depth 0 [J]."""
+    rising = k * depth * depth * depth * depth * (0.25 / e**2 - (0.1 / e**3) * depth)
+    full = 0.5 * k * depth * (depth - e) + 0.15 * k * e * e
+    return ops.smooth_where(depth > 0.0, ops.smooth_where(depth > e, full, rising), 0.0)
 
 
 @dataclass(frozen=True)
@@ -33,6 +54,8 @@ class Surface:
         transition_depth: e, over which the stiffness grows [m].
         friction_speed: s [m/s]. The steps of an explicit integration are proportional to it below
             0.02 m/s.
+        own_stiffness: stiffness of what is below the surface, in series with a part of the body
+            that has a law of its own [N/m].
         source: where the numbers are from.
     """
 
@@ -41,6 +64,7 @@ class Surface:
     friction: float = 0.6
     transition_depth: float = 5e-3
     friction_speed: float = 0.02
+    own_stiffness: float = inf
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
@@ -50,30 +74,23 @@ class Surface:
                 raise ValueError(
                     f"the {name.replace('_', ' ')} must be positive and finite, not {value:g}"
                 )
+        if not self.own_stiffness > 0.0:
+            raise ValueError(f"the own stiffness must be positive, not {self.own_stiffness:g}")
         for name in ("damping", "friction"):
             if not (isfinite(value := getattr(self, name)) and value >= 0.0):
                 raise ValueError(f"the {name} must not be negative, and finite, not {value:g}")
 
     def elastic_force(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Elastic normal force [N] at a depth [m]; zero outside."""
-        k, e = self.stiffness, self.transition_depth
-        rising = depth * depth * depth * (k / e**2 - (0.5 * k / e**3) * depth)
-        inside = ops.smooth_where(depth > e, k * depth - 0.5 * k * e, rising)
-        return ops.smooth_where(depth > 0.0, inside, 0.0)
+        return rising_force(depth, self.stiffness, self.transition_depth, ops)
 
     def elastic_slope(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Derivative of the elastic force by the depth [N/m], at a depth [m]."""
-        k, e = self.stiffness, self.transition_depth
-        rising = depth * depth * (3.0 * k / e**2 - (2.0 * k / e**3) * depth)
-        inside = ops.smooth_where(depth > e, k, rising)
-        return ops.smooth_where(depth > 0.0, inside, 0.0)
+        return rising_slope(depth, self.stiffness, self.transition_depth, ops)
 
     def energy(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Stored energy [J] at a depth [m]: the integral of the elastic force."""
-        k, e = self.stiffness, self.transition_depth
-        rising = k * depth * depth * depth * depth * (0.25 / e**2 - (0.1 / e**3) * depth)
-        full = 0.5 * k * depth * (depth - e) + 0.15 * k * e * e
-        return ops.smooth_where(depth > 0.0, ops.smooth_where(depth > e, full, rising), 0.0)
+        return rising_energy(depth, self.stiffness, self.transition_depth, ops)
 
     def impact_factor(self, rate: Real, ops: Operations = NUMPY) -> Real:
         """Normal force over the elastic one, at a rate of the depth [m/s]."""

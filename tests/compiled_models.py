@@ -106,6 +106,7 @@ class SettableModel:
             plan.scene,
             {} if model.contacts is None else model.contacts.spheres,
             () if model.contacts is None else model.contacts.pairs,
+            {} if model.contacts is None else model.contacts.laws,
         )
         return cls(model, builder.build(), builder)
 

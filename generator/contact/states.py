@@ -1,7 +1,7 @@
 """Contact in the states of a run: spheres with props, and capsules with each other, as arrays."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from generator.contact.self_contact import LIMB_SURFACE, CapsulePair, capsule_fo
 from generator.contact.shape import Components
 from generator.figure import ContactSphere, Figure
 from generator.rotations import Array
+from springs.contact_part import PartLaw, part_forces
 
 _TIME_ROUNDING = 1e-12
 """Rounding of the times of steps, relative to 1 s or to the time."""
@@ -26,6 +27,7 @@ class ContactModel:
         scene: the props.
         spheres: contact spheres of each moving segment that has some.
         pairs: capsules of segments that touch each other.
+        laws: laws of parts of the body by name; a sphere that belongs to none resists by itself.
         connectors: the Exudyn connector of each sphere and prop.
         functions: user functions of the system, which must outlive it.
     """
@@ -33,6 +35,7 @@ class ContactModel:
     scene: Scene
     spheres: Mapping[str, Sequence[ContactSphere]]
     pairs: tuple[CapsulePair, ...] = ()
+    laws: Mapping[str, PartLaw] = field(default_factory=dict[str, PartLaw])
     connectors: tuple[Any, ...] = ()
     functions: tuple[Any, ...] = ()
 
@@ -187,6 +190,8 @@ def evaluate_contacts(
     depths, rates = np.full((count, len(radii)), -np.inf), np.zeros((count, len(radii)))
     forces, moments = np.zeros_like(centres), np.zeros_like(centres)
     energy, impact, friction = (np.zeros(count) for _ in range(3))
+    parts = np.array(contacts.parts)
+    spheres_of = {name: np.flatnonzero(parts == name) for name in contacts.laws}
     for prop in contacts.scene.props:
         pose = prop.shape.pose
         turn = pose[:3, :3]
@@ -195,7 +200,15 @@ def evaluate_contacts(
             for vectors in (centres - pose[:3, 3], speeds, spins)
         ]
         force = contact_force(prop.shape, prop.surface, radii, inputs[0], inputs[1], inputs[2])
-        normal = force.normal
+        normal, elastic = np.asarray(force.normal), np.asarray(force.elastic)
+        stored = np.asarray(prop.surface.energy(force.depth))
+        for name, law in contacts.laws.items():
+            own = spheres_of[name]
+            part = part_forces(
+                law.on(prop.surface.own_stiffness), force.depth[:, own], force.rate[:, own]
+            )
+            normal[:, own], elastic[:, own], stored[:, own] = part.normal, part.elastic, 0.0
+            energy += part.energy
         on_sphere, about_centre = (
             np.stack([np.broadcast_to(normal * part, normal.shape) for part in parts], axis=-1)
             @ turn.T
@@ -203,8 +216,8 @@ def evaluate_contacts(
         )
         forces += on_sphere
         moments += about_centre + np.cross(centres, on_sphere)
-        energy += np.sum(prop.surface.energy(force.depth), axis=1)
-        impact += np.sum((normal - force.elastic) * force.rate, axis=1)
+        energy += np.sum(stored, axis=1)
+        impact += np.sum((normal - elastic) * force.rate, axis=1)
         friction += np.sum(normal * force.friction_power, axis=1)
         is_deeper = force.depth > depths
         depths = np.where(is_deeper, force.depth, depths)

@@ -106,6 +106,7 @@ def compile_model(model: ExudynModel) -> CompiledModel:
         plan.scene,
         {} if model.contacts is None else model.contacts.spheres,
         () if model.contacts is None else model.contacts.pairs,
+        {} if model.contacts is None else model.contacts.laws,
     )
 
 

@@ -11,6 +11,7 @@ from generator.contact.scene import NO_SCENE, Scene, add_floor
 from generator.diagnostics import ModelError, WallLimitError
 from generator.drive import Drive
 from generator.figure import Figure
+from generator.input_files.contact import contact_of_figure
 from generator.kinematics.links import NO_LINKS, Links
 from generator.loads import TimedLoad
 from generator.model import Model
@@ -270,7 +271,7 @@ def resolve_model(model: Model | Figure, plan: Plan) -> tuple[Model, Plan]:
         model = (
             Model.of(model, plan.spring_choice, plan.law)
             if springs is None
-            else Model(model, springs)
+            else Model(model, springs, contact_of_figure(model))
         )
     elif plan.springs is not None or plan.spring_choice is not None:
         raise ModelError(

@@ -17,6 +17,7 @@ from generator.simulation.compiled.algebra import (
     apply,
     apply_transposed,
     cross,
+    dot,
     matrix,
     minus,
     plus,
@@ -29,19 +30,25 @@ from generator.simulation.compiled.algebra import (
 from generator.simulation.compiled.compiler import (
     COUNT,
     NOTHING,
+    REAL,
     VECTOR,
     FunctionPointer,
     compile_source,
     compiled,
     inlined,
 )
-from generator.simulation.compiled.contact_tables import contact_source
+from generator.simulation.compiled.contact_tables import contact_source, stage_source
 from generator.simulation.compiled.flight import distance_below
 from generator.simulation.compiled.layout import (
     CENTRE,
+    CONTACT_BEND,
+    CONTACT_DAMPING,
     CONTACT_DEPTH,
+    CONTACT_FRICTION,
     CONTACT_INPUTS,
+    CONTACT_NORMAL,
     CONTACT_RATE,
+    CONTACT_STIFFNESS,
     FORCE,
     FRICTION,
     GROUP_END,
@@ -51,6 +58,15 @@ from generator.simulation.compiled.layout import (
     MASS,
     MECHANISM,
     MOMENT,
+    PART_DAMPING,
+    PART_FIRST_STAGE,
+    PART_LARGEST,
+    PART_RATES,
+    PART_SPHERES,
+    PART_STAGES,
+    PART_SUM,
+    PART_SUM_COLUMNS,
+    PART_WEIGHTS,
     POINT,
     POINT_ACCELERATION,
     PROP_AXES,
@@ -63,14 +79,41 @@ from generator.simulation.compiled.layout import (
     SPIN_RATE,
     STEP_ACCELERATIONS,
     STEP_CENTRE,
+    TOUCH_BEND,
+    TOUCH_DAMPING,
+    TOUCH_DEEPEST,
+    TOUCH_DEPTH,
+    TOUCH_FORCE,
+    TOUCH_FRICTION,
+    TOUCH_FRICTION_POWER,
+    TOUCH_GROUP,
+    TOUCH_IMPACT,
+    TOUCH_MOMENT,
+    TOUCH_NORMAL,
+    TOUCH_PROP,
+    TOUCH_RATE,
+    TOUCH_SPHERE,
+    TOUCH_STIFFNESS,
     VELOCITY,
     Mechanism,
     Scratch,
 )
+from springs.contact_part import NORM
 
 _contact: Any = compile_source(
     contact_source(), "contact", types.void(COUNT, COUNT, VECTOR, VECTOR)
 ).function
+
+
+_stage: Any = compile_source(stage_source(), "stage", types.void(REAL, REAL, REAL, VECTOR)).function
+
+
+@inlined
+def _one_power_less(share: float) -> float:
+    """Return the power p - 1 of a share of a depth; p is `NORM`."""
+    square = share * share
+    fourth = square * square
+    return fourth * fourth * square * share
 
 
 @inlined
@@ -97,19 +140,80 @@ def touch(
     )
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
-def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
-    """Add the forces of all props on all spheres to the bias forces of the links."""
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT)
+def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
+    """Give the spheres of a part their shares of its force; see `springs.contact_part`.
+
+    Until then a sphere has a force that is proportional to its own, without impact damping.
+    """
+    touches, where, sums = scratch.touches, scratch.touch_places, scratch.part_sums
+    table, parts = mechanism.part_parameters, mechanism.sphere_parts
+    for t in range(count):
+        for k in range(PART_SUM_COLUMNS):
+            sums[parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP], k] = 0.0
+    for t in range(count):
+        part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
+        sums[part, d, PART_LARGEST] = max(sums[part, d, PART_LARGEST], touches[t, TOUCH_DEPTH])
+    for t in range(count):
+        part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
+        if sums[part, d, PART_LARGEST] > 0.0:
+            share = max(touches[t, TOUCH_DEPTH], 0.0) / sums[part, d, PART_LARGEST]
+            weight = _one_power_less(share)
+            sums[part, d, PART_SUM] += weight * share
+            sums[part, d, PART_RATES] += weight * touches[t, TOUCH_RATE]
+            sums[part, d, PART_WEIGHTS] += weight
+    for t in range(count):
+        part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
+        largest, at = sums[part, d, PART_LARGEST], mechanism.part_offsets[part, d]
+        spheres = table[at + PART_SPHERES]
+        factor, normal, stiffness, damping = 0.0, 0.0, 0.0, 0.0
+        elastic = 0.0
+        if largest > 0.0:
+            root = (sums[part, d, PART_SUM] / spheres) ** (1.0 / NORM)
+            scale = 1.0 / (spheres * _one_power_less(root))
+            weight = scale * _one_power_less(max(touches[t, TOUCH_DEPTH], 0.0) / largest)
+            force, slope = 0.0, 0.0
+            for stage in range(int(table[at + PART_STAGES])):
+                place = at + PART_FIRST_STAGE + 3 * stage
+                depth = largest * root - table[place]
+                _stage(depth, table[place + 1], table[place + 2], scratch.contact_work)
+                force += scratch.contact_work[0]
+                slope += scratch.contact_work[1]
+            impact = 1.0 + table[at + PART_DAMPING] * scale * sums[part, d, PART_RATES]
+            elastic = force * weight
+            others = scale * sums[part, d, PART_WEIGHTS]
+            if impact > 0.0:
+                normal = elastic * impact
+                stiffness = slope * impact * weight * others
+                damping = elastic * table[at + PART_DAMPING] * others
+            own = dot(vector(touches, t, TOUCH_FORCE), vector(touches, t, TOUCH_NORMAL))
+            if own > 0.0:
+                factor = normal / own
+        touches[t, TOUCH_IMPACT] = (normal - elastic) * touches[t, TOUCH_RATE]
+        touches[t, TOUCH_FRICTION_POWER] *= factor
+        touches[t, TOUCH_STIFFNESS], touches[t, TOUCH_DAMPING] = stiffness, damping
+        touches[t, TOUCH_FRICTION] *= factor
+        touches[t, TOUCH_BEND] *= factor
+        for k in range(3):
+            touches[t, TOUCH_FORCE + k] *= factor
+            touches[t, TOUCH_MOMENT + k] *= factor
+
+
+@compiled(COUNT, MECHANISM, SCRATCH)
+def find_touches(mechanism: Mechanism, scratch: Scratch) -> int:
+    """Evaluate the forces of all props on all spheres that touch them; return their number.
+
+    They are left in `Scratch.touches`, in the order of groups.
+    """
     groups, places, props = (
         mechanism.sphere_groups,
         mechanism.sphere_constants,
         mechanism.prop_constants,
     )
-    work, arguments, forces = scratch.work, scratch.contact_work, scratch.contact_forces
-    powers = scratch.powers
+    work, arguments, touches = scratch.work, scratch.contact_work, scratch.touches
+    count = 0
     for g in range(len(groups)):
         i, reach = groups[g, GROUP_LINK], mechanism.sphere_reaches[g]
-        total, moments = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         turn, point = matrix(work, i, ROTATION), vector(work, i, POINT)
         for d in range(len(props)):
             axes = matrix(props, d, PROP_AXES)
@@ -117,22 +221,55 @@ def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
             if distance_below(props, d, origin) > reach:
                 continue
             for s in range(groups[g, GROUP_FIRST], groups[g, GROUP_END]):
+                radius = float(places[s, SPHERE_RADIUS])
                 arm = apply(turn, vector(places, s, SPHERE_CENTRE))
                 place = plus(origin, apply_transposed(axes, arm))
-                if distance_below(props, d, place) >= places[s, SPHERE_RADIUS]:
+                if distance_below(props, d, place) >= radius or count == len(touches):
                     continue
                 spin = vector(work, i, SPIN)
                 velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
                 touch(mechanism, scratch, s, d, place, axes, velocity, spin)
                 force = apply(axes, vector_in(arguments, CONTACT_INPUTS))
                 moment = apply(axes, vector_in(arguments, CONTACT_INPUTS + 3))
-                total = plus(total, force)
-                moments = plus(moments, plus(cross(arm, force), moment))
-                powers[IMPACT] += arguments[CONTACT_INPUTS + 6]
-                powers[FRICTION] += arguments[CONTACT_INPUTS + 7]
+                normal = apply(axes, vector_in(arguments, CONTACT_NORMAL))
+                store(touches, count, TOUCH_FORCE, force)
+                store(touches, count, TOUCH_MOMENT, plus(cross(arm, force), moment))
+                store(touches, count, TOUCH_NORMAL, normal)
+                store(touches, count, TOUCH_DEEPEST, minus(arm, times(radius, normal)))
+                touches[count, TOUCH_IMPACT] = arguments[CONTACT_INPUTS + 6]
+                touches[count, TOUCH_FRICTION_POWER] = arguments[CONTACT_INPUTS + 7]
+                touches[count, TOUCH_DEPTH] = arguments[CONTACT_DEPTH]
+                touches[count, TOUCH_RATE] = arguments[CONTACT_RATE]
+                touches[count, TOUCH_STIFFNESS] = arguments[CONTACT_STIFFNESS]
+                touches[count, TOUCH_DAMPING] = arguments[CONTACT_DAMPING]
+                touches[count, TOUCH_FRICTION] = arguments[CONTACT_FRICTION]
+                touches[count, TOUCH_BEND] = arguments[CONTACT_BEND]
+                scratch.touch_places[count, TOUCH_GROUP] = g
+                scratch.touch_places[count, TOUCH_SPHERE] = s
+                scratch.touch_places[count, TOUCH_PROP] = d
+                count += 1
+    if len(mechanism.sphere_parts) > 0:
+        _share_forces(mechanism, scratch, count)
+    return count
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, pointer=True)
+def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
+    """Add the forces of all props on all spheres to the bias forces of the links."""
+    groups, touches, work = mechanism.sphere_groups, scratch.touches, scratch.work
+    count, t = find_touches(mechanism, scratch), 0
+    for g in range(len(groups)):
+        total, moments = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        while t < count and scratch.touch_places[t, TOUCH_GROUP] == g:
+            total = plus(total, vector(touches, t, TOUCH_FORCE))
+            moments = plus(moments, vector(touches, t, TOUCH_MOMENT))
+            scratch.powers[IMPACT] += touches[t, TOUCH_IMPACT]
+            scratch.powers[FRICTION] += touches[t, TOUCH_FRICTION_POWER]
+            t += 1
+        i = groups[g, GROUP_LINK]
         accumulate(work, i, FORCE, times(-1.0, total))
         accumulate(work, i, MOMENT, times(-1.0, moments))
-        store(forces, g, 0, total)
+        store(scratch.contact_forces, g, 0, total)
 
 
 _NEAR = 0.1

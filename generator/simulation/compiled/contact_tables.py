@@ -6,6 +6,7 @@ surfaces are constants in a table.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from math import hypot
 from typing import Any
@@ -39,7 +40,8 @@ from generator.simulation.compiled.layout import (
 )
 from generator.simulation.compiled.recorder import RECORDING, Recorder, Symbol
 from springs import Real
-from springs.contact import DEFAULT_SURFACE, Surface
+from springs.contact import DEFAULT_SURFACE, Surface, rising_force, rising_slope
+from springs.contact_part import PartLaw
 
 _HEADER = '''"""Generated from the definition of contact; constants are in the table P."""
 import math
@@ -54,6 +56,30 @@ import math
 
 def pair(o, W, P):
 '''
+
+
+_STAGE_HEADER = '''"""Generated from the definition of a stage of the law of a part."""
+
+
+def stage(x, k, e, W):
+'''
+
+
+def stage_source() -> str:
+    """Return the source of force and slope of a stage, which are stored."""
+    recorder = _LiteralRecorder()
+    x, k, e = (Symbol(recorder, name) for name in "xke")
+    results = [law(x, k, e, RECORDING) for law in (rising_force, rising_slope)]
+    lines, _ = _lines_and_constants(recorder, results, 0)
+    return _STAGE_HEADER + "".join(f"    {line}\n" for line in lines)
+
+
+class _LiteralRecorder(Recorder):
+    """Lines of code whose constants stand in them."""
+
+    def name(self, value: Real) -> str:
+        """Return the name of a symbol, or a constant."""
+        return value.name if isinstance(value, Symbol) else repr(float(value))
 
 
 def contact_source() -> str:
@@ -161,14 +187,19 @@ def contact_tables(
     spheres: Mapping[str, Sequence[ContactSphere]],
     segment_links: Mapping[str, int],
     points: Array,
-) -> tuple[IndexArray, Array, Array, IndexArray, Array, Array, IndexArray]:
-    """Return the tables of `Mechanism` that concern contact, up to `contact_offsets`.
+    laws: Mapping[str, PartLaw] | None = None,
+) -> tuple[
+    *tuple[IndexArray, Array, Array, IndexArray, Array, Array, IndexArray],
+    *tuple[IndexArray, IndexArray, Array],
+]:
+    """Return the tables of `Mechanism` that concern contact, up to `part_parameters`.
 
     Args:
         scene: the props.
         spheres: contact spheres of each segment that has some.
         segment_links: link of each segment.
         points: point of each link in the axes of its segment, shape (links, 3) [m].
+        laws: laws of parts of the body by name; without any each sphere resists by itself.
     """
     groups = np.zeros((len(spheres), 3), dtype=np.int64)
     reaches = np.zeros(len(spheres))
@@ -185,16 +216,59 @@ def contact_tables(
         reaches,
         constants,
         *_prop_tables(scene),
-        *_law_tables(scene, constants[:, SPHERE_RADIUS]),
+        *_law_tables(scene, constants[:, SPHERE_RADIUS], has_parts=bool(laws)),
+        *_part_tables(scene, spheres, laws or {}),
     )
 
 
-def _law_tables(scene: Scene, radii: Array) -> tuple[Array, IndexArray]:
+def _part_tables(
+    scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]], laws: Mapping[str, PartLaw]
+) -> tuple[IndexArray, IndexArray, Array]:
+    """Return the part of each sphere, and the constants of each part and prop.
+
+    A sphere of no part with a law is a part of its own, with the surface of the prop.
+    """
+    if not laws:
+        return np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64), np.zeros(0)
+    numbers = {name: number for number, name in enumerate(laws)}
+    parts: list[int] = []
+    made: list[PartLaw | None] = list(laws.values())
+    for some in spheres.values():
+        for sphere in some:
+            if sphere.part not in numbers:
+                made.append(None)
+            parts.append(numbers.get(sphere.part, len(made) - 1))
+    offsets = np.zeros((len(made), len(scene.props)), dtype=np.int64)
+    table: list[float] = []
+    known: dict[tuple[PartLaw | None, Surface], int] = {}
+    for row, law in zip(offsets, made, strict=True):
+        for place, prop in enumerate(scene.props):
+            key = law, prop.surface
+            if key not in known:
+                known[key] = len(table)
+                table += _part_constants(law, prop.surface)
+            row[place] = known[key]
+    return np.array(parts, dtype=np.int64), offsets, np.array(table)
+
+
+def _part_constants(law: PartLaw | None, surface: Surface) -> list[float]:
+    """Return the constants of a part and a surface; see `PART_SPHERES`."""
+    if law is None:
+        stage = (0.0, surface.stiffness, surface.transition_depth)
+        return [1.0, surface.damping, 1.0, *stage]
+    law = law.on(surface.own_stiffness)
+    stages = list(law.increments)
+    return [law.spheres, law.damping, float(len(stages)), *(x for stage in stages for x in stage)]
+
+
+def _law_tables(scene: Scene, radii: Array, *, has_parts: bool = False) -> tuple[Array, IndexArray]:
     """Return the constants of the law for each sphere and prop, and where they begin.
 
     Args:
         scene: the props.
         radii: Radii of the spheres, shape (S,) [m].
+        has_parts: Whether parts have laws: then a sphere has some force without damping, which is
+            replaced by its share of that of its part.
 
     Returns:
         The constants, and the place of the first one of a sphere and a prop, shape (S, props).
@@ -207,6 +281,8 @@ def _law_tables(scene: Scene, radii: Array) -> tuple[Array, IndexArray]:
     begin = 0
     for (_, surface), props in alike.items():
         shapes = [scene.props[place].shape for place in props]
+        if has_parts:
+            surface = replace(surface, stiffness=1.0, damping=0.0)
         lengths = [*np.array([shape.lengths for shape in shapes]).T]
         _, constants = _record(shapes[0], surface, radii[:, None], lengths)
         table = np.empty((len(radii), len(props), len(constants)))

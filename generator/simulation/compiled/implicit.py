@@ -20,7 +20,6 @@ import numpy as np
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
     accumulate,
-    apply,
     apply_symmetric,
     apply_transposed,
     cross,
@@ -53,27 +52,19 @@ from generator.simulation.compiled.compiler import (
     compiled,
     compiled_type,
 )
-from generator.simulation.compiled.contact_forces import touch
+from generator.simulation.compiled.contact_forces import find_touches
 from generator.simulation.compiled.equations import EQUATIONS, Equations
-from generator.simulation.compiled.flight import distance_below, longest_flight
+from generator.simulation.compiled.flight import longest_flight
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
     ANGULAR_INERTIA,
     AXIS,
     BALL,
-    CONTACT_BEND,
-    CONTACT_DAMPING,
-    CONTACT_FRICTION,
-    CONTACT_INPUTS,
-    CONTACT_NORMAL,
-    CONTACT_STIFFNESS,
     COORDINATE,
     COUPLING_INERTIA,
     EFFORT,
     FORCE,
     FRICTION,
-    GROUP_END,
-    GROUP_FIRST,
     GROUP_LINK,
     IMPACT,
     JOINT_RATE,
@@ -89,19 +80,24 @@ from generator.simulation.compiled.layout import (
     MOMENT,
     ORIENTATION,
     PARENT,
-    POINT,
     POINT_ACCELERATION,
     POWERS,
-    PROP_AXES,
-    PROP_ORIGIN,
     RATE,
-    ROTATION,
     ROTATION_VECTOR,
     SCRATCH,
-    SPHERE_CENTRE,
-    SPHERE_RADIUS,
     SPIN,
     SPIN_RATE,
+    TOUCH_BEND,
+    TOUCH_DAMPING,
+    TOUCH_DEEPEST,
+    TOUCH_FORCE,
+    TOUCH_FRICTION,
+    TOUCH_FRICTION_POWER,
+    TOUCH_GROUP,
+    TOUCH_IMPACT,
+    TOUCH_MOMENT,
+    TOUCH_NORMAL,
+    TOUCH_STIFFNESS,
     VELOCITY,
     Laws,
     Mechanism,
@@ -356,76 +352,54 @@ def _add_contacts(
     mechanism: Mechanism, scratch: Scratch, tangents: Tangents, g: float, is_second: bool
 ) -> None:
     """Add the forces of props with their implicit part, and this to the inertia of the links."""
-    groups, places, props = (
-        mechanism.sphere_groups,
-        mechanism.sphere_constants,
-        mechanism.prop_constants,
-    )
-    work, arguments, powers = scratch.work, scratch.contact_work, scratch.powers
-    first, gravity = tangents.first, vector_in(mechanism.gravity, 0)
+    groups, work, powers = mechanism.sphere_groups, scratch.work, scratch.powers
+    first, gravity, touches = tangents.first, vector_in(mechanism.gravity, 0), scratch.touches
+    count = find_touches(mechanism, scratch)
     for c in range(len(groups)):
-        i, reach = groups[c, GROUP_LINK], mechanism.sphere_reaches[c]
-        total = (0.0, 0.0, 0.0)
-        turn, point = matrix(work, i, ROTATION), vector(work, i, POINT)
-        for d in range(len(props)):
-            axes = matrix(props, d, PROP_AXES)
-            origin = apply_transposed(axes, minus(point, vector(props, d, PROP_ORIGIN)))
-            if distance_below(props, d, origin) > reach:
-                continue
-            for s in range(groups[c, GROUP_FIRST], groups[c, GROUP_END]):
-                radius = places[s, SPHERE_RADIUS]
-                arm = apply(turn, vector(places, s, SPHERE_CENTRE))
-                place = plus(origin, apply_transposed(axes, arm))
-                if distance_below(props, d, place) >= radius:
-                    continue
-                spin, velocity = vector(work, i, SPIN), vector(work, i, VELOCITY)
-                touch(mechanism, scratch, s, d, place, axes, plus(velocity, cross(spin, arm)), spin)
-                force = apply(axes, vector_in(arguments, CONTACT_INPUTS))
-                moment = apply(axes, vector_in(arguments, CONTACT_INPUTS + 3))
-                total = plus(total, force)
-                powers[IMPACT] += arguments[CONTACT_INPUTS + 6]
-                powers[FRICTION] += arguments[CONTACT_INPUTS + 7]
-                accumulate(work, i, FORCE, times(-1.0, force))
-                accumulate(work, i, MOMENT, times(-1.0, plus(cross(arm, force), moment)))
-                # At the deepest point the force loses C times its velocity, and k n n times its
-                # displacement.
-                normal = apply(axes, vector_in(arguments, CONTACT_NORMAL))
-                deepest = minus(arm, times(radius, normal))
-                speed = plus(velocity, cross(spin, deepest))
-                slip = minus(speed, times(dot(speed, normal), normal))
-                k, friction = arguments[CONTACT_STIFFNESS], arguments[CONTACT_FRICTION]
-                along, bend = arguments[CONTACT_DAMPING] - friction, -arguments[CONTACT_BEND]
-                moved, driven = speed, (0.0, 0.0, 0.0)
-                if is_second:
-                    old = cross(vector(first, i, OLD_SPIN), deepest)
-                    old = plus(vector(first, i, OLD_VELOCITY), old)
-                    rate = cross(vector(first, i, OLD_SPIN_RATE), deepest)
-                    rate = plus(vector(first, i, OLD_ACCELERATION), rate)
-                    moved = minus(speed, plus(times(2.0, old), times(4.0 * g, rate)))
-                    driven = times(-2.0, rate)
-                driven = plus(driven, gravity)  # accelerations in the recursion are without gravity
-                moved = plus(moved, times(g, gravity))
-                lost = times(along * dot(normal, driven) + k * dot(normal, moved), normal)
-                lost = plus(
-                    lost, plus(times(friction, driven), times(bend * dot(slip, driven), slip))
-                )
-                more = times(g, lost)
-                accumulate(work, i, FORCE, more)
-                accumulate(work, i, MOMENT, cross(deepest, more))
-                nn, tt, ss = g * along + g * g * k, g * friction, g * bend
-                m = (
-                    tt + nn * normal[0] * normal[0] + ss * slip[0] * slip[0],
-                    nn * normal[0] * normal[1] + ss * slip[0] * slip[1],
-                    nn * normal[0] * normal[2] + ss * slip[0] * slip[2],
-                    tt + nn * normal[1] * normal[1] + ss * slip[1] * slip[1],
-                    nn * normal[1] * normal[2] + ss * slip[1] * slip[2],
-                    tt + nn * normal[2] * normal[2] + ss * slip[2] * slip[2],
-                )
-                shifted = cross_symmetric(deepest, m)
-                accumulate(work, i, LINEAR_INERTIA, m)
-                accumulate(work, i, COUPLING_INERTIA, shifted)
-                accumulate(work, i, ANGULAR_INERTIA, upper_half(cross_rows(deepest, shifted)))
-        store(scratch.contact_forces, c, 0, total)
+        store(scratch.contact_forces, c, 0, (0.0, 0.0, 0.0))
+    for t in range(count):
+        c = scratch.touch_places[t, TOUCH_GROUP]
+        i = groups[c, GROUP_LINK]
+        force = vector(touches, t, TOUCH_FORCE)
+        accumulate(scratch.contact_forces, c, 0, force)
+        powers[IMPACT] += touches[t, TOUCH_IMPACT]
+        powers[FRICTION] += touches[t, TOUCH_FRICTION_POWER]
+        accumulate(work, i, FORCE, times(-1.0, force))
+        accumulate(work, i, MOMENT, times(-1.0, vector(touches, t, TOUCH_MOMENT)))
+        # At the deepest point the force loses C times its velocity, k n n times its displacement.
+        normal, deepest = vector(touches, t, TOUCH_NORMAL), vector(touches, t, TOUCH_DEEPEST)
+        speed = plus(vector(work, i, VELOCITY), cross(vector(work, i, SPIN), deepest))
+        slip = minus(speed, times(dot(speed, normal), normal))
+        k, friction = touches[t, TOUCH_STIFFNESS], touches[t, TOUCH_FRICTION]
+        along, bend = touches[t, TOUCH_DAMPING] - friction, -touches[t, TOUCH_BEND]
+        moved, driven = speed, (0.0, 0.0, 0.0)
+        if is_second:
+            old = cross(vector(first, i, OLD_SPIN), deepest)
+            old = plus(vector(first, i, OLD_VELOCITY), old)
+            rate = cross(vector(first, i, OLD_SPIN_RATE), deepest)
+            rate = plus(vector(first, i, OLD_ACCELERATION), rate)
+            moved = minus(speed, plus(times(2.0, old), times(4.0 * g, rate)))
+            driven = times(-2.0, rate)
+        driven = plus(driven, gravity)  # accelerations in the recursion are without gravity
+        moved = plus(moved, times(g, gravity))
+        lost = times(along * dot(normal, driven) + k * dot(normal, moved), normal)
+        lost = plus(lost, plus(times(friction, driven), times(bend * dot(slip, driven), slip)))
+        more = times(g, lost)
+        accumulate(work, i, FORCE, more)
+        accumulate(work, i, MOMENT, cross(deepest, more))
+        nn, tt, ss = g * along + g * g * k, g * friction, g * bend
+        m = (
+            tt + nn * normal[0] * normal[0] + ss * slip[0] * slip[0],
+            nn * normal[0] * normal[1] + ss * slip[0] * slip[1],
+            nn * normal[0] * normal[2] + ss * slip[0] * slip[2],
+            tt + nn * normal[1] * normal[1] + ss * slip[1] * slip[1],
+            nn * normal[1] * normal[2] + ss * slip[1] * slip[2],
+            tt + nn * normal[2] * normal[2] + ss * slip[2] * slip[2],
+        )
+        shifted = cross_symmetric(deepest, m)
+        accumulate(work, i, LINEAR_INERTIA, m)
+        accumulate(work, i, COUPLING_INERTIA, shifted)
+        accumulate(work, i, ANGULAR_INERTIA, upper_half(cross_rows(deepest, shifted)))
 
 
 @compiled(

@@ -131,6 +131,30 @@ and its derivatives; see `ContactForce`."""
 CONTACT_INPUTS, CONTACT_RESULTS = 9, 17
 """Number of the arguments of the law of contact, and of its results; see `Scratch.contact_work`."""
 
+TOUCH_FORCE, TOUCH_MOMENT, TOUCH_NORMAL, TOUCH_DEEPEST = 0, 3, 6, 9
+"""Columns of `touches`: force of a prop on a sphere, its moment about the link's point, direction
+of the normal force, and the sphere's deepest point from the link's point (3 numbers each)."""
+TOUCH_IMPACT, TOUCH_FRICTION_POWER, TOUCH_DEPTH, TOUCH_RATE = 12, 13, 14, 15
+"""Powers of impact damping and friction, depth and its rate."""
+TOUCH_STIFFNESS, TOUCH_DAMPING, TOUCH_FRICTION, TOUCH_BEND = 16, 17, 18, 19
+"""Derivatives of the force; see `ContactForce`."""
+TOUCH_COLUMNS = 20
+
+TOUCH_GROUP, TOUCH_SPHERE, TOUCH_PROP = range(3)
+"""Columns of `touch_places`: group of the sphere, sphere and prop."""
+
+MOST_PROPS_AT_ONCE = 64
+"""Number of props, for each sphere, that can be touched at once by all spheres together."""
+
+PART_SPHERES, PART_DAMPING, PART_STAGES, PART_FIRST_STAGE = range(4)
+"""Places of the constants of a part and a prop: m and a of `PartLaw`, number of stages, and of each
+stage its beginning, added stiffness and transition (3)."""
+
+PART_LARGEST, PART_SUM, PART_RATES, PART_WEIGHTS = range(4)
+"""Columns of `part_sums`: largest depth of the part's spheres in a prop, and sums over the shares s
+of the others in it: of s^p, of s^(p-1) times the rate, of s^(p-1)."""
+PART_SUM_COLUMNS = 4
+
 PAIR_FIRST, PAIR_SECOND = range(2)
 """Columns of `pairs`: the links of two capsules."""
 
@@ -186,6 +210,10 @@ class Mechanism(NamedTuple):
         prop_constants: their numbers, shape (d, PROP_COLUMNS).
         contact_parameters: constants of the law of contact.
         contact_offsets: first of these for each sphere and prop, shape (c, d).
+        sphere_parts: part of the body to which each sphere belongs, shape (c,); (0,) where each
+            sphere resists by itself.
+        part_offsets: first of `part_parameters` for each part and prop, shape (parts, d).
+        part_parameters: their constants; see `PART_SPHERES`.
         pairs: links of pairs of capsules, shape (a, 2).
         pair_constants: their places, shape (a, PAIR_CONSTANT_COLUMNS).
         pair_parameters: constants of their law.
@@ -214,6 +242,9 @@ class Mechanism(NamedTuple):
     prop_constants: Matrix
     contact_parameters: Vector
     contact_offsets: IndexTable
+    sphere_parts: Indices
+    part_offsets: IndexTable
+    part_parameters: Vector
     pairs: IndexTable
     pair_constants: Matrix
     pair_parameters: Vector
@@ -334,6 +365,10 @@ class Scratch(NamedTuple):
             column), shape (n, 6); (0, 6) for explicit methods.
         contact_forces: contact forces on each segment with contact spheres, in world axes, shape
             (g, 3) [N].
+        touches: what touches, in world axes, with room for t touches, shape (t, TOUCH_COLUMNS).
+        touch_places: where it does, shape (t, 3); see `TOUCH_GROUP`.
+        part_sums: sums over the spheres of a part that touch a prop, shape (parts, d,
+            PART_SUM_COLUMNS).
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,
             its velocity and angular velocity), then its results (force and moment about the centre,
             powers of impact damping and friction, and what `CONTACT_DEPTH` and the next name). Of
@@ -356,6 +391,9 @@ class Scratch(NamedTuple):
     residual: Vector
     added_inertia: Matrix
     contact_forces: Matrix
+    touches: Matrix
+    touch_places: IndexTable
+    part_sums: Stack
     contact_work: Vector
 
 

@@ -64,8 +64,10 @@ from generator.simulation.compiled.layout import (
     MASS,
     MEASURED_COLUMNS,
     MIDDLES,
+    MOST_PROPS_AT_ONCE,
     OFFSET,
     PARENT,
+    PART_SUM_COLUMNS,
     POWERS,
     RATE,
     RESPONSE_COLUMNS,
@@ -78,6 +80,7 @@ from generator.simulation.compiled.layout import (
     SLIDE,
     STEP_ACCELERATIONS,
     THREE_ANGLES,
+    TOUCH_COLUMNS,
     TWO_ANGLES,
     WORK_COLUMNS,
     CompiledLaw,
@@ -95,6 +98,7 @@ from springs import (
     SpringSet,
     rotation_law,
 )
+from springs.contact_part import PartLaw
 from springs.coordinates import CoordinateLaw
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
@@ -207,6 +211,7 @@ def build_compiled_model(
     scene: Scene | None = None,
     spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
     pairs: Sequence[CapsulePair] = (),
+    part_laws: Mapping[str, PartLaw] | None = None,
 ) -> CompiledModel:
     """Compile a figure.
 
@@ -221,9 +226,20 @@ def build_compiled_model(
         scene: props that the figure may touch.
         spheres: contact spheres of the segments that may touch them.
         pairs: capsules of segments that may touch each other.
+        part_laws: laws of parts of the body, by the names that the spheres have.
     """
     return _Builder(
-        placement, rates, springs, prescribed, loads, gravity, times, scene, spheres, pairs
+        placement,
+        rates,
+        springs,
+        prescribed,
+        loads,
+        gravity,
+        times,
+        scene,
+        spheres,
+        pairs,
+        part_laws,
     ).build()
 
 
@@ -242,6 +258,7 @@ class _Builder:
         scene: Scene | None = None,
         spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
         pairs: Sequence[CapsulePair] = (),
+        part_laws: Mapping[str, PartLaw] | None = None,
     ) -> None:
         self.placement, self.rates, self.springs = placement, rates, springs
         self.prescribed, self.loads, self.gravity, self.times = prescribed, loads, gravity, times
@@ -255,7 +272,7 @@ class _Builder:
         self.closing_angles: list[float] = []
         self.scene = scene or Scene()
         self.touching = {name: some for name, some in (spheres or {}).items() if some}
-        self.pairs = pairs
+        self.pairs, self.part_laws = pairs, part_laws
 
     def build(self) -> CompiledModel:
         for branch in self.tree.joints:
@@ -268,7 +285,7 @@ class _Builder:
         switches = tables.switches
         spheres, pairs = NO_SPHERES, NO_PAIRS
         if scene.props or touching:
-            spheres = contact_tables(scene, touching, self.segment_links, points)
+            spheres = contact_tables(scene, touching, self.segment_links, points, self.part_laws)
         if self.pairs:
             pairs = pair_tables(self.pairs, self.segment_links, points)
         state = self._initial_state(links)
@@ -291,6 +308,7 @@ class _Builder:
             *pairs,
         )
         rows, count = len(mechanism.rows), len(measured)
+        touches = len(mechanism.sphere_constants) * min(len(mechanism.props), MOST_PROPS_AT_ONCE)
         scratch = Scratch(
             np.zeros((len(links), WORK_COLUMNS)),
             np.zeros((count, 3)),
@@ -305,6 +323,9 @@ class _Builder:
             np.zeros(rows),
             np.zeros((0, 6)),
             np.zeros((len(touching), 3)),
+            np.zeros((touches, TOUCH_COLUMNS)),
+            np.zeros((touches, 3), dtype=np.int64),
+            np.zeros((*mechanism.part_offsets.shape, PART_SUM_COLUMNS)),
             np.zeros(CONTACT_WORK),
         )
         joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]

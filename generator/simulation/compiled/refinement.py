@@ -583,7 +583,7 @@ def _run_together(
 def _fork(model: CompiledModel) -> CompiledModel:
     """Return the same model with branches and working memory of its own."""
     mechanism = model.mechanism._replace(branches=model.mechanism.branches.copy())
-    scratch = Scratch(*(part.copy() for part in model.scratch))
+    scratch = Scratch._make(part.copy() for part in model.scratch)
     return replace(model, mechanism=mechanism, scratch=scratch)
 
 

@@ -3,10 +3,12 @@
 Every pair of a contact sphere and a prop is a connector between the prop and the centre of the
 sphere. Its user function is `contact_force` of `generator.contact.force` in the axes of the prop.
 
+Where parts of the body have laws, all contact is one `ObjectGenericODE2` on the bodies' nodes.
+
 Exudyn's connectors transmit no moment of their forces about each other's markers, and do not know
 the angular velocity of the first one. So all pairs of capsules are one `ObjectGenericODE2` on the
-nodes of their bodies, as coupled laws are, with a Python function that evaluates the law for
-arrays. It provides its Jacobian because Exudyn's numerical one would call it for each coordinate.
+nodes of their bodies as well, as coupled laws are, with a Python function that evaluates the law
+for arrays. It has a Jacobian because Exudyn's numerical one would call it for each coordinate.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,12 +16,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generator.contact.force import contact_force
 from generator.contact.scene import Prop
 from generator.contact.self_contact import CapsulePair
 from generator.contact.shape import Shape
-from generator.contact.states import CapsuleTable, ContactModel, evaluate_self_contact, turned
+from generator.contact.states import (
+    CapsuleTable,
+    ContactModel,
+    evaluate_contacts,
+    evaluate_self_contact,
+    turned,
+)
 from generator.figure import Figure
 from generator.kinematics.placement import Placement
 from generator.rotations import Array, pose_matrix
@@ -73,6 +82,10 @@ def add_contacts(
 
     Raises WallLimitError.
     """
+    if contacts.laws:
+        figure = placement.tree.figure
+        made = _add_object(mbs, "contact", figure, bodies, _PartContact(contacts, figure))
+        return replace(contacts, functions=made)
     centres = {
         (name, k): add_marker(
             mbs, placement, bodies, name, pose_matrix(np.eye(3), np.asarray(sphere.centre))
@@ -174,12 +187,24 @@ def add_self_contact(
     Returns:
         Its user functions, which must outlive the system.
     """
-    nodes = [mbs.GetObject(bodies[name])["nodeNumber"] for name in figure.bodies]
+    contact = _SelfContact(CapsuleTable.of(pairs, figure))
+    return _add_object(mbs, "self-contact", figure, bodies, contact)
+
+
+def _add_object(
+    mbs: MainSystem,
+    name: str,
+    figure: Figure,
+    bodies: Mapping[str, Index],
+    contact: "_SelfContact | _PartContact",
+) -> tuple[Any, ...]:
+    """Add an object of the forces on all bodies; return its user functions."""
+    nodes = [mbs.GetObject(bodies[body])["nodeNumber"] for body in figure.bodies]
     reference = np.concatenate([mbs.GetNode(node)["referenceCoordinates"] for node in nodes])
-    functions = _UserFunctions(CapsuleTable.of(pairs, figure), reference)
+    functions = _UserFunctions(contact, reference)
     mbs.AddObject(
         items.ObjectGenericODE2(
-            name=unused_name(mbs, "self-contact"),
+            name=unused_name(mbs, name),
             nodeNumbers=nodes,
             forceUserFunction=functions.forces,
             jacobianUserFunction=functions.jacobian,
@@ -189,10 +214,65 @@ def add_self_contact(
 
 
 @dataclass(frozen=True)
-class _UserFunctions:
-    """User functions of all pairs of capsules; `reference` is added to the coordinates."""
+class _SelfContact:
+    """Forces of capsules on each other."""
 
     table: CapsuleTable
+
+    def near(self, positions: Array, rotations: Array) -> "_SelfContact":
+        """Return what may touch in a state."""
+        return _SelfContact(self.table.near(positions, rotations))
+
+    @property
+    def owners(self) -> NDArray[np.intp]:
+        """Bodies that may touch."""
+        return np.unique(self.table.owners)
+
+    def wrenches(
+        self, positions: Array, rotations: Array, velocities: Array, spins: Array
+    ) -> Array:
+        """Return force, and moment about the centre of mass, of each body, shape (n, B, 6)."""
+        found = evaluate_self_contact(self.table, positions, rotations, velocities, spins)
+        return found.wrenches
+
+
+@dataclass(frozen=True)
+class _PartContact:
+    """Forces of props on parts of the body, and of capsules on each other."""
+
+    contacts: ContactModel
+    figure: Figure
+
+    def near(self, positions: Array, rotations: Array) -> "_PartContact":
+        """Return what may touch in a state, which is all."""
+        return self
+
+    @property
+    def owners(self) -> NDArray[np.intp]:
+        """Bodies that may touch."""
+        names = list(self.figure.bodies)
+        return np.array(sorted(names.index(name) for name in self.contacts.spheres))
+
+    def wrenches(
+        self, positions: Array, rotations: Array, velocities: Array, spins: Array
+    ) -> Array:
+        """Return force, and moment about the centre of mass, of each body, shape (n, B, 6)."""
+        found = evaluate_contacts(
+            self.contacts, self.figure, positions, rotations, velocities, spins
+        )
+        names = list(self.figure.bodies)
+        owners = [names.index(name) for name in self.contacts.spheres]
+        wrenches = np.zeros((*positions.shape[:2], 6))
+        wrenches[:, owners] = found.wrenches + found.self_wrenches
+        wrenches[..., 3:] -= np.cross(positions, wrenches[..., :3])
+        return wrenches
+
+
+@dataclass(frozen=True)
+class _UserFunctions:
+    """User functions of the forces on all bodies; `reference` is added to the coordinates."""
+
+    contact: _SelfContact | _PartContact
     reference: Array
 
     def forces(self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any) -> Array:
@@ -207,8 +287,7 @@ class _UserFunctions:
         coordinates, rates = np.asarray(q) + self.reference, np.asarray(q_t)
         matrix, dense = exu.MatrixContainer(), np.zeros((len(rates), len(rates)))
         near = self._near(coordinates)
-        owners = np.unique(near.owners)
-        moved = (_COORDINATES * owners[:, None] + np.arange(_COORDINATES)).ravel()
+        moved = (_COORDINATES * near.owners[:, None] + np.arange(_COORDINATES)).ravel()
         if len(moved):
             steps = np.zeros((len(moved), len(rates)))
             steps[np.arange(len(moved)), moved] = _DIFFERENCE
@@ -221,21 +300,23 @@ class _UserFunctions:
         matrix.SetWithDenseMatrix(dense, useDenseMatrix=False)
         return matrix
 
-    def _near(self, coordinates: Array) -> CapsuleTable:
+    def _near(self, coordinates: Array) -> _SelfContact | _PartContact:
         rows = coordinates.reshape(-1, _COORDINATES)
-        return self.table.near(rows[:, :3], _rotations(rows[:, 3:]))
+        return self.contact.near(rows[:, :3], _rotations(rows[:, 3:]))
 
-    def _forces(self, table: CapsuleTable, coordinates: Array, rates: Array) -> Array:
+    def _forces(
+        self, contact: _SelfContact | _PartContact, coordinates: Array, rates: Array
+    ) -> Array:
         """Generalized forces in n states, shape (n, 7 B)."""
         rows = coordinates.reshape(len(coordinates), -1, _COORDINATES)
         speeds = rates.reshape(rows.shape)
         basis = _spin_basis(rows[..., 3:])
         spins = turned(np.swapaxes(basis, -1, -2), speeds[..., 3:])
-        contact = evaluate_self_contact(
-            table, rows[..., :3], _rotations(rows[..., 3:]), speeds[..., :3], spins
+        wrenches = contact.wrenches(
+            rows[..., :3], _rotations(rows[..., 3:]), speeds[..., :3], spins
         )
-        on_parameters = turned(basis, contact.wrenches[..., 3:])
-        forces = np.concatenate([contact.wrenches[..., :3], on_parameters], axis=-1)
+        on_parameters = turned(basis, wrenches[..., 3:])
+        forces = np.concatenate([wrenches[..., :3], on_parameters], axis=-1)
         return forces.reshape(coordinates.shape)
 
 

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from generator.contact.parts import BodyContact
 from generator.contact.scene import Penetration, Scene, deepest_start
 from generator.contact.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.contact.states import ContactModel
@@ -55,6 +56,7 @@ from generator.simulation.exudyn_model.springs import Connector, SpringBuilder, 
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
 from generator.simulation.preconditions import model_obstacles, place, placement_obstacles
 from springs import JointSprings, SpringSet
+from springs.contact_part import PartLaw
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,7 @@ class InitialState:
         prescribed: locks, links and drives.
         spheres: contact spheres of each segment that has some; none without props.
         pairs: capsules of segments that touch each other.
+        part_laws: laws of the parts of the body to which the spheres belong, by name.
     """
 
     placement: Placement
@@ -124,10 +127,11 @@ class InitialState:
     prescribed: PrescribedMotion
     spheres: Mapping[str, Sequence[ContactSphere]]
     pairs: tuple[CapsulePair, ...]
+    part_laws: Mapping[str, PartLaw]
 
 
-def initial_state(figure: Figure, plan: Plan) -> InitialState:
-    """Compute the initial state of a run.
+def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None) -> InitialState:
+    """Compute the initial state of a run, of a body with parts that touch as wholes.
 
     Raises:
         UnknownNameError: the plan names an unknown joint.
@@ -151,6 +155,9 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
     spheres, capsules = contact_geometry(figure, plan)
+    laws: Mapping[str, PartLaw] = {}
+    if contact is not None and spheres:
+        spheres, laws = contact.assign(spheres), contact.laws
     if plan.height is not None:
         up = np.array(plan.up)
         lowest = (
@@ -168,7 +175,7 @@ def initial_state(figure: Figure, plan: Plan) -> InitialState:
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
     pairs = capsule_pairs(figure, capsules, placement.poses) if capsules else ()
-    return InitialState(placement, imposed, prescribed, spheres, pairs)
+    return InitialState(placement, imposed, prescribed, spheres, pairs, laws)
 
 
 def contact_geometry(
@@ -303,10 +310,12 @@ def build_model(
     model, plan = resolve_model(model, plan or Plan())
     require_valid_model(model)
     if contacts is None:
-        start = initial_state(model.figure, plan)
+        start = initial_state(model.figure, plan, model.contact)
     else:
         start = initial_state(model.figure, replace(plan, scene=Scene(), self_contact=False))
-        start = replace(start, spheres=contacts.spheres, pairs=contacts.pairs)
+        start = replace(
+            start, spheres=contacts.spheres, pairs=contacts.pairs, part_laws=contacts.laws
+        )
     require_defined_torques(start.placement, model.springs)
     return _build_from_initial_state(start, plan, model.springs, mbs, limit)
 
@@ -405,7 +414,7 @@ def _build_from_initial_state(
             placement,
             bodies,
             ground,
-            ContactModel(plan.scene, start.spheres, start.pairs),
+            ContactModel(plan.scene, start.spheres, start.pairs, start.part_laws),
             python_torques=plan.python_torques,
             limit=limit,
         )

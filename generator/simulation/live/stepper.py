@@ -144,7 +144,7 @@ class Stepper:
         whole, _ = resolve_model(model, plan)
         require_valid_model(whole)
         figure, springs = whole.figure, whole.springs
-        start = initial_state(figure, plan)
+        start = initial_state(figure, plan, whole.contact)
         placement, prescribed = start.placement, start.prescribed
         obstacle = _obstacle(plan, start)
         if obstacle is not None:
@@ -162,7 +162,9 @@ class Stepper:
             _finite_vector(plan.gravity, "gravity"),
             (1.0, 1.0),
             {},
-            ContactModel(plan.scene, start.spheres, start.pairs) if start.spheres else None,
+            ContactModel(plan.scene, start.spheres, start.pairs, start.part_laws)
+            if start.spheres
+            else None,
         )
         compiled = self._compile(setting, placement, rates, prescribed, plan.start)
         self._state = StepperState.start(
@@ -550,6 +552,7 @@ class Stepper:
                 None if contacts is None else contacts.scene,
                 None if contacts is None else contacts.spheres,
                 () if contacts is None else contacts.pairs,
+                {} if contacts is None else contacts.laws,
             )
         except BranchingLawError as failure:
             raise ModelError(str(failure)) from None

@@ -1,17 +1,19 @@
 """Contact in the compiled evaluation, against that for arrays, and against Exudyn."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.contact.parts import BodyContact, BodyPart
 from generator.contact.scene import Scene
+from generator.contact.spheres import fit_contact_spheres
 from generator.contact.states import ContactStates, evaluate_contacts
 from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
+from generator.model import Model
 from generator.rotations import quaternion_from_matrix
 from generator.simulation.compiled.layout import FRICTION, IMPACT
 from generator.simulation.exudyn_model.agreement import ExudynEquations
@@ -19,6 +21,7 @@ from generator.simulation.exudyn_model.bodies import body_pose
 from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from springs import SpringSet
+from springs.contact_part import PartLaw
 from tests.compiled_models import SettableModel
 from tests.contact_figures import CRATE, FLOOR, SLOPE_AND_CRATE, TILTED, odd_body, two_segments
 from tests.poses import Pose, motion_matrix, random_pose
@@ -28,20 +31,54 @@ NONE = SpringSet()
 
 @dataclass(frozen=True)
 class Case:
-    """A figure above a scene, and the range of heights at which it is set."""
+    """A figure above a scene, and the range of heights at which it is set.
+
+    Without springs of the case it has its own, and a free root.
+    """
 
     figure: Figure
     root: str
-    plan: dict[str, Any] = field(default_factory=dict)
+    springs: SpringSet | None = None
     heights: tuple[float, float] = (-0.1, 0.5)
     states: int = 30
+    contact: BodyContact | None = None
 
+
+STAGES = ((0.0, 3e4), (0.03, 7.1e4))
+
+
+def parts_of(*segments: tuple[str, ...], figure: Figure) -> BodyContact:
+    """Parts that hold all spheres of some segments."""
+    fits = fit_contact_spheres(figure)
+    return BodyContact(
+        tuple(
+            BodyPart(
+                " and ".join(names),
+                PartLaw(STAGES, 0.8, 1.5 + k),
+                tuple(
+                    (name, number) for name in names for number in range(len(fits[name].spheres))
+                ),
+            )
+            for k, names in enumerate(segments)
+        )
+    )
+
+
+ACROSS_SEGMENTS = parts_of(("first", "second"), figure=two_segments())
+OF_PROTOTYPE = parts_of(
+    ("lower_torso", "left_upper_leg", "right_upper_leg"),
+    ("center_torso",),
+    figure=read_figure("prototype"),
+)
+"""The other spheres of the figure are parts of their own."""
 
 CASES = {
-    "one body": Case(odd_body(), "pin", {"springs": NONE}),
-    "two segments": Case(two_segments(), "root", {"springs": NONE}, (-0.1, 1.5)),
-    "prototype": Case(
-        read_figure("prototype"), "lower_torso", {"free_root": True}, (0.2, 1.6), states=15
+    "one body": Case(odd_body(), "pin", NONE),
+    "two segments": Case(two_segments(), "root", NONE, (-0.1, 1.5)),
+    "prototype": Case(read_figure("prototype"), "lower_torso", None, (0.2, 1.6), states=15),
+    "part of two segments": Case(two_segments(), "root", NONE, (-0.1, 1.5), 30, ACROSS_SEGMENTS),
+    "parts of the prototype": Case(
+        read_figure("prototype"), "lower_torso", None, (0.2, 1.6), 15, OF_PROTOTYPE
     ),
 }
 
@@ -50,12 +87,14 @@ CASES = {
 def settable(name: str, scene: Scene = SLOPE_AND_CRATE) -> tuple[SettableModel, ExudynEquations]:
     """The model, built far above the scene."""
     case = CASES[name]
-    plan = Plan(scene=scene, **case.plan)
+    plan = Plan(scene=scene, free_root=case.springs is None)
     if plan.free_root:
         plan = replace(plan, height=20.0)
     else:
         plan = replace(plan, displacements={case.root: (0.0, 0.0, 0.0, 0.0, 20.0, 0.0)})
-    model = build_model(case.figure, plan)
+    figure, springs = case.figure, case.springs
+    subject = Model.of(figure) if springs is None else Model(figure, springs)
+    model = build_model(replace(subject, contact=case.contact), plan)
     return SettableModel.of(model), ExudynEquations(model)
 
 

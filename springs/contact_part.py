@@ -1,0 +1,161 @@
+"""The resistance of a part of the body, as a whole, to what is pressed into it.
+
+The depths d_i of a part's spheres in a prop make one compression
+
+    D = (sum of d_i^p / m)^(1/p),    p = 12,
+
+close to the depth of the deepest one, whichever spheres touch; m is the number of spheres that
+touch in the part's usual pose, so that D is their depth there. The energy is Psi(D), and so the
+normal force of a sphere
+
+    N_i = F(D) w_i max(0, 1 + a D'),
+    w_i = dD/dd_i = (d_i / D)^(p-1) / m,    D' = sum of w_i d_i'.
+
+F = dPsi/dD is piecewise linear but for smooth transitions: from the depth x_j on its slope is k_j.
+Each stage adds (k_j - k_(j-1)) q(D - x_j), with q of `springs.contact.Surface`. Where a further
+sphere touches, the force has two continuous derivatives.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from springs.backends import NUMPY, Array, Operations, Real
+from springs.contact import rising_energy, rising_force, rising_slope
+
+NORM = 12
+"""p of the norm over the spheres of a part."""
+
+FIRST_TRANSITION, LATER_TRANSITION = 5e-3, 2e-3
+"""Depth over which the stiffness of the first stage, and of each later one, grows [m]."""
+
+
+@dataclass(frozen=True)
+class PartLaw:
+    """Stiffness of a part of the body by its compression, and its damping.
+
+    Attributes:
+        stages: Compressions from which on a tangent stiffness holds, with it, in increasing order
+            and from 0 on [m, N/m].
+        damping: a, zero for an elastic impact [s/m].
+        spheres: m, number of spheres that touch in the part's usual pose.
+        source: Where the numbers are from.
+    """
+
+    stages: tuple[tuple[float, float], ...]
+    damping: float = 1.0
+    spheres: float = 1.0
+    source: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        """Check the numbers. Raises ValueError."""
+        depths, stiffnesses = zip(*self.stages, strict=True) if self.stages else ((), ())
+        if not depths or depths[0] != 0.0 or sorted(set(depths)) != list(depths):
+            raise ValueError("the stages of a part begin at 0 and follow each other")
+        if not all(isfinite(k) and k > 0.0 for k in stiffnesses) or not isfinite(depths[-1]):
+            raise ValueError("the stiffness of a stage must be positive and finite")
+        if not (isfinite(self.damping) and self.damping >= 0.0):
+            raise ValueError(f"the damping must not be negative, and finite, not {self.damping:g}")
+        if not (isfinite(self.spheres) and self.spheres > 0.0):
+            raise ValueError("the number of spheres that touch must be positive")
+
+    def scaled(self, stiffness: float, damping: float = 1.0) -> "PartLaw":
+        """Return the part with factors of its stiffness and its damping."""
+        stages = tuple((depth, stiffness * k) for depth, k in self.stages)
+        return replace(self, stages=stages, damping=damping * self.damping)
+
+    def on(self, stiffness: float) -> "PartLaw":
+        """Return the law of the part in series with a floor.
+
+        The stages of the series begin where those of the part do under the same force. The damping
+        acts on the part's own rate, that of its last stage.
+
+        Args:
+            stiffness: Stiffness of the floor, infinite for a hard one [N/m].
+        """
+        if stiffness == inf:
+            return self
+        stages: list[tuple[float, float]] = []
+        depth, before, force = 0.0, 0.0, 0.0
+        for begin, k in self.stages:
+            force += before * (begin - depth)
+            stages.append((begin + force / stiffness, k * stiffness / (k + stiffness)))
+            depth, before = begin, k
+        share = stiffness / (before + stiffness)
+        return replace(self, stages=tuple(stages), damping=self.damping * share)
+
+    @property
+    def increments(self) -> Iterator[tuple[float, float, float]]:
+        """Beginning [m], added stiffness [N/m] and transition [m] of each stage."""
+        before = 0.0
+        for number, (begin, k) in enumerate(self.stages):
+            yield begin, k - before, LATER_TRANSITION if number else FIRST_TRANSITION
+            before = k
+
+    def elastic_force(self, depth: Real, ops: Operations = NUMPY) -> Real:
+        """F [N] at a compression [m]."""
+        return sum(rising_force(depth - x, k, e, ops) for x, k, e in self.increments)
+
+    def elastic_slope(self, depth: Real, ops: Operations = NUMPY) -> Real:
+        """Derivative of F [N/m] at a compression [m]."""
+        return sum(rising_slope(depth - x, k, e, ops) for x, k, e in self.increments)
+
+    def energy(self, depth: Real, ops: Operations = NUMPY) -> Real:
+        """Psi [J] at a compression [m]."""
+        return sum(rising_energy(depth - x, k, e, ops) for x, k, e in self.increments)
+
+
+@dataclass(frozen=True)
+class PartForces:
+    """Forces on the S spheres of a part in n states.
+
+    Attributes:
+        compression: D, shape (n,) [m].
+        elastic: Elastic parts of the normal forces, shape (n, S) [N].
+        normal: Normal forces, shape (n, S) [N].
+        energy: Stored energy, shape (n,) [J].
+    """
+
+    compression: Array
+    elastic: Array
+    normal: Array
+    energy: Array
+
+
+def part_forces(law: PartLaw, depths: Array, rates: Array) -> PartForces:
+    """Return the forces of a prop on the spheres of a part.
+
+    Args:
+        law: Law of the part.
+        depths: Depths of its spheres, negative outside, shape (n, S) [m].
+        rates: Rates of these, shape (n, S) [m/s].
+    """
+    compression, weights = compression_of(depths, law.spheres)
+    force = np.asarray(law.elastic_force(compression))
+    impact = np.maximum(0.0, 1.0 + law.damping * np.sum(weights * rates, axis=-1))
+    elastic = force[..., None] * weights
+    return PartForces(
+        compression, elastic, elastic * impact[..., None], np.asarray(law.energy(compression))
+    )
+
+
+def compression_of(depths: Array, spheres: float) -> tuple[Array, Array]:
+    """Return D, shape (n,) [m], and the weights w, shape (n, S), of depths of that shape [m]."""
+    inside = np.maximum(depths, 0.0)
+    largest = np.max(inside, axis=-1, initial=0.0)
+    shares = inside / np.where(largest > 0.0, largest, 1.0)[..., None]
+    root = (np.sum(shares**NORM, axis=-1) / spheres) ** (1.0 / NORM)
+    safe = np.where(root > 0.0, root, 1.0)[..., None]
+    return largest * root, (shares / safe) ** (NORM - 1) / spheres
+
+
+def usual_number_of_spheres(totals: Sequence[float] | NDArray[np.float64]) -> float:
+    """Return the m for which the stiffness is right on the average over poses.
+
+    Args:
+        totals: Sum of d_i^p over the p-th power of the largest depth, in each pose.
+    """
+    return float(np.exp(np.mean(np.log(np.asarray(totals)))))

@@ -1,0 +1,125 @@
+"""The law of a part: a gradient, smooth where spheres touch, in series with a floor."""
+
+from math import log1p
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from springs.contact_part import PartLaw, compression_of, part_forces
+
+PELVIS = PartLaw(((0.0, 30e3), (0.03, 71e3)), 1.0, 2.3)
+HEAD = PartLaw(((0.0, 150e3), (0.005, 2e6)), 0.3)
+
+DEPTHS = st.lists(st.floats(-0.02, 0.06), min_size=1, max_size=6).filter(lambda d: max(d) > 1e-4)
+
+
+def energy(law: PartLaw, depths: np.ndarray) -> float:
+    return float(part_forces(law, depths, np.zeros_like(depths)).energy)
+
+
+@pytest.mark.parametrize("law", [PELVIS, HEAD])
+@given(depths=DEPTHS)
+def test_the_forces_are_the_gradient_of_the_energy(law, depths):
+    depths = np.array(depths)
+    found = part_forces(law, depths, np.zeros_like(depths)).normal
+    step = 1e-6
+    slopes = [
+        (energy(law, depths + step * e) - energy(law, depths - step * e)) / (2.0 * step)
+        for e in np.eye(len(depths))
+    ]
+    # The curvature jumps nowhere, but is large: a step of 1e-6 m errs by 1e-8 of 2e6 N/m at most.
+    assert found == pytest.approx(slopes, rel=1e-7, abs=1e-7 * max(1.0, np.max(found)) + 2e-3)
+
+
+def test_a_further_sphere_touches_smoothly():
+    """Second differences of the force converge where a second sphere touches."""
+    times = np.linspace(-4e-4, 4e-4, 9)
+    depths = np.stack([np.full_like(times, 0.02), times], axis=-1)
+    force = part_forces(PELVIS, depths, np.zeros_like(depths)).normal
+    bends = np.diff(force, n=2, axis=0) / 1e-4**2
+    assert np.max(np.abs(bends)) < 1e-3 * 30e3 / 0.02
+
+
+@given(depth=st.floats(1e-3, 0.06), count=st.integers(1, 7))
+def test_as_many_equal_spheres_as_usual_have_the_law_of_the_part(depth, count):
+    law = PartLaw(PELVIS.stages, 1.0, count)
+    found = part_forces(law, np.full(count, depth), np.full(count, 0.4))
+    assert found.compression == pytest.approx(depth)
+    assert np.sum(found.elastic) == pytest.approx(law.elastic_force(depth))
+    assert np.sum(found.normal) == pytest.approx(1.4 * law.elastic_force(depth))
+
+
+def test_other_numbers_of_spheres_change_the_stiffness_by_less_than_a_third():
+    """One to five of a part whose usual number is two."""
+    law = PartLaw(((0.0, 30e3),), 0.0, 2.0)
+    single = float(law.elastic_force(0.02))
+    totals = [np.sum(part_forces(law, np.full(n, 0.02), np.zeros(n)).normal) for n in range(1, 6)]
+    assert 0.85 * single < min(totals) < max(totals) < 1.25 * single
+
+
+def test_compression_without_any_touch_is_zero():
+    depth, weights = compression_of(np.array([[-0.1, -0.2], [0.0, 0.0]]), 2.0)
+    assert depth.tolist() == [0.0, 0.0]
+    assert not weights.any()
+
+
+@pytest.mark.parametrize("floor", [400e3, 95e3, 67e3, 59e3])
+def test_a_floor_in_series_has_the_common_force(floor):
+    """The closed form against the equilibrium of both, beyond the transitions."""
+    made = PELVIS.on(floor)
+
+    def surplus(own: float, whole: float) -> float:
+        return float(PELVIS.elastic_force(own)) - floor * (whole - own)
+
+    for whole in np.linspace(0.012, 0.12, 30):
+        own = brentq(surplus, 0.0, whole, (whole,))
+        assert made.elastic_force(whole) == pytest.approx(PELVIS.elastic_force(own), rel=0.012)
+    assert PELVIS.on(np.inf) is PELVIS
+
+
+@pytest.mark.parametrize("spheres", [1, 3])
+@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
+def test_restitution_is_that_of_the_closed_form(spheres, speed):
+    """a v - log(1 + a v) + a r v + log(1 - a r v) = 0, whatever the stages and the spheres."""
+    mass, law = 12.0, PartLaw(PELVIS.stages, 0.8, 1.7)
+
+    def fall(_, state):
+        depths = np.full(spheres, state[0])
+        return [
+            state[1],
+            -np.sum(part_forces(law, depths, np.full(spheres, state[1])).normal) / mass,
+        ]
+
+    def leaves(t, state):
+        return state[0] - 1e-9
+
+    leaves.terminal, leaves.direction = True, -1
+    run = solve_ivp(fall, (0.0, 1.0), [2e-9, speed], events=leaves, rtol=1e-9, atol=1e-12)
+    # D' is the rate of a sphere times (spheres / m)^(1/p).
+    a = law.damping * (spheres / 1.7) ** (1.0 / 12.0)
+    r = brentq(
+        lambda r: a * speed - log1p(a * speed) + a * r * speed + log1p(-a * r * speed),
+        1e-6,
+        min(1.0, 1.0 / (a * speed)) - 1e-12,
+    )
+    assert -run.y[1, -1] / speed == pytest.approx(r, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("stages", "more", "message"),
+    [
+        ((), {}, "begin at 0"),
+        (((0.01, 1e4),), {}, "begin at 0"),
+        (((0.0, 1e4), (0.0, 2e4)), {}, "follow each other"),
+        (((0.0, -1e4),), {}, "stiffness of a stage"),
+        (((0.0, 1e4),), {"damping": -1.0}, "damping"),
+        (((0.0, 1e4),), {"spheres": 0.0}, "number of spheres"),
+    ],
+)
+def test_impossible_laws_are_refused(stages, more, message):
+    with pytest.raises(ValueError, match=message):
+        PartLaw(stages, **more)
