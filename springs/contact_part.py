@@ -2,26 +2,25 @@
 
 The depths d_i of a part's spheres in a prop make one compression
 
-    D = (sum of d_i^p / m)^(1/p),    p = 12,
+    D = (sum of d_i^p)^(1/p),    p = 12,
 
-close to the depth of the deepest one, whichever spheres touch; m is the number of spheres that
-touch in the part's usual pose, so that D is their depth there. The energy is Psi(D), and so the
+close to the depth of the deepest one, whichever spheres touch: n of the same depth d make it
+n^(1/p) d, and their force together n^(2/p) times that of one. The energy is Psi(D), and so the
 normal force of a sphere
 
     N_i = F(D) w_i max(0, 1 + a D'),
-    w_i = dD/dd_i = (d_i / D)^(p-1) / m,    D' = sum of w_i d_i'.
+    w_i = dD/dd_i = (d_i / D)^(p-1),    D' = sum of w_i d_i'.
 
 F = dPsi/dD is piecewise linear but for smooth transitions: from the depth x_j on its slope is k_j.
 Each stage adds (k_j - k_(j-1)) q(D - x_j), with q of `springs.contact.Surface`. Where a further
 sphere touches, the force has two continuous derivatives.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from springs.backends import NUMPY, Array, Operations, Real
 from springs.contact import rising_energy, rising_force, rising_slope
@@ -41,13 +40,11 @@ class PartLaw:
         stages: Compressions from which on a tangent stiffness holds, with it, in increasing order
             and from 0 on [m, N/m].
         damping: a, zero for an elastic impact [s/m].
-        spheres: m, number of spheres that touch in the part's usual pose.
         source: Where the numbers are from.
     """
 
     stages: tuple[tuple[float, float], ...]
     damping: float = 1.0
-    spheres: float = 1.0
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
@@ -59,8 +56,6 @@ class PartLaw:
             raise ValueError("the stiffness of a stage must be positive and finite")
         if not (isfinite(self.damping) and self.damping >= 0.0):
             raise ValueError(f"the damping must not be negative, and finite, not {self.damping:g}")
-        if not (isfinite(self.spheres) and self.spheres > 0.0):
-            raise ValueError("the number of spheres that touch must be positive")
 
     def scaled(self, stiffness: float, damping: float = 1.0) -> "PartLaw":
         """Return the part with factors of its stiffness and its damping."""
@@ -133,7 +128,7 @@ def part_forces(law: PartLaw, depths: Array, rates: Array) -> PartForces:
         depths: Depths of its spheres, negative outside, shape (n, S) [m].
         rates: Rates of these, shape (n, S) [m/s].
     """
-    compression, weights = compression_of(depths, law.spheres)
+    compression, weights = compression_of(depths)
     force = np.asarray(law.elastic_force(compression))
     impact = np.maximum(0.0, 1.0 + law.damping * np.sum(weights * rates, axis=-1))
     elastic = force[..., None] * weights
@@ -142,20 +137,11 @@ def part_forces(law: PartLaw, depths: Array, rates: Array) -> PartForces:
     )
 
 
-def compression_of(depths: Array, spheres: float) -> tuple[Array, Array]:
+def compression_of(depths: Array) -> tuple[Array, Array]:
     """Return D, shape (n,) [m], and the weights w, shape (n, S), of depths of that shape [m]."""
     inside = np.maximum(depths, 0.0)
     largest = np.max(inside, axis=-1, initial=0.0)
     shares = inside / np.where(largest > 0.0, largest, 1.0)[..., None]
-    root = (np.sum(shares**NORM, axis=-1) / spheres) ** (1.0 / NORM)
+    root = np.sum(shares**NORM, axis=-1) ** (1.0 / NORM)
     safe = np.where(root > 0.0, root, 1.0)[..., None]
-    return largest * root, (shares / safe) ** (NORM - 1) / spheres
-
-
-def usual_number_of_spheres(totals: Sequence[float] | NDArray[np.float64]) -> float:
-    """Return the m for which the stiffness is right on the average over poses.
-
-    Args:
-        totals: Sum of d_i^p over the p-th power of the largest depth, in each pose.
-    """
-    return float(np.exp(np.mean(np.log(np.asarray(totals)))))
+    return largest * root, (shares / safe) ** (NORM - 1)

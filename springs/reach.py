@@ -215,9 +215,12 @@ class ReachAt:
         fit: functions of the reach.
         rotation: quaternion of the rotation of the child.
         theta: angle from the centre [rad].
-        turn: turn about the limb [rad].
+        turn: turn about the limb, within half of one from the middle of its range here [rad].
         swing: theta times the axis of the shortest rotation from the centre, in the parent.
         half_tangent: tangent of half of theta.
+        place: p, theta times the cosine and the sine of the azimuth [rad].
+        lower: lower end of the turn here [rad], and its slopes along p.
+        upper: upper end, likewise.
     """
 
     fit: ReachFit
@@ -226,11 +229,9 @@ class ReachAt:
     turn: Real
     swing: Parts
     half_tangent: Real
-
-    @cached_property
-    def place(self) -> tuple[Real, Real]:
-        """p, theta times the cosine and the sine of the azimuth [rad]."""
-        return dot(self.swing, self.fit.second), -dot(self.swing, self.fit.zero)
+    place: tuple[Real, Real]
+    lower: tuple[Real, Real, Real]
+    upper: tuple[Real, Real, Real]
 
     def boundary(self, ops: Operations) -> tuple[Real, Real, Real]:
         """Return the boundary at the azimuth, its slope, and theta kept from zero [rad]."""
@@ -244,21 +245,13 @@ class ReachAt:
             slope = slope + k * (b * c - a * s)
         return value, slope, safe
 
-    def end(self, quadratic: Quadratic) -> tuple[Real, Real, Real]:
-        """Return an end of the turn [rad] and its slopes along p."""
-        k0, k1, k2, k11, k12, k22 = quadratic
-        p1, p2 = self.place
-        value = k0 + p1 * (k1 + k11 * p1 + k12 * p2) + p2 * (k2 + k22 * p2)
-        return value, k1 + 2.0 * k11 * p1 + k12 * p2, k2 + k12 * p1 + 2.0 * k22 * p2
-
     def energy(self, reach: Reach, ops: Operations) -> Real:
         """Return the stored energy [J]."""
         energy = total_energy(reach.beyond.elastic, self.theta - self.boundary(ops)[0], ops)
         if not reach.turns:
             return energy
-        upper, lower = (self.end(one)[0] for one in (self.fit.upper, self.fit.lower))
-        above = total_energy(reach.turn.elastic, self.turn - upper, ops)
-        return energy + above + total_energy(reach.turn.elastic, lower - self.turn, ops)
+        above = total_energy(reach.turn.elastic, self.turn - self.upper[0], ops)
+        return energy + above + total_energy(reach.turn.elastic, self.lower[0] - self.turn, ops)
 
     def torque(self, reach: Reach, ops: Operations) -> Vector:
         """Return the torque on the child in the half-way frame [N m], shape (..., 3)."""
@@ -275,7 +268,7 @@ class ReachAt:
             (push / safe, self.swing), (around, centre), (around * cotangent / safe, across)
         )
         if reach.turns and reach.turn.elastic:
-            (upper, *by_upper), (lower, *by_lower) = self.end(fit.upper), self.end(fit.lower)
+            (upper, *by_upper), (lower, *by_lower) = self.upper, self.lower
             above = total_torque(reach.turn.elastic, self.turn - upper, ops)
             below = total_torque(reach.turn.elastic, lower - self.turn, ops)
             # The gradient of p is a constant vector and a part that vanishes at the centre.
@@ -314,16 +307,29 @@ def _at(fit: ReachFit, r: Vector, ops: Operations) -> "ReachAt":
     x = combined((1.0, p), (-u, fit.centre))
     s, h = ops.sqrt(dot(x, x)), ops.sqrt(whole * whole + u * u)
     theta = 2.0 * ops.atan2(s, h)
-    # The turn within half of one from the middle of its range at the centre.
-    middle = 0.5 * (fit.lower[0] + fit.upper[0])
-    sine, cosine = 2.0 * u * whole, whole * whole - u * u
-    b, c = sin(middle), cos(middle)
-    turn = middle + ops.atan2(sine * c - cosine * b, cosine * c + sine * b)
     small = theta < _SMALL_ANGLE
     product = ops.smooth_where(small, 1.0, h * s)
     rate = ops.smooth_where(small, 2.0 + theta * theta / 3.0, theta / product)
     swing = combined((rate * whole, x), (rate * u, cross(fit.centre, x)))
-    return ReachAt(fit, (w, v), theta, turn, swing, s / h)
+    place = dot(swing, fit.second), -dot(swing, fit.zero)
+    lower, upper = _end(fit.lower, place), _end(fit.upper, place)
+    sine, cosine, middle = 2.0 * u * whole, whole * whole - u * u, 0.5 * (lower[0] + upper[0])
+    if isinstance(middle, float):
+        b, c = sin(middle), cos(middle)
+    else:
+        b, c = ops.sin(middle), ops.cos(middle)
+    turn = middle + ops.atan2(sine * c - cosine * b, cosine * c + sine * b)
+    return ReachAt(fit, (w, v), theta, turn, swing, s / h, place, lower, upper)
+
+
+def _end(quadratic: Quadratic, place: tuple[Real, Real]) -> tuple[Real, Real, Real]:
+    """Return an end of the turn [rad] at p, and its slopes along p."""
+    if quadratic == _FLAT:
+        return 0.0, 0.0, 0.0
+    k0, k1, k2, k11, k12, k22 = quadratic
+    p1, p2 = place
+    value = k0 + p1 * (k1 + k11 * p1 + k12 * p2) + p2 * (k2 + k22 * p2)
+    return value, k1 + 2.0 * k11 * p1 + k12 * p2, k2 + k12 * p1 + 2.0 * k22 * p2
 
 
 class _Points(NamedTuple):

@@ -41,7 +41,6 @@ PART_ROWS = TableRows(
             noun="stiffness",
         ),
         Number("damping_s_m", 0.0, 1e3, " s/m", "0: an elastic impact", example="1.0"),
-        Number("spheres_at_once", 0.1, 1e3, "", "how many touch together in the usual pose"),
         Interval("band", largest=100.0, hint="at most 100", positive_error=_POSITIVE),
         Choice("class", tuple(Evidence), example='"estimate"'),
         Text("source", example='"assumed"', is_long=True),
@@ -86,7 +85,6 @@ def _lines(part: BodyPart) -> list[str]:
         "from_m": tuple(depth for depth, _ in part.law.stages),
         "stiffness_N_m": tuple(stiffness for _, stiffness in part.law.stages),
         "damping_s_m": part.law.damping,
-        "spheres_at_once": part.law.spheres,
         "band": part.band,
         "class": part.evidence,
         "source": part.law.source,
@@ -137,7 +135,6 @@ def _parse_part(table: TableReader) -> BodyPart | None:
         law = PartLaw(
             tuple(zip(values["from_m"], values["stiffness_N_m"], strict=True)),
             values["damping_s_m"],
-            values.get("spheres_at_once", 1.0),
             values["source"],
         )
     except ValueError as fault:

@@ -79,13 +79,25 @@ def test_the_boundary_passes_its_points():
         assert beyond < radians(8.0)
 
 
+@given(plane=st.floats(-180.0, 180.0), elevation=st.floats(1.0, 150.0))
+def test_the_energy_does_not_jump_while_a_limb_turns_about_itself(plane, elevation):
+    """Nor where the turn is half of one from the middle of its range, wherever the limb points."""
+    start = matrix_from_rotation_vector(raised(plane, elevation))
+    jumps = []
+    for step in (1.0, 0.1):
+        turns = np.radians(np.arange(0.0, 361.0, step))[:, None] * np.array(Z)
+        made = rotation_vector_from_matrix(start @ matrix_from_rotation_vector(turns))
+        jumps.append(float(np.max(np.abs(np.diff(ARM.energy(made))))))
+    assert jumps[1] < 0.2 * jumps[0]
+
+
 def test_a_turn_is_told_as_the_limb_is_turned_before_it_is_raised():
     """Beyond the highest turn of each direction by 20 deg, a stop there has that depth."""
     stop = AxisSpring(UNKNOWN_AXIS, (Linear(1.0),))
     read = replace(ARM, beyond=replace(WALL, elastic=(Linear(0.0),)), turn=stop)
     for plane, elevation, low, high in TURNS:
         at = read.at(raised(plane, elevation, high + 20.0), FLOATS)
-        upper, lower = (at.end(one)[0] for one in (at.fit.upper, at.fit.lower))
+        upper, lower = at.upper[0], at.lower[0]
         assert np.degrees(at.turn - upper) == pytest.approx(20.0, abs=8.0)
         assert np.degrees(upper - lower) == pytest.approx(high - low, abs=12.0)
 

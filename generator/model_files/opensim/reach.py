@@ -99,6 +99,7 @@ class ReachExpressions:
         """Definitions of the names in the expressions, each before those that it needs."""
         fit = self.reach.fit
         middle = 0.25 * (fit.lower[0] + fit.upper[0])
+        local = 0.5 * (_end(fit.lower)[0] + _end(fit.upper)[0])
         c, s = cos(middle), sin(middle)
         w0, v0 = fit.start[0], np.array(fit.start[1])
         along, across = float(v0 @ fit.centre), w0 * np.array(fit.centre) + np.cross(v0, fit.centre)
@@ -108,8 +109,10 @@ class ReachExpressions:
             (c * w0 + s * along, s * across - c * v0),
         )
         return {
-            # The turn within half of one from the middle of its range at the centre.
-            _TURN.text: 2.0 * middle
+            # The turn within half of one from the middle of its range in this direction.
+            _TURN.text: _ANY_TURN
+            + 2.0 * pi * Expression(f"floor({((local - _ANY_TURN) * (0.5 / pi) + 0.5).text})"),
+            _ANY_TURN.text: 2.0 * middle
             + 2.0
             * _atan(self.rotation.quaternion_part(*over) / self.rotation.quaternion_part(*under)),
             **{
@@ -196,7 +199,7 @@ class ReachExpressions:
 
 _FUNCTIONS = (("C", "cos"), ("S", "sin"))
 _A, _B, _C, _S = map(Expression, ("dn", "dm", "dc", "across"))
-_THETA, _PHI, _TURN = map(Expression, ("theta", "phi", "turn"))
+_THETA, _PHI, _TURN, _ANY_TURN = map(Expression, ("theta", "phi", "turn", "any_turn"))
 
 
 def _name_of_slope(of: Expression, index: int) -> Expression:

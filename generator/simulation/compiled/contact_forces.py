@@ -62,7 +62,6 @@ from generator.simulation.compiled.layout import (
     PART_FIRST_STAGE,
     PART_LARGEST,
     PART_RATES,
-    PART_SPHERES,
     PART_STAGES,
     PART_SUM,
     PART_SUM_COLUMNS,
@@ -165,12 +164,11 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
     for t in range(count):
         part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
         largest, at = sums[part, d, PART_LARGEST], mechanism.part_offsets[part, d]
-        spheres = table[at + PART_SPHERES]
         factor, normal, stiffness, damping = 0.0, 0.0, 0.0, 0.0
         elastic = 0.0
         if largest > 0.0:
-            root = (sums[part, d, PART_SUM] / spheres) ** (1.0 / NORM)
-            scale = 1.0 / (spheres * _one_power_less(root))
+            root = sums[part, d, PART_SUM] ** (1.0 / NORM)
+            scale = 1.0 / _one_power_less(root)
             weight = scale * _one_power_less(max(touches[t, TOUCH_DEPTH], 0.0) / largest)
             force, slope = 0.0, 0.0
             for stage in range(int(table[at + PART_STAGES])):

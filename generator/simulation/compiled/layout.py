@@ -146,9 +146,9 @@ TOUCH_GROUP, TOUCH_SPHERE, TOUCH_PROP = range(3)
 MOST_PROPS_AT_ONCE = 64
 """Number of props, for each sphere, that can be touched at once by all spheres together."""
 
-PART_SPHERES, PART_DAMPING, PART_STAGES, PART_FIRST_STAGE = range(4)
-"""Places of the constants of a part and a prop: m and a of `PartLaw`, number of stages, and of each
-stage its beginning, added stiffness and transition (3)."""
+PART_DAMPING, PART_STAGES, PART_FIRST_STAGE = range(3)
+"""Places of the constants of a part and a prop: damping and number of stages of `PartLaw`, and of
+each stage its beginning, added stiffness and transition (3)."""
 
 PART_LARGEST, PART_SUM, PART_RATES, PART_WEIGHTS = range(4)
 """Columns of `part_sums`: largest depth of the part's spheres in a prop, and sums over the shares s
@@ -213,7 +213,7 @@ class Mechanism(NamedTuple):
         sphere_parts: part of the body to which each sphere belongs, shape (c,); (0,) where each
             sphere resists by itself.
         part_offsets: first of `part_parameters` for each part and prop, shape (parts, d).
-        part_parameters: their constants; see `PART_SPHERES`.
+        part_parameters: their constants; see `PART_DAMPING`.
         pairs: links of pairs of capsules, shape (a, 2).
         pair_constants: their places, shape (a, PAIR_CONSTANT_COLUMNS).
         pair_parameters: constants of their law.

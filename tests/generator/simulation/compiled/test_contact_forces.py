@@ -54,7 +54,7 @@ def parts_of(*segments: tuple[str, ...], figure: Figure) -> BodyContact:
         tuple(
             BodyPart(
                 " and ".join(names),
-                PartLaw(STAGES, 0.8, 1.5 + k),
+                PartLaw(STAGES, 0.8 + k),
                 tuple(
                     (name, number) for name in names for number in range(len(fits[name].spheres))
                 ),
