@@ -58,8 +58,8 @@ def test_lengths_are_the_angles_beyond_the_ends(name: str) -> None:
     at = made.reach.at(rotation_vector(of, displacements))
     expected = {"reach": at.theta - at.boundary(NUMPY)[0]}
     if made.reach.turns:
-        expected["turn_upper"] = at.turn - at.end(at.fit.upper)[0]
-        expected["turn_lower"] = at.end(at.fit.lower)[0] - at.turn
+        expected["turn_upper"] = at.turn - at.upper[0]
+        expected["turn_lower"] = at.lower[0] - at.turn
     found = {end.label: evaluated(made, end.length, turns) for end in made.lengths()}
     inside = at.theta < radians(175.0)
     assert found.keys() == expected.keys()
