@@ -16,6 +16,7 @@ from generator.contact.record import (
 )
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure import Figure
+from generator.model import Model
 from generator.recording import Recording
 from generator.rotations import Array
 
@@ -89,6 +90,13 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
     }
 
 
+def _parts_text(model: Model) -> str:
+    """Return in how many parts the spheres are; "" where each resists by itself."""
+    if model.contact is None:
+        return ""
+    return f" of {format_count(len(model.contact.parts), 'part')}"
+
+
 def contact_rows(
     recording: Recording, spheres: "Mapping[str, SegmentSpheres]", *, self_contact: bool = False
 ) -> list[tuple[str, str]]:
@@ -98,7 +106,9 @@ def contact_rows(
     count = sum(len(one.spheres) for one in spheres.values())
     errors = [one.largest_error for one in spheres.values() if one.largest_error is not None]
     fit = f"; error in height at most {1000.0 * max(errors):.0f} mm" if errors else ""
-    rows = [("contact", f"{format_count(count, 'sphere')}{fit}"), *_touch_rows(recording, record)]
+    parts = "" if recording.model is None else _parts_text(recording.model)
+    spheres_text = f"{format_count(count, 'sphere')}{parts}{fit}"
+    rows = [("contact", spheres_text), *_touch_rows(recording, record)]
     if record.max_force > 0.0:
         peak = max(record.segments, key=lambda name: record.segments[name].peak_force)
         force = f"at most {record.max_force:.4g} N, at {record.max_force_time:.3g} s"

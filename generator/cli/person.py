@@ -16,6 +16,7 @@ from generator.cli.options import CM, angle_from_option, length_from_option, mas
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.diagnostics import InputError, error, warning
 from generator.figure_file.read import FIGURE_FILE
+from generator.input_files.contact import contact_path
 from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
 from generator.person.densities import (
@@ -28,6 +29,7 @@ from generator.person.person import Person, build_person
 from generator.person.person_files import (
     MADE_BY,
     RIENER_SPRINGS,
+    contact_title,
     describe_measures,
     person_files,
     springs_title,
@@ -43,6 +45,13 @@ class PersonSprings(StrEnum):
     RIENER = "riener"
     COUPLED = "coupled"
     NONE = "none"
+
+
+class PersonContact(StrEnum):
+    """Contact of a person with props."""
+
+    SPHERES = "spheres"
+    PARTS = "parts"
 
 
 _ORIGINS = {
@@ -159,6 +168,13 @@ def person(
             "ankle, from 0 to 15 deg: an estimate.",
         ),
     ] = "10deg",
+    contact: Annotated[
+        PersonContact,
+        typer.Option(
+            help="Contact with props: each sphere resists by itself (spheres), or parts of the "
+            "body have laws of their own (parts)."
+        ),
+    ] = PersonContact.SPHERES,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -186,7 +202,11 @@ def person(
         springs=springs,
         hip_datum=datum,
     )
-    files = None if output is None else person_files(made, output)
+    files = (
+        None
+        if output is None
+        else person_files(made, output, with_parts=contact is PersonContact.PARTS)
+    )
     models = [] if files is None else [files]
     for model in models:
         _check_files(model, measures)
@@ -260,23 +280,30 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
     """Raise InputError for files that cannot be written, or springs that are not of a person."""
     beside = [file for file in model.contents if file.parent == model.path.parent]
     check_writable(beside, [measures])
+    titles = {
+        springs_path(model.path): ("springs", springs_title),
+        springs_path(model.path, RIENER_SPRINGS): ("springs", springs_title),
+        contact_path(model.path): ("parts", contact_title),
+    }
     errors = [
         error(
-            f"`{path}` exists with other springs and would be replaced",
+            f"`{path}` exists with other {what} and would be replaced",
             hint="move it, or write another figure",
         )
-        for path in (springs_path(model.path), springs_path(model.path, RIENER_SPRINGS))
-        if path in model.contents and path.exists() and not _may_be_replaced(path, model.path)
+        for path, (what, title) in titles.items()
+        if path in model.contents
+        and path.exists()
+        and not _may_be_replaced(path, title(model.path))
     ]
     if errors:
         raise InputError(errors)
 
 
-def _may_be_replaced(springs: Path, figure: Path) -> bool:
-    """Return whether this command made the springs, and for the same figure.
+def _may_be_replaced(path: Path, title: str) -> bool:
+    """Return whether this command made a file, and for the figure in its title.
 
     The springs of `me.riener.fig` are where the other ones of `me.fig` are.
     """
-    with springs.open(encoding="utf-8", errors="replace") as file:
+    with path.open(encoding="utf-8", errors="replace") as file:
         first = file.readline(1000).rstrip("\n")
-    return first.startswith(f"# {springs_title(figure)}, ") and first.endswith(MADE_BY)
+    return first.startswith(f"# {title}, ") and first.endswith(MADE_BY)

@@ -41,6 +41,7 @@ from generator.cli.progress import (
     progress_bar,
 )
 from generator.diagnostics import InputError, UsageError
+from generator.input_files.contact import contact_of_figure
 from generator.input_files.loads import LOADS_FILE
 from generator.model import Model
 from generator.motion_files import motion_from_recording
@@ -219,7 +220,8 @@ def simulate(
         if velocities
         else {},
     )
-    scaled = inputs.scale_parameters(Model(figure, spring_set), plan, scales or ())
+    subject = Model(figure, spring_set, contact_of_figure(figure))
+    scaled = inputs.scale_parameters(subject, plan, scales or ())
     model, plan = scaled.model, scaled.plan
     figure, spring_set = model.figure, model.springs
     diagnostics += (*more, *inputs.start_warnings(figure, spring_set, plan.displacements))

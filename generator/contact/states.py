@@ -190,7 +190,7 @@ def evaluate_contacts(
     depths, rates = np.full((count, len(radii)), -np.inf), np.zeros((count, len(radii)))
     forces, moments = np.zeros_like(centres), np.zeros_like(centres)
     energy, impact, friction = (np.zeros(count) for _ in range(3))
-    parts = np.array(contacts.parts)
+    parts = np.array([one.part for some in contacts.spheres.values() for one in some])
     spheres_of = {name: np.flatnonzero(parts == name) for name in contacts.laws}
     for prop in contacts.scene.props:
         pose = prop.shape.pose

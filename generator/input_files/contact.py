@@ -56,6 +56,11 @@ def read_contact(path: str | Path) -> BodyContact:
     return CONTACT_FILE.read(path)
 
 
+def contact_path(path: Path) -> Path:
+    """Return the path of the parts of the figure file at `path`."""
+    return path.with_name(path.stem + CONTACT_FILE.suffix)
+
+
 def contact_of_figure(figure: Figure) -> BodyContact | None:
     """Return the parts in the file beside that of a figure; None without one.
 
@@ -63,7 +68,7 @@ def contact_of_figure(figure: Figure) -> BodyContact | None:
     """
     if figure.path is None:
         return None
-    path = figure.path.with_name(figure.path.stem + CONTACT_FILE.suffix)
+    path = contact_path(figure.path)
     return read_contact(path) if is_file(path) else None
 
 

@@ -45,6 +45,13 @@ _NUMBERS: Mapping[str, Number] = {
         " m/s",
         "below it friction is smaller; the default is 0.02",
     ),
+    "own_stiffness": Number(
+        "own_stiffness_N_m",
+        1.0,
+        1e9,
+        " N/m",
+        "of what is below, in series with parts of the body; without it hard",
+    ),
 }
 """Numbers of a surface, by attribute."""
 
@@ -63,7 +70,7 @@ SCENE_TABLES: Mapping[str, TableRows] = {
 
 _FILE_KIND = "scene file"
 _DEFAULTS = Surface()
-_SELDOM_WRITTEN = ("transition_depth", "friction_speed")
+_SELDOM_WRITTEN = ("transition_depth", "friction_speed", "own_stiffness")
 """Numbers of a surface that are written where they differ from their defaults."""
 
 

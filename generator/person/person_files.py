@@ -5,15 +5,21 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 
-from generator.losses import Losses
+from generator.contact.spheres import fit_spheres
+from generator.figure import ContactSphere
+from generator.geometry.psurf import PSURF_FILE, format_psurf
+from generator.input_files.contact import contact_path, write_contact
+from generator.losses import Loss, Losses
 from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
 from generator.model_files.model_files import ModelFiles
 from generator.person.body import side_names
+from generator.person.contact_parts import person_contact
 from generator.person.measures import Measures
 from generator.person.passive_joints import springs_comment
 from generator.person.person import Person
-from generator.person.sources import SourcedNumber
+from generator.person.sources import SourcedNumber, load_data_file
 from generator.springs_file.write import write_springs
 from generator.text_io import (
     format_csv_comment,
@@ -27,6 +33,9 @@ RIENER_SPRINGS = "riener"
 """Name that chooses the springs with the law of hip and knee alone: `--springs riener`."""
 
 SOURCES_SUFFIX = ".sources.csv"
+
+_COMMENT_WIDTH = 98
+"""Characters of a line of a comment."""
 
 MADE_BY = "made by `mover person`"
 """End of the first line of the files; one that ends so may be replaced."""
@@ -42,10 +51,20 @@ def springs_title(path: Path) -> str:
     return f"Passive joints of {path.name}"
 
 
-def person_files(person: Person, path: Path) -> ModelFiles:
+def contact_title(path: Path) -> str:
+    """Return the first words in the parts of the figure file at `path`."""
+    return f"Contact of the parts of {path.name}"
+
+
+def person_files(person: Person, path: Path, *, with_parts: bool = False) -> ModelFiles:
     """Return the files of a person whose figure file is at `path`.
 
-    The loss, if there is one, is that springs of another figure are beside it.
+    The losses, if there are any, are that springs or parts of another figure are beside it.
+
+    Args:
+        person: The person.
+        path: Path of the figure file.
+        with_parts: Whether parts of the body touch props as wholes.
     """
     who = describe_measures(person.body.measures)
     beside = {sources_path(path): format_sources(person.sources, path.name)}
@@ -58,6 +77,11 @@ def person_files(person: Person, path: Path) -> ModelFiles:
             comment = f"{first}\n\n{springs_comment()}"
             named = replace(springs, figure=path.stem)
             beside[springs_path(path, name)] = write_springs(named, comment)
+    if with_parts:
+        first = f"{contact_title(path)}, {who}, {MADE_BY}"
+        comment = f"{first}\n\n{fill(load_data_file('contact_parts').note, _COMMENT_WIDTH)}"
+        contact = person_contact(_spheres_in_files(person))
+        beside[contact_path(path)] = write_contact(contact, comment)
     files = figure_files(
         person.figure,
         path,
@@ -66,8 +90,30 @@ def person_files(person: Person, path: Path) -> ModelFiles:
         surface_names={segment: name for name in person.surfaces for segment in side_names(name)},
         comment=f"A person, {who}, {MADE_BY}\nSources of the numbers: {sources_path(path).name}",
     )
-    stale = older_springs_loss(path) if person.springs_file is None else None
-    return ModelFiles(path, files, Losses.collect("figure", [stale]))
+    stale = [
+        older_springs_loss(path) if person.springs_file is None else None,
+        None if with_parts else _older_parts_loss(path),
+    ]
+    return ModelFiles(path, files, Losses.collect("figure", stale))
+
+
+def _older_parts_loss(path: Path) -> Loss | None:
+    """Return the loss that parts beside the figure file at `path` are not of this figure."""
+    beside = contact_path(path)
+    if not beside.exists():
+        return None
+    return Loss("an older contact file stands beside the figure and will be used", (str(beside),))
+
+
+def _spheres_in_files(person: Person) -> dict[str, tuple[ContactSphere, ...]]:
+    """Return the contact spheres of the segments: their own, or those fitted to written psurfs."""
+    spheres: dict[str, tuple[ContactSphere, ...]] = {}
+    for name, surface in person.surfaces.items():
+        written = PSURF_FILE.parse_text(format_psurf(surface)).require_value()
+        for segment in side_names(name):
+            own = person.figure.segments[segment].contact_spheres
+            spheres[segment] = own or fit_spheres(written)
+    return spheres
 
 
 def describe_measures(measures: Measures) -> str:

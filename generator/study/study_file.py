@@ -26,6 +26,7 @@ from generator.diagnostics import (
 )
 from generator.figure_file.read import FIGURE_FILE
 from generator.file_kind import FileKind
+from generator.input_files.contact import contact_of_figure
 from generator.model import Model
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import check_hip_datum
@@ -187,7 +188,8 @@ def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
     loaded = value_of_file(top, key, load_springs(figure, path.parent, path.stem, choice, law))
     if loaded is None:
         return None
-    return _Subject(figure.name or path.stem, Model(figure, loaded.springs))
+    model = Model(figure, loaded.springs, contact_of_figure(figure))
+    return _Subject(figure.name or path.stem, model)
 
 
 def _springs_choice(top: TableReader, folder: Path) -> str | Path | None:
