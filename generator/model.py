@@ -5,10 +5,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import cast
 
-from generator.contact.parts import BodyContact
+from generator.contact_file.file import contact_of_figure
+from generator.contact_file.parts import BodyContact
 from generator.diagnostics import UnknownNameError, shorten, spelling_hint
 from generator.figure import Figure
-from generator.input_files.contact import contact_of_figure
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet
 

@@ -64,8 +64,8 @@ class Surface:
     friction: float = 0.6
     transition_depth: float = 5e-3
     friction_speed: float = 0.02
-    own_stiffness: float = inf
     source: str = field(default="", compare=False)
+    own_stiffness: float = inf
 
     def __post_init__(self) -> None:
         """Check the numbers. Raises ValueError."""

@@ -1,6 +1,6 @@
 """Any scene that a file can hold."""
 
-from math import degrees
+from math import degrees, inf
 
 from hypothesis import strategies as st
 
@@ -25,6 +25,7 @@ surfaces = st.builds(
     st.floats(1e-6, 1.0) | st.just(5e-3),
     st.floats(1e-6, 10.0) | st.just(0.02),
     words,
+    st.floats(1.0, 1e9) | st.just(inf),
 )
 names = st.text(min_size=1, max_size=40).filter(str.isprintable)
 

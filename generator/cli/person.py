@@ -14,9 +14,9 @@ import typer
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
 from generator.cli.options import CM, angle_from_option, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
+from generator.contact_file.file import contact_path
 from generator.diagnostics import InputError, error, warning
 from generator.figure_file.read import FIGURE_FILE
-from generator.input_files.contact import contact_path
 from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
 from generator.person.densities import (

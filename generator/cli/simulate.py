@@ -40,8 +40,8 @@ from generator.cli.progress import (
     no_monitor,
     progress_bar,
 )
+from generator.contact_file.file import contact_of_figure
 from generator.diagnostics import InputError, UsageError
-from generator.input_files.contact import contact_of_figure
 from generator.input_files.loads import LOADS_FILE
 from generator.model import Model
 from generator.motion_files import motion_from_recording

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from typing import Any
 
-from generator.contact.parts import BodyContact, BodyPart, Evidence
+from generator.contact_file.parts import BodyContact, BodyPart, Evidence
 from generator.figure import ContactSphere
 from generator.person.sources import load_data_file
 from springs.contact_part import PartLaw

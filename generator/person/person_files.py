@@ -8,9 +8,9 @@ from pathlib import Path
 from textwrap import fill
 
 from generator.contact.spheres import fit_spheres
+from generator.contact_file.file import contact_path, write_contact
 from generator.figure import ContactSphere
 from generator.geometry.psurf import PSURF_FILE, format_psurf
-from generator.input_files.contact import contact_path, write_contact
 from generator.losses import Loss, Losses
 from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
 from generator.model_files.model_files import ModelFiles

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from generator.contact.scene import NO_SCENE, Scene, add_floor
+from generator.contact_file.file import contact_of_figure
 from generator.diagnostics import ModelError, WallLimitError
 from generator.drive import Drive
 from generator.figure import Figure
-from generator.input_files.contact import contact_of_figure
 from generator.kinematics.links import NO_LINKS, Links
 from generator.loads import TimedLoad
 from generator.model import Model

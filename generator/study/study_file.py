@@ -11,6 +11,7 @@ from math import radians
 from pathlib import Path
 from typing import NamedTuple
 
+from generator.contact_file.file import contact_of_figure
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
@@ -26,7 +27,6 @@ from generator.diagnostics import (
 )
 from generator.figure_file.read import FIGURE_FILE
 from generator.file_kind import FileKind
-from generator.input_files.contact import contact_of_figure
 from generator.model import Model
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import check_hip_datum

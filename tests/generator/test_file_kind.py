@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import read_figure
+from generator.contact_file.file import CONTACT_FILE, write_contact
 from generator.diagnostics import InputError, select_errors
 from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure, write_pose
@@ -84,6 +85,16 @@ time left_knee_1
 0 10
 0.5 20
 """
+PART = """[[part]]
+name = "pelvis"
+spheres = ["lower_torso 0", "left thigh 12"]
+from_m = [0, 0.03]
+stiffness_N_m = [30e3, 71e3]
+damping_s_m = 1
+band = [0.8, 1.7]
+class = "scaled"
+source = "of twelve people"
+"""
 PSURF = "0 0 0\n10 0 0\n0 10 0\n0 0 10\n;;\n1 3 2;\n1 2 4;\n1 4 3;\n2 3 4;\n;;\n"
 
 
@@ -113,6 +124,7 @@ class Example:
 
 EXAMPLES = {
     "ACTION_FILE": Example(ACTION_FILE, ACTION, write=format_action),
+    "CONTACT_FILE": Example(CONTACT_FILE, PART, write=write_contact),
     "COORDINATES_FILE": Example(COORDINATES_FILE, COORDINATES, content=table_content),
     "DRIVES_FILE": Example(
         DRIVES_FILE, "time [s],left_knee [deg]\n0,0\n1,10\n2,5\n", (FIGURE,), content=repr

@@ -7,10 +7,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from generator.contact.parts import BodyContact
 from generator.contact.scene import Penetration, Scene, deepest_start
 from generator.contact.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.contact.states import ContactModel
+from generator.contact_file.parts import BodyContact
 from generator.diagnostics import Diagnostic, ModelError, NamedMapping
 from generator.figure import ContactSphere, Figure
 from generator.figure_file.check import require_valid_figure

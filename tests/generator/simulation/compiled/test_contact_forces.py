@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.contact.parts import BodyContact, BodyPart
 from generator.contact.scene import Scene
 from generator.contact.spheres import fit_contact_spheres
 from generator.contact.states import ContactStates, evaluate_contacts
+from generator.contact_file.parts import BodyContact, BodyPart
 from generator.figure import Figure
 from generator.kinematics.placement import forward_kinematics
 from generator.model import Model

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from generator.contact.parts import BodyContact, BodyPart, Evidence
+from generator.contact_file.parts import BodyContact, BodyPart, Evidence
 from generator.diagnostics import Diagnostics, ModelError, Source
 from generator.figure import Figure
 from generator.file_kind import FileKind
@@ -130,7 +130,7 @@ def _parse_part(table: TableReader) -> BodyPart | None:
         segment, _, number = text.rpartition(" ")
         if not segment or not number.isdecimal():
             hint = 'write the segment and the number of the sphere, as "head 0"'
-            table.error("spheres", f"`{text}` is no sphere", hint, k)
+            table.error("spheres", f"`{text}` does not name a sphere", hint, k)
         else:
             spheres.append((segment, int(number)))
     needed = ("name", "from_m", "stiffness_N_m", "damping_s_m", "class", "source")

@@ -11,7 +11,7 @@ from springs.short_repr import short_repr
 
 
 class Evidence(Enum):
-    """What the numbers of a part rest on."""
+    """Evidence for the numbers of a part."""
 
     PUBLISHED = "published"
     SCALED = "scaled"
@@ -28,7 +28,7 @@ class BodyPart:
         law: Its stiffness and damping.
         spheres: Its contact spheres: segment, and number of the sphere there from 0 on.
         band: Lowest and highest likely stiffness over that of the law.
-        evidence: What the numbers rest on.
+        evidence: Evidence for the numbers.
     """
 
     name: str

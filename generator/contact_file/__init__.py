@@ -1,0 +1,1 @@
+"""Parts of a body that touch props as wholes, and their files."""
