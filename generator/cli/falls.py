@@ -3,7 +3,7 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import sqrt
+from math import isfinite, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -61,8 +61,8 @@ class FallsResult(answer.CommandResult):
             rows.append((_TITLES[name], *_distribution_cells(values)))
         yield answer.Table(rows)
         lines = [f"time   {self.wall_s:.3g} s, {self.method.value} method"]
-        hits, done = self.falls["head_hit_share"], int(self.result.is_done.sum())
-        if isinstance(hits, float) and done:
+        hits, done = self.result.head_hit_share, int(self.result.is_done.sum())
+        if isfinite(hits):
             low, high = share_interval(hits, done)
             interval = f"95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %"
             lines.insert(0, f"head   hits in {100.0 * hits:.0f} % of falls ({interval})")

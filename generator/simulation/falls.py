@@ -5,7 +5,6 @@ uniform distribution, so that one seed is one fall. A standing person is upright
 +z, as persons and the prototype do.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin
 
@@ -31,8 +30,6 @@ from generator.simulation.plan import Plan
 
 Range = tuple[float, float]
 """Least and largest value of a uniform distribution."""
-
-Spheres = Mapping[str, Sequence[ContactSphere]]
 
 FALL_DURATION = 2.0
 """Duration of a fall, in which all parts of a person come to lie [s]."""
@@ -127,13 +124,12 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
     upright = forward_kinematics(tree, pose)
     pose[root.name] = _turned(upright, root, matrix_from_axis_angle(across, lean))
     placement = forward_kinematics(tree, pose)
-    spheres = {name: fit.spheres for name, fit in fit_contact_spheres(figure).items()}
     scene = read_scene(fall.scene) if fall.scene else NO_SCENE
     if fall.toes is not None:
-        scene = _moved_ahead(scene, _toes(placement, spheres) - fall.toes)
+        scene = _moved_ahead(scene, _toes(placement) - fall.toes)
     velocities = {root.child.segment: (0.0, 0.0, 0.0, *(speed * ahead).tolist())}
     if feet_speed:
-        velocities |= _swing_legs(placement, spheres, feet_speed)
+        velocities |= _swing_legs(placement, feet_speed)
     moved = [root.name, *(name for name in pose if name in _leg_joints())]
     return Plan(
         stop=FALL_DURATION,
@@ -191,25 +187,28 @@ def _turned(placement: Placement, root: Joint, rotation: Array) -> Array:
     return chain.displacements(pose_matrix(turned, pose[:3, 3]))
 
 
-def _swing_legs(
-    placement: Placement, spheres: Spheres, speed: float
-) -> dict[str, tuple[float, ...]]:
+def _spheres(placement: Placement) -> dict[str, tuple[ContactSphere, ...]]:
+    fits = fit_contact_spheres(placement.tree.figure)
+    return {name: fit.spheres for name, fit in fits.items()}
+
+
+def _swing_legs(placement: Placement, speed: float) -> dict[str, tuple[float, ...]]:
     """Return the rates of the hips that move the feet ahead at a speed [m/s]."""
     figure, rates = placement.tree.figure, dict[str, tuple[float, ...]]()
+    lowest = lowest_sphere_point(placement, _spheres(placement), _UP)
     for name in (f"{side}_hip_joint" for side in SIDES):
         joint = figure.joints[name]
         site = figure.segments[joint.parent.segment].sites[joint.parent.site]
         centre = (placement.poses[joint.parent.segment] @ site.pose_in_segment)[:3, 3]
-        length = float(centre @ _UP) - lowest_sphere_point(placement, spheres, _UP)
-        rates[name] = (*[0.0] * (len(joint.chain) - 1), speed / length)
+        rates[name] = (*[0.0] * (len(joint.chain) - 1), speed / (float(centre @ _UP) - lowest))
     return rates
 
 
-def _toes(placement: Placement, spheres: Spheres) -> float:
+def _toes(placement: Placement) -> float:
     """Return the foremost coordinate of the contact spheres near the lowest one [m]."""
     points = [
         ((placement.poses[name] @ np.append(one.centre, 1.0))[:3], one.radius)
-        for name, some in spheres.items()
+        for name, some in _spheres(placement).items()
         for one in some
     ]
     lowest = min(centre[1] - radius for centre, radius in points)

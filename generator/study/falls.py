@@ -134,7 +134,9 @@ class Falls:
 
     @property
     def head_hit_share(self) -> float:
-        """Return the share of falls in which the head touches; NaN without a fall."""
+        """Return the share of falls in which the head touches; NaN without a head or a fall."""
+        if f"{HEAD}_touch_s" not in self.study.measures:
+            return np.nan
         hits = np.isfinite(self.measure(f"{HEAD}_touch_s"))[self.is_done]
         return float(hits.mean()) if hits.size else np.nan
 
