@@ -242,8 +242,8 @@ def simulate(
             if velocities
             else {},
         )
-    given = Model(figure, spring_set), plan
-    scaled = inputs.scale_parameters(*given, scales or ())
+    unscaled_model, unscaled_plan = Model(figure, spring_set), plan
+    scaled = inputs.scale_parameters(unscaled_model, unscaled_plan, scales or ())
     model, plan = scaled.model, scaled.plan
     figure, spring_set = model.figure, model.springs
     diagnostics += (*more, *inputs.start_warnings(figure, spring_set, plan.displacements))
@@ -275,12 +275,11 @@ def simulate(
         from generator.cli.falls import simulate_falls  # imports all of a study
 
         own = {key: getattr(plan, key) for key in ("start", "stop", "links", "locked", "drives")}
-        given_model, given_plan = given
         result = simulate_falls(
             name,
-            given_model,
+            unscaled_model,
             fall,
-            replace(given_plan, **own),
+            replace(unscaled_plan, **own),
             more_starts,
             scaled.values,
             files,
