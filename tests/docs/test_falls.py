@@ -20,7 +20,7 @@ def test_every_kind_has_a_row():
 
 @pytest.mark.parametrize("kind", FALLS)
 def test_a_row_has_the_numbers_of_its_kind(kind: str):
-    fall, (_, lean, speed, beside) = FALLS[kind], ROWS[kind].split(" | ")
+    fall, (_, lean, speed, beside) = FALLS[kind], ROWS[kind].split("|")
     angles = sorted({round(abs(degrees(end)), 9) for end in fall.lean} - {0.0})
     assert [float(number) for number in re.findall(r"[\d.]+", lean)] == angles
     speeds = sorted(set(fall.speed)) if any(fall.speed) else []
