@@ -15,7 +15,7 @@ from generator.contact.scene import NO_SCENE, Scene, add_floor
 from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import ModelError, NamedMapping, spelling_hint
 from generator.figure import ContactSphere, Figure, Joint
-from generator.input_files.scene import read_scene
+from generator.input_files.scene import SCENE_FILE
 from generator.joint_chain import build_chain
 from generator.kinematics.free_root import lowest_sphere_point
 from generator.kinematics.placement import (
@@ -39,7 +39,7 @@ TOE_HEIGHT = 0.1
 
 _UP = np.array([0.0, 1.0, 0.0])
 
-SIDES = ("left", "right")
+_SIDES = ("left", "right")
 
 _SHARES = {"hip_joint": 0.5, "knee": 1.0, "ankle": 0.5}
 """Flexion of the joints of a leg, the last displacement of each, over that of the knee."""
@@ -124,7 +124,7 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
     upright = forward_kinematics(tree, pose)
     pose[root.name] = _turned(upright, root, matrix_from_axis_angle(across, lean))
     placement = forward_kinematics(tree, pose)
-    scene = read_scene(fall.scene) if fall.scene else NO_SCENE
+    scene = SCENE_FILE.read(SCENE_FILE.shipped()[fall.scene]) if fall.scene else NO_SCENE
     if fall.toes is not None:
         scene = _moved_ahead(scene, _toes(placement) - fall.toes)
     velocities = {root.child.segment: (0.0, 0.0, 0.0, *(speed * ahead).tolist())}
@@ -143,7 +143,7 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
 
 def _leg_joints() -> dict[str, float]:
     """Return the joints of both legs, with their shares of the angle of the knee."""
-    return {f"{side}_{name}": share for side in SIDES for name, share in _SHARES.items()}
+    return {f"{side}_{name}": share for side in _SIDES for name, share in _SHARES.items()}
 
 
 def _standing_joint(figure: Figure) -> Joint:
@@ -151,7 +151,7 @@ def _standing_joint(figure: Figure) -> Joint:
 
     Raises ModelError for a figure that does not stand as persons do.
     """
-    needed = [f"{side}_{name}" for side in SIDES for name in ("hip_joint", "knee")]
+    needed = [f"{side}_{name}" for side in _SIDES for name in ("hip_joint", "knee")]
     for name in needed:
         if name not in figure.joints:
             hint = spelling_hint(name, figure.joints)
@@ -172,7 +172,7 @@ def _bend_legs(start: Displacements, left: float, right: float) -> dict[str, Arr
     """Return displacements with bent knees [rad]; trunk and soles keep their direction."""
     pose = dict(start)
     for name in _leg_joints().keys() & pose.keys():
-        knee = left if name.startswith(SIDES[0]) else right
+        knee = left if name.startswith(_SIDES[0]) else right
         pose[name] = np.array([*pose[name][:-1], pose[name][-1] + _leg_joints()[name] * knee])
     return pose
 
@@ -196,7 +196,7 @@ def _swing_legs(placement: Placement, speed: float) -> dict[str, tuple[float, ..
     """Return the rates of the hips that move the feet ahead at a speed [m/s]."""
     figure, rates = placement.tree.figure, dict[str, tuple[float, ...]]()
     lowest = lowest_sphere_point(placement, _spheres(placement), _UP)
-    for name in (f"{side}_hip_joint" for side in SIDES):
+    for name in (f"{side}_hip_joint" for side in _SIDES):
         joint = figure.joints[name]
         site = figure.segments[joint.parent.segment].sites[joint.parent.site]
         centre = (placement.poses[joint.parent.segment] @ site.pose_in_segment)[:3, 3]

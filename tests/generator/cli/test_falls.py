@@ -139,6 +139,7 @@ def test_a_table_of_falls_is_a_csv_file(tmp_path: Path):
     assert "the table of runs is a .csv or a .parquet file" in result.stderr
 
 
+@pytest.mark.slow
 def test_falls_that_fail_are_counted():
     result = mover("simulate", "male50", "--fall", "stairs", "--starts", 2, "--height", 0)
     assert result.exit_code == 3

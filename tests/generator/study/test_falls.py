@@ -102,6 +102,7 @@ def four() -> Falls:
     return run_falls(MAN, "push", 4, seed=5, plan=plan, jobs=2)
 
 
+@pytest.mark.slow
 def test_each_fall_is_a_run_of_its_own_bit_for_bit(four: Falls):
     assert four.seeds.tolist() == [[5.0], [6.0], [7.0], [8.0]]
     for k, seed in enumerate((5, 6, 7, 8)):
@@ -116,6 +117,7 @@ def test_each_fall_is_a_run_of_its_own_bit_for_bit(four: Falls):
                 assert row[f"{part}_speed_m_per_s"] == one.impact_speed
 
 
+@pytest.mark.slow
 def test_the_falls_have_the_weight_of_the_man(four: Falls):
     mass = sum(body.mass or 0.0 for body in MAN.bodies.values())
     assert four.weight == pytest.approx(9.81 * mass)
