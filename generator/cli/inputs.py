@@ -190,9 +190,9 @@ def fall_from_options(
     seed = settings.get("seed", 0)
     if seed < 0:
         raise UsageError(f"--seed {seed}: the seed must not be negative")
-    x, _, z = settings.get("gravity", STANDARD_GRAVITY)
-    if (x, z) != (0.0, 0.0):
-        raise UsageError("--gravity of a --fall is along y, 0,-G,0: its floor is level")
+    x, y, z = settings.get("gravity", STANDARD_GRAVITY)
+    if (x, z) != (0.0, 0.0) or y > 0.0:
+        raise UsageError("--gravity points down with --fall, as 0,-9.81,0: its floor is level")
     try:
         plan = fall_plan(figure, settings["fall"], seed)
     except ModelError as failure:
