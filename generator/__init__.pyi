@@ -41,12 +41,14 @@ from .person.person import Person, build_person
 from .person.survey import Sex
 from .recording import Ending, Integrator, Outcome, Recording, RecordingPart
 from .simulation.exudyn_model.model import ExudynModel, build_model
+from .simulation.falls import fall_plan
 from .simulation.live.stepper import Stepper
 from .simulation.plan import Plan
 from .simulation.run import Progress, simulate
 from .simulation.statics.static_forces import static_torques
 from .springs_file.read import read_springs
 from .study.designs import design_points
+from .study.falls import Falls, run_falls
 from .study.parameter_paths import Case
 from .study.run_case import run_case
 from .study.study_file import read_study
@@ -62,6 +64,7 @@ __all__ = [
     "ContactSphere",
     "Ending",
     "ExudynModel",
+    "Falls",
     "Figure",
     "FitOptions",
     "InputError",
@@ -100,6 +103,7 @@ __all__ = [
     "convert",
     "design_points",
     "estimate_measures",
+    "fall_plan",
     "fit_springs",
     "forward_kinematics",
     "head_injury_criterion",
@@ -113,6 +117,7 @@ __all__ = [
     "read_springs",
     "read_study",
     "run_case",
+    "run_falls",
     "run_sweep",
     "simulate",
     "stability",

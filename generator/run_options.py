@@ -54,7 +54,7 @@ class RunOption:
         live: Key and bounds of the value in live files; None if they do not have it.
         varies: Whether the number is a parameter of studies.
         needs: Keys of the options of which one must be given as well; none for no condition.
-        excludes: Key of the option that must not be given as well.
+        excludes: Keys of the options that must not be given as well.
         reason: Reason for either.
     """
 
@@ -67,7 +67,7 @@ class RunOption:
     live: Row[Any] | None = None
     varies: bool = False
     needs: tuple[str, ...] = ()
-    excludes: str = ""
+    excludes: tuple[str, ...] = ()
     reason: str = ""
 
     def __post_init__(self) -> None:
@@ -111,13 +111,13 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         RunOption(
             Flag("certify"),
             "Repeat a fall at finer steps until the whole motion is within the tolerance.",
-            needs=("floor", "scene"),
+            needs=("floor", "scene", "fall"),
             reason="without contact a run always is repeated",
         ),
         RunOption(
             Number("step", unit=" s", is_positive=True),
             "Fixed time step [s]; disables error control.",
-            excludes="tolerance",
+            excludes=("tolerance",),
             reason="a fixed step has no error control",
         ),
         RunOption(
@@ -151,11 +151,19 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             live=Number("floor_height_m", -MAX_LIVE_SIZE, MAX_LIVE_SIZE),
         ),
         RunOption(
+            Text("fall"),
+            "Start of a fall of a person, with a floor and for 2 s (docs/falls.md).",
+            "faint|push|slip|trip|stairs|bed|seat",
+            in_study=False,
+            excludes=("scene", "friction", "pose", "set", "velocity", "spread"),
+            reason="a kind of fall has its own start and props",
+        ),
+        RunOption(
             Number("height", -MAX_HEIGHT, MAX_HEIGHT, " m"),
             "Initial height of the lowest point of a free figure [m]. [default: 0 with a floor or "
             "a scene]",
             varies=True,
-            needs=("free_root", "floor", "scene"),
+            needs=("free_root", "floor", "scene", "fall"),
             reason="the figure hangs from the ground",
         ),
         RunOption(
@@ -172,15 +180,16 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         RunOption(
             Flag("self_contact"),
             "Let segments touch each other as well, with --floor or --scene.",
-            needs=("floor", "scene"),
+            needs=("floor", "scene", "fall"),
         ),
         RunOption(
             Text("starts"),
-            "Repeat the fall from N starts whose joint angles differ at random.",
+            "Repeat the fall from N starts, with --fall those of successive seeds, else with joint "
+            "angles that differ at random.",
             "N",
             type=int,
             in_study=False,
-            needs=("floor", "scene"),
+            needs=("floor", "scene", "fall"),
         ),
         RunOption(
             Text("spread"),
@@ -191,10 +200,10 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("seed"),
-            "Seed of the random angles of --starts. [default: 0]",
+            "Seed of the random start of --fall, or angles of --starts. [default: 0]",
             type=int,
             in_study=False,
-            needs=("starts",),
+            needs=("starts", "fall"),
         ),
         RunOption(
             Text("pose"),

@@ -5,7 +5,7 @@ These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `-
 """
 
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import degrees, inf, isclose, isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -50,7 +50,7 @@ from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import FigureMotion, Header, file_sha256
 from generator.rotations import Array
 from generator.run_options import RUN_OPTIONS
-from generator.simulation.plan import Plan, option_faults, plan_fields
+from generator.simulation.plan import STANDARD_GRAVITY, Plan, option_faults, plan_fields
 from generator.simulation.preconditions import (
     chain_obstacles,
     model_obstacles,
@@ -150,8 +150,14 @@ def refuse_contradictions(settings: Mapping[str, Any], known: Container[str] = R
         raise UsageError(fault.sentence)
 
 
-def plan_from_options(settings: Mapping[str, Any]) -> tuple[Plan, tuple[Diagnostic, ...]]:
+def plan_from_options(
+    settings: Mapping[str, Any], base: Plan | None = None
+) -> tuple[Plan, tuple[Diagnostic, ...]]:
     """Return the plan of the options that are given, without files of joints, and warnings.
+
+    Args:
+        settings: Values of the options, by their keys.
+        base: Plan that the options change; None for the default one.
 
     Raises:
         UsageError: the values fit no run.
@@ -163,11 +169,37 @@ def plan_from_options(settings: Mapping[str, Any]) -> tuple[Plan, tuple[Diagnost
         settings = {**settings, "scene": parsed.require_value()}
         diagnostics = parsed.diagnostics
     try:
-        return Plan(**plan_fields(settings)), diagnostics
+        return replace(base or Plan(), **plan_fields(settings)), diagnostics
     except ModelError as failure:
         raise UsageError(f"{RUN_OPTIONS['floor'].flag}: {failure}") from None
     except ValueError as failure:
         raise UsageError(str(failure)) from None
+
+
+def fall_from_options(
+    figure: Figure, settings: Mapping[str, Any]
+) -> tuple[Plan, tuple[Diagnostic, ...]]:
+    """Return the plan of `--fall`, changed by the other options, and warnings.
+
+    Raises:
+        UsageError: There is no such fall, the figure cannot fall so, or the values fit no run.
+        InputError: A psurf cannot be read.
+    """
+    from generator.simulation.falls import fall_plan  # fits spheres
+
+    seed = settings.get("seed", 0)
+    if seed < 0:
+        raise UsageError(f"--seed {seed}: the seed must not be negative")
+    x, y, z = settings.get("gravity", STANDARD_GRAVITY)
+    if (x, z) != (0.0, 0.0) or y > 0.0:
+        raise UsageError("--gravity points down with --fall, as 0,-9.81,0: its floor is level")
+    try:
+        plan = fall_plan(figure, settings["fall"], seed)
+    except ModelError as failure:
+        raise UsageError(f"--fall {settings['fall']}: {failure}") from None
+    of_fall = {"floor", "free_root"}
+    others = {key: value for key, value in settings.items() if key not in of_fall}
+    return plan_from_options(others, plan)
 
 
 class ScaledRun(NamedTuple):

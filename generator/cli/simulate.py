@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -56,6 +56,17 @@ if TYPE_CHECKING:
     from generator.simulation.starts import StartStudy
 
 
+class FallStart(NamedTuple):
+    """Kind and seed of the start of a fall."""
+
+    kind: str
+    seed: int
+
+    def __str__(self) -> str:
+        """Say that it is one fall of many."""
+        return f"{self.kind}, seed {self.seed}: one of many, whose spread --starts 40 shows"
+
+
 @dataclass(frozen=True)
 class SimulationResult(answer.CommandResult):
     """Summary of a run."""
@@ -87,6 +98,7 @@ class SimulationResult(answer.CommandResult):
     moving_joints: int
     losses: LossesByPath
     scale: Mapping[str, float] | None = field(metadata=answer.OMITTED_IF_NONE)
+    fall: FallStart | None = field(metadata=answer.OMITTED_IF_NONE)
     starts: StartsResult | None = field(metadata=answer.OMITTED_IF_NONE)
     recording: Recording = field(metadata=answer.HIDDEN)
     contact_rows: Sequence[tuple[str, str]] = field(metadata=answer.HIDDEN)
@@ -111,6 +123,7 @@ class SimulationResult(answer.CommandResult):
         elastic = f"{self.elastic_joints} of {self.moving_joints} joints are elastic"
         rows = [
             ("springs", f"{self.springs}, {self.law} law; {elastic}"),
+            *([] if self.fall is None else [("fall", str(self.fall))]),
             *(("scale", f"{path} = {value:g}") for path, value in (self.scale or {}).items()),
             ("energy", self.recording.energy_text),
             *self.contact_rows,
@@ -149,6 +162,7 @@ def simulate(
     stop: float | None = None,
     start: float | None = None,
     springs: str | None = None,
+    fall: str | None = None,
     law: SphericalLaw | None = None,
     starts: int | None = None,
     spread: str | None = None,
@@ -194,11 +208,19 @@ def simulate(
         return replay_live(replay, name, files, show_progress=show_progress)
     if name is None:
         raise UsageError("Missing argument 'FIGURE'.")
-    if files:
+    if fall is not None and starts is not None:
+        from generator.cli.falls import check_tables  # imports all of a study
+
+        check_tables(files)
+    elif files:
         check_motion_formats(files)
-    plan, of_plan = inputs.plan_from_options(settings)
+    if fall is None:
+        plan, of_plan = inputs.plan_from_options(settings)
+        figure, diagnostics = inputs.load_figure(name)
+    else:
+        figure, diagnostics = inputs.load_figure(name)
+        plan, of_plan = inputs.fall_from_options(figure, settings)
     more_starts = None if starts is None else starts_from_options(starts, spread, seed)
-    figure, diagnostics = inputs.load_figure(name)
     diagnostics += of_plan
     spring_set, more = inputs.springs_from_option(figure, springs, law)
     diagnostics += more
@@ -212,16 +234,18 @@ def simulate(
     start_displacements, more = inputs.start_displacements_from_options(
         figure, pose, displacements or ()
     )
-    plan = replace(
-        plan,
-        loads=applied,
-        displacements=start_displacements,
-        velocities=velocities_from_options(velocities, figure, free_root=free_root)
-        if velocities
-        else {},
-    )
-    subject = Model(figure, spring_set, contact_of_figure(figure))
-    scaled = inputs.scale_parameters(subject, plan, scales or ())
+    plan = replace(plan, loads=applied)
+    if fall is None:
+        plan = replace(
+            plan,
+            displacements=start_displacements,
+            velocities=velocities_from_options(velocities, figure, free_root=free_root)
+            if velocities
+            else {},
+        )
+    unscaled_model = Model(figure, spring_set, contact_of_figure(figure))
+    unscaled_plan = plan
+    scaled = inputs.scale_parameters(unscaled_model, unscaled_plan, scales or ())
     model, plan = scaled.model, scaled.plan
     figure, spring_set = model.figure, model.springs
     diagnostics += (*more, *inputs.start_warnings(figure, spring_set, plan.displacements))
@@ -249,6 +273,22 @@ def simulate(
     if plan.scene.props:
         diagnostics = add_sphere_warnings(figure, diagnostics)
     load_exudyn()
+    if fall is not None and more_starts is not None:
+        from generator.cli.falls import simulate_falls  # imports all of a study
+
+        own = {key: getattr(plan, key) for key in ("start", "stop", "links", "locked", "drives")}
+        result = simulate_falls(
+            name,
+            unscaled_model,
+            fall,
+            replace(unscaled_plan, **own),
+            more_starts,
+            scaled.values,
+            files,
+            is_fast="integrator" not in settings,
+            show_progress=show_progress,
+        )
+        return replace(result, diagnostics=diagnostics)
     if plan.integrator is not Integrator.EXUDYN and plan.step is None and not plan.python_torques:
         load_compiled_integrator(show_progress=show_progress)
     from generator.simulation.run import simulate as run  # the import of Exudyn is slow
@@ -314,6 +354,7 @@ def simulate(
         moving_joints=len(moving),
         losses=written,
         scale=scaled.values or None,
+        fall=None if fall is None else FallStart(fall, seed or 0),
         starts=None if study is None else StartsResult.of(study),
         recording=recording,
         contact_rows=contact or (),

@@ -225,10 +225,11 @@ def option_faults(
     for key in settings:
         sentence = _contradiction(key, settings, known, name)
         if sentence:
-            yield OptionFault((RUN_OPTIONS[key].excludes or key,), sentence)
+            excluded = tuple(one for one in RUN_OPTIONS[key].excludes if one in settings)
+            yield OptionFault(excluded[:1] or (key,), sentence)
     values = {key: value for key, value in settings.items() if value is not None}
     height = values.get("height", 0.0)
-    if "floor" in settings and height < 0.0:
+    if settings.keys() & {"floor", "fall"} and height < 0.0:
         sentence = f"at {name('height')} {height:g} the figure would start below the floor"
         yield OptionFault(("height",), f"{sentence}; 0 is on the floor")
     start, stop, frame = (values.get(key, getattr(Plan, key)) for key in ("start", "stop", "frame"))
@@ -245,8 +246,9 @@ def _contradiction(
     if option is None:
         return ""
     reason = f": {option.reason}" if option.reason else ""
-    if option.excludes in settings:
-        return f"{name(key)} and {name(option.excludes)} exclude each other{reason}"
+    for other in option.excludes:
+        if other in settings:
+            return f"{name(key)} and {name(other)} exclude each other{reason}"
     needs = [one for one in option.needs if one in known]
     if not needs or any(one in settings for one in needs):
         return ""

@@ -6,17 +6,21 @@ A column is one of the table of the motion, or one of a few more:
     JOINT.passive_torque [N m]      magnitude of the torque of the joint's springs and damping
     JOINT.reaction_force [N]        magnitude of the force that the joint transmits
     JOINT.reaction_moment [N m]     magnitude of the moment that the joint transmits
+    SEGMENT.first_touch [s]         time at which the segment first touches a prop
+    SEGMENT.impact_speed [m/s]      normal speed of that touch
     SEGMENT.injury_criterion [1]    head injury criterion of the whole run, for heads
 
 The largest and the smallest number are those of a parabola through the frame and its neighbours.
 Those of ground forces, and the largest contact force of a segment, are over all steps of the run,
-since a peak of contact is shorter than a frame; contact depths are from the frames. The head injury
+since a peak of contact is shorter than a frame; contact depths are from the frames. The last
+three columns are one number of the whole run, and without a touch there is none. The head injury
 criterion depends on the assumed stiffness and damping: compare runs of one model only.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from math import nan
 from typing import TypeVar, assert_never
 
 import numpy as np
@@ -43,7 +47,8 @@ Measured = dict[str, float | None]
 
 T = TypeVar("T")
 
-_INJURY = ".injury_criterion"
+_TOUCH, _SPEED, _INJURY = ".first_touch", ".impact_speed", ".injury_criterion"
+"""Ends of the names of columns that are one number of the whole run."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,10 @@ def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     if measure.take is Statistic.REST and not column.is_displacement:
         message = f"`{column.title}` has no value at rest"
         return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
-    if column.name.endswith(_INJURY) and measure.take not in (Statistic.LAST, Statistic.LARGEST):
+    if column.name.endswith((_TOUCH, _SPEED, _INJURY)) and measure.take not in (
+        Statistic.LAST,
+        Statistic.LARGEST,
+    ):
         message = f"`{column.title}` is one number of the whole run"
         return MeasureFault(measure.name, "take", message, f'take = "{Statistic.LAST}"')
     return None
@@ -133,6 +141,10 @@ def _more_columns(
     yield Column("centre_of_mass_height", LENGTH_UNIT, partial(_height, up))
     for name, chain in chains.items():
         yield from _load_columns(name, chain)
+    for name in contact_segments:
+        for end, unit, read in ((_TOUCH, "s", _first_touch), (_SPEED, "m/s", _impact_speed)):
+            single = Column(f"{name}{end}", unit, partial(read, name), RecordingPart.CONTACT)
+            yield replace(single, may_be_undefined=True)
     for name in head_segments(contact_segments):
         yield Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
 
@@ -157,6 +169,16 @@ def _passive_torque(joint: str, motion: FigureMotion) -> Array:
 
 def _reaction(joint: str, part: slice, motion: FigureMotion) -> Array:
     return np.linalg.norm(run_of(motion).reactions[joint][:, part], axis=1)
+
+
+def _first_touch(segment: str, motion: FigureMotion) -> Array:
+    time = contact_of(motion).segments[segment].first_time
+    return np.full(len(motion.times), nan if time is None else time)
+
+
+def _impact_speed(segment: str, motion: FigureMotion) -> Array:
+    speed = contact_of(motion).segments[segment].impact_speed
+    return np.where(np.isnan(_first_touch(segment, motion)), nan, speed)
 
 
 def _injury(segment: str, motion: FigureMotion) -> Array:

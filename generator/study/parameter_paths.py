@@ -40,7 +40,7 @@ from generator.kinematics.free_root import FREE_CHAINS
 from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
 from generator.model import Model
 from generator.rotations import unit_axis
-from generator.run_options import RUN_OPTIONS, VARYING_OPTIONS
+from generator.run_options import STUDY_OPTIONS, VARYING_OPTIONS
 from generator.simulation.plan import Plan, option_faults
 from generator.springs_file.axes import parallel_sign
 from generator.study.study import PersonArguments
@@ -451,7 +451,8 @@ class _PathParser:
         key = self._words[0]
         self._check_length(1, form=key)
         settings = {key: 0.0} | ({"free_root": True} if self._case.plan.free_root else {})
-        for fault in option_faults(settings, RUN_OPTIONS, "`{}`".format):
+        known = {option.key for option in STUDY_OPTIONS}
+        for fault in option_faults(settings, known, "`{}`".format):
             self._fail(fault.sentence)
         return ParameterPath(key, VARYING_OPTIONS[key].unit.strip(), Quantity.OPTION)
 

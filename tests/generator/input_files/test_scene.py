@@ -156,7 +156,7 @@ def test_no_text_breaks_the_reader(text: str):
 
 
 def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
-    assert set(SCENE_FILE.shipped()) == {"bed", "seat", "step"}
+    assert set(SCENE_FILE.shipped()) == {"bed", "seat", "stairs", "step", "trip"}
     assert not SCENE_FILE.shipped().keys() & FIGURE_FILE.shipped().keys()
     assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
     own = tmp_path / "own.scene.toml"

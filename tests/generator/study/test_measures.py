@@ -206,6 +206,23 @@ def test_the_injury_criterion_is_one_number() -> None:
     assert [fault.measure for fault in faults] == ["TIME_OF_LARGEST"]
 
 
+def test_the_first_touch_is_that_of_a_free_fall(bounce: tuple[Figure, FigureMotion]) -> None:
+    """Of a ball from 5 cm."""
+    _, motion = bounce
+    duration = (2.0 * 0.05 / 9.81) ** 0.5
+    time = number(motion, "link.first_touch [s]", Statistic.LAST, BOUNCE)
+    speed = number(motion, "link.impact_speed [m/s]", Statistic.LARGEST, BOUNCE)
+    assert time == pytest.approx(duration, rel=1e-4)
+    assert speed == pytest.approx(9.81 * duration, rel=1e-4)
+
+
+def test_without_a_touch_there_is_none() -> None:
+    figure = ball(1.0)
+    motion = motion_from_recording(simulate(figure, replace(BOUNCE, stop=0.1)), figure)
+    for column in ("link.first_touch [s]", "link.impact_speed [m/s]"):
+        assert number(motion, column, Statistic.LAST, BOUNCE) is None
+
+
 PARTS: Sequence[tuple[str, set[RecordingPart]]] = [
     ("joint0.1 [deg]", set()),
     ("time [s]", set()),
