@@ -1,0 +1,39 @@
+"""Parts of a body: their spheres, and what is refused."""
+
+import pytest
+
+from generator.contact_file.parts import BodyContact, BodyPart
+from generator.diagnostics import ModelError
+from generator.figure import ContactSphere
+from springs.contact_part import PartLaw
+
+LAW = PartLaw(((0.0, 3e4),))
+SPHERES = {
+    "thigh": (ContactSphere((0.0, 0.0, 0.1), 0.1), ContactSphere((0.0, 0.0, 0.4), 0.1)),
+    "shank": (ContactSphere((0.0, 0.0, 0.1), 0.1),),
+}
+
+
+def test_spheres_get_the_names_of_their_parts():
+    knee = BodyPart("knee", LAW, (("thigh", 1), ("shank", 0)))
+    made = BodyContact((knee,)).assign(SPHERES)
+    assert [one.part for some in made.values() for one in some] == ["", "knee", "knee"]
+    assert [len(some) for some in made.values()] == [2, 1]
+    assert SPHERES["thigh"][1].part == ""
+
+
+def test_a_sphere_that_is_not_there_is_named():
+    contact = BodyContact((BodyPart("knee", LAW, (("thigh", 2),)),))
+    with pytest.raises(ModelError, match="`knee` has sphere 2 of segment `thigh`, which has 2 of"):
+        contact.assign(SPHERES)
+    contact = BodyContact((BodyPart("hand", LAW, (("hand", 0),)),))
+    with pytest.raises(ModelError, match="segment `hand`, which has 0 of them"):
+        contact.assign(SPHERES)
+
+
+def test_parts_share_neither_names_nor_spheres():
+    knee = BodyPart("knee", LAW, (("thigh", 1),))
+    with pytest.raises(ModelError, match="two parts of the body are called `knee`"):
+        BodyContact((knee, BodyPart("knee", LAW, (("thigh", 0),))))
+    with pytest.raises(ModelError, match="sphere 1 of segment `thigh` belongs to the parts `knee`"):
+        BodyContact((knee, BodyPart("thigh", LAW, (("thigh", 1),))))
