@@ -8,6 +8,8 @@ from .contact.record import (
     head_injury_criterion,
 )
 from .contact.scene import Prop, Scene
+from .contact_file.file import read_contact, write_contact
+from .contact_file.parts import BodyContact, BodyPart
 from .conversion import convert
 from .diagnostics import InputError, ModelError, MoverError, UnknownNameError, UsageError, by_name
 from .figure import (
@@ -58,6 +60,8 @@ __all__ = [
     "ActionFile",
     "Attribute",
     "AxisKind",
+    "BodyContact",
+    "BodyPart",
     "Box",
     "Case",
     "ContactRecord",
@@ -109,6 +113,7 @@ __all__ = [
     "head_injury_criterion",
     "initial_displacements",
     "read_action",
+    "read_contact",
     "read_figure",
     "read_measured_angles",
     "read_npz",
@@ -122,6 +127,7 @@ __all__ = [
     "simulate",
     "stability",
     "static_torques",
+    "write_contact",
     "write_figure",
     "write_pose",
 ]

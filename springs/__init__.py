@@ -3,6 +3,7 @@
 from springs.axis import AxisSpring
 from springs.backends import FLOATS, NUMPY, Operations, Real
 from springs.contact import Surface
+from springs.contact_part import PartLaw
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, restoring_sense
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
@@ -43,6 +44,7 @@ __all__ = [
     "Linear",
     "NotRestoringError",
     "Operations",
+    "PartLaw",
     "Reach",
     "ReachLaw",
     "ReachPoint",
