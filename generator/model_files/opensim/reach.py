@@ -111,15 +111,15 @@ class ReachExpressions:
         return {
             # The turn within half of one from the middle of its range in this direction.
             _TURN.text: _ANY_TURN
-            + 2.0 * pi * Expression(f"floor({((local - _ANY_TURN) * (0.5 / pi) + 0.5).text})"),
+            + 2.0 * pi * _step(local - _ANY_TURN - pi)
+            - 2.0 * pi * _step(_ANY_TURN - local - pi),
             _ANY_TURN.text: 2.0 * middle
             + 2.0
             * _atan(self.rotation.quaternion_part(*over) / self.rotation.quaternion_part(*under)),
             **{
                 _name_of_slope(of, index).text: slope for (of, index), slope in self._slopes.items()
             },
-            _PHI.text: _atan(_B / (_A + _NO_DIVISION_BY_ZERO))
-            + pi * (1.0 - Expression(f"step({_A.text})")),
+            _PHI.text: _atan(_B / (_A + _NO_DIVISION_BY_ZERO)) + pi * (1.0 - _step(_A)),
             _THETA.text: 2.0 * _atan(_S / (1.0 + _C)),
             _S.text: Expression(f"sqrt(max({(_A * _A + _B * _B).text},{_LEAST_SINE**2!r}))"),
             **{name.text: self._text(part) for name, part in self._parts.items()},
@@ -233,6 +233,11 @@ def _end(quadratic: Quadratic) -> tuple[Expression, Expression, Expression]:
     by_theta = one + 2.0 * (_THETA * two)
     by_phi = _THETA * (one_slope + _THETA * two_slope)
     return value, by_theta, by_phi
+
+
+def _step(value: Expression) -> Expression:
+    """Return 1 where a value is positive, else 0."""
+    return Expression(f"step({value.text})")
 
 
 def _atan(value: Expression) -> Expression:
