@@ -42,7 +42,7 @@ class Activation:
         return share * share * (3.0 - 2.0 * share)
 
     def cubic(self, start: float, stop: float) -> Cubic:
-        """Return its coefficients in an interval without a knot inside, by the time since its start.
+        """Return coefficients in an interval without a knot inside, by the time since its start.
 
         Args:
             start: Start of the interval [s].

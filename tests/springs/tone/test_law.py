@@ -53,7 +53,7 @@ def test_opposite_axis_is_the_same_tone() -> None:
 
 @pytest.mark.parametrize("change", [{"largest": (-1.0, 2.0)}, {"width": 0.0}])
 def test_impossible_tones_are_refused(change: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="muscles|width"):
+    with pytest.raises(ValueError, match=r"muscles|width"):
         replace(TONE, **change)  # pyright: ignore[reportArgumentType]
 
 
