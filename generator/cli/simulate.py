@@ -100,6 +100,7 @@ class SimulationResult(answer.CommandResult):
     scale: Mapping[str, float] | None = field(metadata=answer.OMITTED_IF_NONE)
     fall: FallStart | None = field(metadata=answer.OMITTED_IF_NONE)
     starts: StartsResult | None = field(metadata=answer.OMITTED_IF_NONE)
+    tone: str | None = field(metadata=answer.OMITTED_IF_NONE)
     recording: Recording = field(metadata=answer.HIDDEN)
     contact_rows: Sequence[tuple[str, str]] = field(metadata=answer.HIDDEN)
 
@@ -125,6 +126,7 @@ class SimulationResult(answer.CommandResult):
             ("springs", f"{self.springs}, {self.law} law; {elastic}"),
             *([] if self.fall is None else [("fall", str(self.fall))]),
             *(("scale", f"{path} = {value:g}") for path, value in (self.scale or {}).items()),
+            *((("tone", self.tone),) if self.tone else ()),
             ("energy", self.recording.energy_text),
             *self.contact_rows,
             ("method", method),
@@ -221,6 +223,7 @@ def simulate(
         figure, diagnostics = inputs.load_figure(name)
         plan, of_plan = inputs.fall_from_options(figure, settings)
     more_starts = None if starts is None else starts_from_options(starts, spread, seed)
+    plan = inputs.with_tone(plan, figure, settings)
     diagnostics += of_plan
     spring_set, more = inputs.springs_from_option(figure, springs, law)
     diagnostics += more
@@ -356,6 +359,7 @@ def simulate(
         scale=scaled.values or None,
         fall=None if fall is None else FallStart(fall, seed or 0),
         starts=None if study is None else StartsResult.of(study),
+        tone=str(plan.tone) or None,
         recording=recording,
         contact_rows=contact or (),
         diagnostics=diagnostics,

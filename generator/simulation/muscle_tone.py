@@ -8,10 +8,10 @@ import numpy as np
 from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.figure_file.check import sex_and_stature
+from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.rotations import Array, rotation_vector_from_matrix
-from generator.simulation.preconditions import place
 from generator.tone import Tone
 from springs import JointSprings, SpringSet, rotation_law
 from springs.axis import Direction
@@ -65,7 +65,7 @@ def upright_orientations(figure: Figure, tone: Tone) -> dict[str, Array]:
     if not righted:
         return {}
     tree = build_tree(figure)
-    placement = place(tree, initial_displacements(tree), set())
+    placement = close_loops(tree, initial_displacements(tree), set())
     found: dict[str, Array] = {}
     for name in righted:
         child = figure.joints[name].child
@@ -160,8 +160,7 @@ class _Binder:
         for direction, strength_of_axis in self._axes(name):
             if law is None:
                 angle = float(placement.displacements[name][chain.rotations[0]])
-                (only,) = chain.rotation_axes
-                rest = angle * float(np.sign(np.dot(direction, only)))
+                rest = angle * float(np.sign(np.dot(direction, chain.rotation_axes[0])))
             else:
                 rest = rest_angle(law, direction, r)
             largest = _times(share, strength_of_axis)

@@ -296,7 +296,7 @@ def measure_joints(
             store(scratch.torque_axes, j, 0, (a, 0.0, 0.0, b, 0.0, 0.0, c, 0.0, 0.0))
             switching[first + j] = branches[first + j]
             continue
-        if form == TWO_ANGLES or form == THREE_ANGLES:
+        if TWO_ANGLES <= form <= THREE_ANGLES:
             is_ball = form == THREE_ANGLES
             sine = _measure_chain(scratch, sites, j, is_ball, outer, inner, minus(own_spin, spin))
             switching[first + j] = branches[first + j]

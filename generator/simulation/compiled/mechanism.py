@@ -491,7 +491,9 @@ class _Builder:
         row_of: dict[str, int] = {}
         laws: dict[str, RotationLaw] = {}
         holds = not (self.touching or self.pairs)
-        hold = {} if self.tone is None else self.tone.hold
+        hold: Mapping[str, tuple[AxisTone, ...]] = {}
+        if self.tone is not None:
+            hold = self.tone.hold
         for name in dict.fromkeys([*self.springs.joints, *coupled_names, *hold]):
             if name not in self._moving:
                 continue
