@@ -152,14 +152,17 @@ class _Binder:
         """Yield tones that hold the angles of a joint."""
         tone, placement = self._tone, self._placement
         chain, joint = placement.tree.chains[name], self._figure.joints[name]
+        if not chain.rotations:
+            return
+        first, *others = chain.rotations
         law, r = None, np.zeros(3)
-        if len(chain.rotations) > 1:
+        if others:
             own = self._springs.joints.get(name, JointSprings(name))
             law = rotation_law(own, self._springs.law, chain.rotation_axes)
             r = rotation_vector_from_matrix(placement.pose_in_parent(joint)[:3, :3])
         for direction, strength_of_axis in self._axes(name):
             if law is None:
-                angle = float(placement.displacements[name][chain.rotations[0]])
+                angle = float(placement.displacements[name][first])
                 rest = angle * float(np.sign(np.dot(direction, chain.rotation_axes[0])))
             else:
                 rest = rest_angle(law, direction, r)
