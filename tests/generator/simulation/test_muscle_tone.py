@@ -75,7 +75,7 @@ def test_person_agrees_with_exudyn(tone: Tone, law: SphericalLaw) -> None:
     assert run.integrator is Integrator.COMPILED
     assert run.agreement_with_exudyn is not None
     assert run.agreement_with_exudyn < 1e-8
-    assert abs(run.energy["tone"][-1]) > 0.1
+    assert np.ptp(run.energy["tone"]) > 0.02
     assert energy_error(run) < 1e-6 * np.ptp(run.energy["gravity"])
 
 
@@ -121,7 +121,7 @@ def test_righting_keeps_the_head_up_on_a_fixed_pelvis() -> None:
     upright = upright_orientations(MALE, tones[1])["neck"]
     errors: list[float] = []
     for tone in tones:
-        run = simulate(MALE, Plan(stop=1.5, displacements=start, tone=tone))
+        run = simulate(MALE, Plan(stop=1.5, displacements=start, tone=tone, locked=("root_torso",)))
         turn = run.poses["head"][-1, :3, :3]
         error = rotation_vector_from_matrix(upright.T @ turn)
         errors.append(float(np.degrees(np.linalg.norm(error))))
@@ -159,12 +159,12 @@ def test_strengths_of_a_person_have_their_classes() -> None:
     tone = build_model(MALE, Plan(tone=Tone({"all": 0.1}))).tone
     assert tone is not None
     assert tone.hold.keys() == {name for name in MALE.joints if name != "root_torso"}
-    # 34 axes: of the shoulders, hips and spine three, of elbows, wrists and ankles two.
+    # Of shoulders, hips and spine three, of elbows, wrists and ankles two, of knees one.
     assert sum(tone.origins.values()) == sum(map(len, tone.hold.values())) == 35
     assert tone.origins[StrengthClass.PUBLISHED] == 9
     knee = tone.strengths["left_knee", "flexion"]
     size = MALE.total_mass * 9.81 * 1.756
-    assert knee.largest == pytest.approx((0.087 * size, 0.163 * size))
+    assert knee.largest == pytest.approx((0.087 * size, 0.163 * size), rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -185,5 +185,5 @@ def test_work_of_tone_is_in_a_recording_that_is_read_again(tmp_path) -> None:
     run = simulate(PENDULUM, Plan(stop=0.1, tone=Tone({"pin": 0.5}, strengths=STRENGTHS)))
     path = tmp_path / "run.npz"
     run.write(path)
-    read = read_npz(path)
-    assert np.array_equal(read.recording.energy["tone"], run.energy["tone"])
+    _, read = read_npz(path)
+    assert np.array_equal(read.energy["tone"], run.energy["tone"])
