@@ -385,8 +385,8 @@ class Recording:
         """Sum of what a run keeps: all kinds less the work of loads and tone, shape (n,) [J]."""
         supplied = ("work", TONE_ENERGY_KIND)
         gains = [self.energy[kind] for kind in energy_kinds(self.energy) if kind not in supplied]
-        given = [self.energy[kind] for kind in energy_kinds(self.energy) if kind in supplied]
-        return np.sum(gains, axis=0) - np.sum(given, axis=0)
+        works = [self.energy[kind] for kind in energy_kinds(self.energy) if kind in supplied]
+        return np.sum(gains, axis=0) - np.sum(works, axis=0)
 
     @property
     def energy_text(self) -> str:

@@ -98,25 +98,25 @@ class Tone:
         begin = start + self.delay if self.delay > 0.0 else -inf
         return Activation(begin, start + self.release, self.rise)
 
-    def righted(self, joints: Collection[str]) -> dict[str, float]:
+    def righting_shares(self, joints: Collection[str]) -> dict[str, float]:
         """Return the shares by which joints right their children, without those of zero.
 
-        Raises ModelError for a name that is no joint and no group.
+        Raises ModelError for an unknown joint or group.
         """
         return _by_joint(self.righting, joints, "righting")
 
-    def held(self, joints: Collection[str]) -> dict[str, float]:
+    def hold_shares(self, joints: Collection[str]) -> dict[str, float]:
         """Return the shares by which joints hold their angles, without those of zero.
 
         `all` leaves out the joints that are righted.
 
-        Raises ModelError for a name that is no joint and no group.
+        Raises ModelError for an unknown joint or group.
         """
         named = {name: share for name, share in self.hold.items() if name != ALL}
         found = _by_joint(named, joints, "tone", keeps_zeros=True)
         others = self.hold.get(ALL, 0.0)
         if others > 0.0:
-            righted = self.righted(joints)
+            righted = self.righting_shares(joints)
             found = {name: others for name in joints if name not in righted} | found
         return {name: share for name, share in found.items() if share > 0.0}
 

@@ -218,8 +218,8 @@ def with_tone(plan: Plan, figure: Figure, settings: Mapping[str, Any]) -> Plan:
         settings.get("release"),
     )
     try:
-        tone.righted(figure.joints)
-        tone.held(figure.joints)
+        tone.righting_shares(figure.joints)
+        tone.hold_shares(figure.joints)
     except ModelError as failure:
         raise UsageError(str(failure)) from None
     return replace(plan, tone=tone)

@@ -59,9 +59,9 @@ class JointTones:
 def upright_orientations(figure: Figure, tone: Tone) -> dict[str, Array]:
     """Return the orientations of the children's sites of righted joints, as the figure is written.
 
-    Raises ModelError for a name that is no joint and no group, and for a child that is fixed.
+    Raises ModelError for an unknown joint or group, and for a child that is fixed.
     """
-    righted = tone.righted(figure.joints)
+    righted = tone.righting_shares(figure.joints)
     if not righted:
         return {}
     tree = build_tree(figure)
@@ -113,7 +113,7 @@ class _Binder:
             if not {ref.segment for ref in joint.ends} <= figure.ground
         }
         hold: dict[str, tuple[AxisTone, ...]] = {}
-        for name, share in tone.held(figure.joints).items():
+        for name, share in tone.hold_shares(figure.joints).items():
             if name in names:
                 axes = tuple(self._held_axes(name, share))
                 if axes:
@@ -121,7 +121,7 @@ class _Binder:
                 elif name in tone.hold:
                     raise ModelError(f"tone: {self._missing(name)}")
         righting: dict[str, Righting] = {}
-        for name, share in tone.righted(figure.joints).items():
+        for name, share in tone.righting_shares(figure.joints).items():
             if name not in names:
                 continue
             axes = tuple(

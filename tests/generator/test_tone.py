@@ -18,15 +18,15 @@ def test_groups_are_found_by_words() -> None:
 
 def test_all_leaves_out_what_is_righted() -> None:
     tone = Tone({"all": 0.03}, {"neck": 0.5, "trunk": 0.4})
-    assert tone.righted(JOINTS) == {"waist": 0.4, "thorax": 0.4, "neck": 0.5}
-    assert tone.held(JOINTS) == dict.fromkeys(
+    assert tone.righting_shares(JOINTS) == {"waist": 0.4, "thorax": 0.4, "neck": 0.5}
+    assert tone.hold_shares(JOINTS) == dict.fromkeys(
         ("left_shoulder", "left_hip_joint", "left_knee", "tail"), 0.03
     )
 
 
 def test_joint_precedes_its_group_and_this_all() -> None:
     tone = Tone({"all": 0.03, "legs": 0.2, "left_knee": 0.0, "neck": 0.1}, {"neck": 0.5})
-    held = tone.held(JOINTS)
+    held = tone.hold_shares(JOINTS)
     assert held["left_hip_joint"] == 0.2
     assert "left_knee" not in held
     assert held["neck"] == 0.1
@@ -42,12 +42,12 @@ def test_joint_precedes_its_group_and_this_all() -> None:
 )
 def test_unknown_names_get_the_nearest(tone: Tone, sentence: str) -> None:
     with pytest.raises(ModelError, match=sentence):
-        tone.held(JOINTS) | tone.righted(JOINTS)
+        tone.hold_shares(JOINTS) | tone.righting_shares(JOINTS)
 
 
 def test_group_without_a_joint_is_an_error() -> None:
     with pytest.raises(ModelError, match="the figure has no joint of the group `arms`"):
-        Tone({"arms": 0.1}).held(("neck", "waist"))
+        Tone({"arms": 0.1}).hold_shares(("neck", "waist"))
 
 
 @pytest.mark.parametrize(

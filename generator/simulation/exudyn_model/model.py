@@ -395,7 +395,7 @@ def _build_from_initial_state(
     }
     tone = bind_tone(plan.tone, start.upright, placement, springs, plan.start)
     builder = SpringBuilder(mbs, placement, bodies, plan.python_torques, tone)
-    held = () if tone is None else tone.hold
+    tones = () if tone is None else tone.hold
     coupled_springs = [
         spring for spring in springs.coupled if all(a.joint in moving for a in spring.axes)
     ]
@@ -406,9 +406,9 @@ def _build_from_initial_state(
             moving[name],
             springs.joints.get(name, JointSprings(name)),
             springs.law,
-            read_rotation=name in coupled_joints or name in held,
+            read_rotation=name in coupled_joints or name in tones,
         )
-        for name in dict.fromkeys([*springs.joints, *coupled_joints, *held])
+        for name in dict.fromkeys([*springs.joints, *coupled_joints, *tones])
         if name in moving
     }
     righting = {} if tone is None else add_righting(builder)

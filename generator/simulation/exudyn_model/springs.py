@@ -223,14 +223,14 @@ def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw)
     """Add a torque of the rotation vector in the half-way frame; without axes, only measure it."""
     # Expression trees share nothing: those of coordinates take five times as long as Python.
     own = builder if isinstance(law, VectorLaw) else replace(builder, python_torques=True)
-    held = builder.held_axes(joint.name)
+    tones = builder.held_axes(joint.name)
 
     def torque(time: Real, rotation: Any, rate: Any, ops: Operations) -> Any:
         passive = law.torque(rotation, ops) + law.damping(rotation, rate, ops)
-        if not held:
+        if not tones:
             return passive
         active = builder.activation(time, ops)
-        return passive + rotation_tone(law, held, rotation, rate, active, ops)
+        return passive + rotation_tone(law, tones, rotation, rate, active, ops)
 
     def wrench(time: Any, displacement: Any, rotation: Any, velocity: Any, rate: Any) -> Any:
         if own.python_torques:
@@ -238,9 +238,9 @@ def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw)
         return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(time, rotation, rate, SYMBOLIC)
 
     axes = tuple(law.axes)
-    acts = bool(axes or held) or isinstance(law, ReachLaw)
+    acts = bool(axes or tones) or isinstance(law, ReachLaw)
     item, function = _add_wrench_connector(own, joint, wrench if acts else None)
-    return Connector(item, axes, JointKind.SPHERICAL, function, law=law, tone=held)
+    return Connector(item, axes, JointKind.SPHERICAL, function, law=law, tone=tones)
 
 
 def add_revolute_spring(
@@ -248,8 +248,8 @@ def add_revolute_spring(
 ) -> Connector:
     """Add a torque about one axis; without a spring, only measure the angle."""
     axis = chain.rotation_axes[0]
-    held = tuple(tone.oriented_along(axis) for tone in builder.held_axes(joint.name))
-    if spring is None and not held:
+    tones = tuple(tone.oriented_along(axis) for tone in builder.held_axes(joint.name))
+    if spring is None and not tones:
         return _add_torsional_connector(builder, joint, chain, (), None)
     spring = None if spring is None else spring.oriented_along(axis)
     function = _scalar_user_function(
@@ -257,11 +257,11 @@ def add_revolute_spring(
         spring,
         "springTorqueUserFunction",
         "ObjectConnectorTorsionalSpringDamper",
-        *held,
+        *tones,
     )
     springs = () if spring is None else (spring,)
     made = _add_torsional_connector(builder, joint, chain, springs, function)
-    return replace(made, tone=held)
+    return replace(made, tone=tones)
 
 
 def _add_torsional_connector(
