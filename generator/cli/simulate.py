@@ -47,6 +47,7 @@ from generator.model import Model
 from generator.motion_files import motion_from_recording
 from generator.recording import Ending, EnergyChange, Recording
 from generator.run_options import RUN_OPTIONS, Integrator
+from generator.simulation.muscle_tone import tone_of_model
 from generator.simulation.plan import Plan, WallLimit
 from generator.springs_file.read import joints_without_elastic_law
 from springs import SphericalLaw
@@ -359,7 +360,7 @@ def simulate(
         scale=scaled.values or None,
         fall=None if fall is None else FallStart(fall, seed or 0),
         starts=None if study is None else StartsResult.of(study),
-        tone=str(plan.tone) or None,
+        tone=_tone_text(model, plan),
         recording=recording,
         contact_rows=contact or (),
         diagnostics=diagnostics,
@@ -381,6 +382,12 @@ def _run_starts(
             check()
 
         return study_starts(model, plan, choice.number, choice.spread, choice.seed, watch, limit)
+
+
+def _tone_text(model: Model, plan: Plan) -> str | None:
+    """Return the tone of a run with the classes of its strengths; None without tone."""
+    found = tone_of_model(model, plan.tone)
+    return None if found is None else f"{plan.tone}; {found.origins_text}"
 
 
 def _limit_to_drive_times(

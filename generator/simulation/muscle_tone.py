@@ -11,6 +11,7 @@ from generator.figure_file.check import sex_and_stature
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import build_tree
+from generator.model import Model
 from generator.rotations import Array, rotation_vector_from_matrix
 from generator.tone import Tone
 from springs import JointSprings, SpringSet, rotation_law
@@ -55,6 +56,12 @@ class JointTones:
         found = [each.origin for each in self.strengths.values()]
         return {origin: found.count(origin) for origin in StrengthClass if origin in found}
 
+    @property
+    def origins_text(self) -> str:
+        """Numbers of axes by the class of their strength, in a phrase."""
+        parts = [f"{count} {origin.value}" for origin, count in self.origins.items()]
+        return f"strengths of axes: {', '.join(parts)}"
+
 
 def upright_orientations(figure: Figure, tone: Tone) -> dict[str, Array]:
     """Return the orientations of the children's sites of righted joints, as the figure is written.
@@ -94,6 +101,17 @@ def bind_tone(
     if not tone:
         return None
     return _Binder(tone, placement, springs).bind(upright, start)
+
+
+def tone_of_model(model: Model, tone: Tone) -> JointTones | None:
+    """Return the tone of a figure as it is written; None without any.
+
+    Raises ModelError, as `bind_tone` does.
+    """
+    tree = build_tree(model.figure)
+    placement = close_loops(tree, initial_displacements(tree), set())
+    upright = upright_orientations(model.figure, tone)
+    return bind_tone(tone, upright, placement, model.springs, 0.0)
 
 
 class _Binder:

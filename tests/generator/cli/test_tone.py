@@ -12,7 +12,8 @@ def test_tone_is_in_the_summary_and_in_the_balance():
     words = ("simulate", "male50", "--stop", 0.1, "--tone", "fall", "--right", "neck=0.4")
     said = answer(*words, "--delay", "0.02s", "--release", "80ms")
     assert said["tone"] == (
-        "fall; holding all 0.03; righting neck 0.4, trunk 0.5; from 0.02 s; until 0.08 s"
+        "fall; holding all 0.03; righting neck 0.4, trunk 0.5; from 0.02 s; until 0.08 s; "
+        "strengths of axes: 9 published, 4 scaled, 22 estimate"
     )
     assert said["agreement_with_exudyn"] < 1e-8
     assert said["energy"]["tone"]["first"] == 0.0

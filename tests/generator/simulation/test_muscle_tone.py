@@ -14,6 +14,7 @@ from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.muscle_tone import upright_orientations
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.statics.equilibrium import find_equilibrium
 from generator.tone import Tone
 from springs import SphericalLaw
 from springs.strength.strengths import StrengthClass
@@ -179,6 +180,11 @@ def test_strengths_of_a_person_have_their_classes() -> None:
 def test_what_cannot_be_held_is_refused(tone: Tone, sentence: str) -> None:
     with pytest.raises(ModelError, match=sentence):
         simulate(PENDULUM, Plan(tone=tone))
+
+
+def test_equilibrium_is_of_passive_joints() -> None:
+    with pytest.raises(ModelError, match="leave out the tone"):
+        find_equilibrium(PENDULUM, Plan(tone=Tone({"pin": 0.1}, strengths=STRENGTHS)))
 
 
 def test_work_of_tone_is_in_a_recording_that_is_read_again(tmp_path) -> None:
