@@ -6,8 +6,8 @@ and groups are those of `generator.tone`.
 
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -174,12 +174,11 @@ def _shares(flag: str, texts: Iterable[str]) -> dict[str, float]:
     """Return shares by joint or group."""
     found: dict[str, float] = {}
     for text in texts:
-        names, equals, number = text.partition("=")
-        try:
+        names, _, number = text.partition("=")
+        share = None
+        with suppress(ValueError):
             share = float(number)
-        except ValueError:
-            share = inf
-        if not equals or not all(name.strip() for name in names.split(",")):
+        if share is None or not all(name.strip() for name in names.split(",")):
             raise UsageError(f"{flag} {text}: expected JOINTS=SHARE, such as neck,trunk=0.5")
         if not 0.0 <= share <= 1.0:
             raise UsageError(f"{flag} {text}: a share of the strength is from 0 to 1")
