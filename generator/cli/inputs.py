@@ -204,12 +204,14 @@ def fall_from_options(
 
 
 def with_tone(plan: Plan, figure: Figure, settings: Mapping[str, Any]) -> Plan:
-    """Return the plan with the tone of the options that are given.
+    """Return the plan with the tone of the options that are given; without any, unchanged.
 
     Raises:
         UsageError: a value cannot be read, or names no joint or group of the figure.
         InputError: the tone file is missing or has errors.
     """
+    if not settings.keys() & {"tone", "right", "hold"}:
+        return plan
     tone = tone_from_options(
         settings.get("tone"),
         settings.get("right", ()),
