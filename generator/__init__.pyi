@@ -55,6 +55,7 @@ from .study.parameter_paths import Case
 from .study.run_case import run_case
 from .study.study_file import read_study
 from .study.sweep import run_sweep
+from .tone import Tone
 
 __all__ = [
     "ActionFile",
@@ -94,6 +95,7 @@ __all__ = [
     "Site",
     "SiteRef",
     "Stepper",
+    "Tone",
     "Translation",
     "UnknownNameError",
     "UsageError",

@@ -130,9 +130,15 @@ CONTACT_ENERGY_KINDS = ("contact", "contact damping", "friction")
 sliding."""
 
 
+TONE_ENERGY_KIND = "tone"
+"""Work done by the tone of muscles, of a run with tone; the balance subtracts it as well."""
+
+
 def energy_kinds(energy: Mapping[str, Array]) -> tuple[str, ...]:
     """Kinds of energy of a run, those of contact last; none where it left them out."""
-    return tuple(kind for kind in (*ENERGY_KINDS, *CONTACT_ENERGY_KINDS) if kind in energy)
+    return tuple(
+        kind for kind in (*ENERGY_KINDS, TONE_ENERGY_KIND, *CONTACT_ENERGY_KINDS) if kind in energy
+    )
 
 
 class EnergyChange(NamedTuple):
@@ -376,9 +382,11 @@ class Recording:
 
     @property
     def energy_balance(self) -> Array:
-        """Sum of what a run keeps: all kinds less the work of loads, shape (n,) [J]."""
-        gains = [self.energy[kind] for kind in energy_kinds(self.energy) if kind != "work"]
-        return np.sum(gains, axis=0) - self.energy["work"]
+        """Sum of what a run keeps: all kinds less the work of loads and tone, shape (n,) [J]."""
+        supplied = ("work", TONE_ENERGY_KIND)
+        gains = [self.energy[kind] for kind in energy_kinds(self.energy) if kind not in supplied]
+        works = [self.energy[kind] for kind in energy_kinds(self.energy) if kind in supplied]
+        return np.sum(gains, axis=0) - np.sum(works, axis=0)
 
     @property
     def energy_text(self) -> str:

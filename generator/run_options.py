@@ -274,6 +274,42 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             in_study=False,
         ),
         RunOption(
+            Text("tone"),
+            "Share of their strength by which muscles hold all joints, or a tone file "
+            "(docs/tone.md).",
+            "0.03|NAME|FILE",
+            in_study=False,
+        ),
+        RunOption(
+            Text("right"),
+            "Share by which muscles of joints or groups (neck, trunk, arms, legs) turn their "
+            "segments upright.",
+            "neck,trunk=0.5",
+            type=list[str],
+            in_study=False,
+        ),
+        RunOption(
+            Text("hold"),
+            "Share by which muscles of joints or groups hold their angles.",
+            "JOINTS=0.1",
+            type=list[str],
+            in_study=False,
+        ),
+        RunOption(
+            Text("delay"),
+            "Time from the start at which tone begins to rise. [default: 0s, there from the start]",
+            "0.1s",
+            in_study=False,
+            needs=("tone", "right", "hold"),
+        ),
+        RunOption(
+            Text("release"),
+            "Time from the start at which tone begins to fall. [default: never]",
+            "0.3s",
+            in_study=False,
+            needs=("tone", "right", "hold"),
+        ),
+        RunOption(
             Choice("integrator", tuple(Integrator)),
             "Method of integration (docs/simulation.md). [default: compiled]",
             type=Integrator,

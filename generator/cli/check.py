@@ -20,6 +20,7 @@ from generator.diagnostics import Diagnostic, Severity, UsageError, select_error
 from generator.figure import Figure
 from generator.figure_file import FIGURE_FILE
 from generator.input_files.scene import SCENE_FILE
+from generator.input_files.tone import TONE_FILE
 from generator.kinematics.links import mirror_rotations
 from generator.model import Model
 from generator.person.identity import identity_of, range_publications
@@ -198,6 +199,13 @@ def _check_scene(name: str) -> answer.CommandResult:
     return CheckResult(verdict, reading.diagnostics, sections=[answer.Table(rows, 3)])
 
 
+def _check_tone(name: str) -> answer.CommandResult:
+    reading = TONE_FILE.parse_file(name)
+    use = "the tone cannot be used" if reading.value is None else "the tone can be used"
+    verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
+    return CheckResult(verdict, reading.diagnostics, sections=[str(reading.value or "")])
+
+
 def _is_study(name: str) -> bool:
     """Return whether a name is that of a study's file, or of a shipped study."""
     if name.endswith(STUDY_SUFFIX) or path_exists(FIGURE_FILE.find(name)) or Path(name).suffix:
@@ -244,6 +252,7 @@ def _check_springs_file(name: str) -> answer.CommandResult:
 
 _OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], answer.CommandResult]]] = (
     ("a scene", _is_scene, _check_scene),
+    ("a tone", lambda name: name.endswith(TONE_FILE.suffix), _check_tone),
     ("a study", _is_study, _check_study),
     ("a springs file", lambda name: Path(name).suffix == ".toml", _check_springs_file),
 )

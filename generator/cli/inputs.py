@@ -34,6 +34,7 @@ from generator.figure import Figure
 from generator.figure_file import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
+from generator.input_files.tone import tone_from_options
 from generator.kinematics.free_root import settable_chains
 from generator.kinematics.links import LINKS_FILE, NO_LINKS, Links
 from generator.kinematics.loops import close_loops
@@ -200,6 +201,30 @@ def fall_from_options(
     of_fall = {"floor", "free_root"}
     others = {key: value for key, value in settings.items() if key not in of_fall}
     return plan_from_options(others, plan)
+
+
+def with_tone(plan: Plan, figure: Figure, settings: Mapping[str, Any]) -> Plan:
+    """Return the plan with the tone of the options that are given; without any, unchanged.
+
+    Raises:
+        UsageError: a value cannot be read, or names no joint or group of the figure.
+        InputError: the tone file is missing or has errors.
+    """
+    if not settings.keys() & {"tone", "right", "hold"}:
+        return plan
+    tone = tone_from_options(
+        settings.get("tone"),
+        settings.get("right", ()),
+        settings.get("hold", ()),
+        settings.get("delay"),
+        settings.get("release"),
+    )
+    try:
+        tone.righting_shares(figure.joints)
+        tone.hold_shares(figure.joints)
+    except ModelError as failure:
+        raise UsageError(str(failure)) from None
+    return replace(plan, tone=tone)
 
 
 class ScaledRun(NamedTuple):

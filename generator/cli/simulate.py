@@ -47,6 +47,7 @@ from generator.model import Model
 from generator.motion_files import motion_from_recording
 from generator.recording import Ending, EnergyChange, Recording
 from generator.run_options import RUN_OPTIONS, Integrator
+from generator.simulation.muscle_tone import tone_of_model
 from generator.simulation.plan import Plan, WallLimit
 from generator.springs_file.read import joints_without_elastic_law
 from springs import SphericalLaw
@@ -100,6 +101,7 @@ class SimulationResult(answer.CommandResult):
     scale: Mapping[str, float] | None = field(metadata=answer.OMITTED_IF_NONE)
     fall: FallStart | None = field(metadata=answer.OMITTED_IF_NONE)
     starts: StartsResult | None = field(metadata=answer.OMITTED_IF_NONE)
+    tone: str | None = field(metadata=answer.OMITTED_IF_NONE)
     recording: Recording = field(metadata=answer.HIDDEN)
     contact_rows: Sequence[tuple[str, str]] = field(metadata=answer.HIDDEN)
 
@@ -125,6 +127,7 @@ class SimulationResult(answer.CommandResult):
             ("springs", f"{self.springs}, {self.law} law; {elastic}"),
             *([] if self.fall is None else [("fall", str(self.fall))]),
             *(("scale", f"{path} = {value:g}") for path, value in (self.scale or {}).items()),
+            *((("tone", self.tone),) if self.tone else ()),
             ("energy", self.recording.energy_text),
             *self.contact_rows,
             ("method", method),
@@ -221,6 +224,7 @@ def simulate(
         figure, diagnostics = inputs.load_figure(name)
         plan, of_plan = inputs.fall_from_options(figure, settings)
     more_starts = None if starts is None else starts_from_options(starts, spread, seed)
+    plan = inputs.with_tone(plan, figure, settings)
     diagnostics += of_plan
     spring_set, more = inputs.springs_from_option(figure, springs, law)
     diagnostics += more
@@ -356,6 +360,7 @@ def simulate(
         scale=scaled.values or None,
         fall=None if fall is None else FallStart(fall, seed or 0),
         starts=None if study is None else StartsResult.of(study),
+        tone=_tone_text(model, plan),
         recording=recording,
         contact_rows=contact or (),
         diagnostics=diagnostics,
@@ -377,6 +382,12 @@ def _run_starts(
             check()
 
         return study_starts(model, plan, choice.number, choice.spread, choice.seed, watch, limit)
+
+
+def _tone_text(model: Model, plan: Plan) -> str | None:
+    """Return the tone of a run with the classes of its strengths; None without tone."""
+    found = tone_of_model(model, plan.tone)
+    return None if found is None else f"{plan.tone}; {found.origins_text}"
 
 
 def _limit_to_drive_times(

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
-from math import hypot, pi
+from math import hypot, isfinite, pi
 from pathlib import Path
 
 from generator.diagnostics import (
@@ -45,6 +45,9 @@ OSMIUM_DENSITY = 22590.0
 
 PERSON_ATTRIBUTE = "person"
 """Attribute that states the stature of a person, for which the mass was chosen."""
+
+SEX_KEY, STATURE_KEY = "sex", "stature_m"
+"""Its fields: "male" or "female", and the stature [m]."""
 
 MEDIAN_MALE_MASS = 78.0
 """Mass of a 50th-percentile man [kg], rounded."""
@@ -421,6 +424,17 @@ def _least_inertia(mass: float) -> float:
     """Moment of inertia of the densest ball of a mass [kg m^2]."""
     radius = (3.0 * mass / (4.0 * pi * OSMIUM_DENSITY)) ** (1.0 / 3.0)
     return 0.4 * mass * radius**2
+
+
+def sex_and_stature(figure: Figure) -> tuple[str, float] | None:
+    """Return sex and stature [m] of a figure; None unless it states both, as a person does."""
+    if PERSON_ATTRIBUTE not in figure.attributes:
+        return None
+    fields = figure.attributes[PERSON_ATTRIBUTE].fields
+    sex, stature = fields.get(SEX_KEY), fields.get(STATURE_KEY)
+    if not isinstance(sex, str) or not isinstance(stature, tuple) or len(stature) != 1:
+        return None
+    return (sex, stature[0]) if stature[0] > 0.0 and isfinite(stature[0]) else None
 
 
 def _is_bare(segment: Segment, field: str) -> bool:

@@ -26,6 +26,7 @@ from generator.motion_files.motion import FigureMotion, Header, first_frame_inte
 from generator.recording import (
     CONTACT_ENERGY_KINDS,
     ENERGY_KINDS,
+    TONE_ENERGY_KIND,
     WHOLE_RECORDING,
     Accuracy,
     Ending,
@@ -313,7 +314,8 @@ def _chains(chains: Mapping[str, list[list[Any]]]) -> Chains:
 def _energy_kinds(names: Container[str]) -> tuple[str, ...]:
     """Kinds of energy of a run; live simulations have those of contact without its record."""
     kinds = [kind for kind in CONTACT_ENERGY_KINDS if f"{ENERGY_FIELD}/{kind}" in names]
-    return (*ENERGY_KINDS, *(CONTACT_ENERGY_KINDS if kinds else ()))
+    tone = [TONE_ENERGY_KIND] if f"{ENERGY_FIELD}/{TONE_ENERGY_KIND}" in names else []
+    return (*ENERGY_KINDS, *tone, *(CONTACT_ENERGY_KINDS if kinds else ()))
 
 
 def _shapes(
@@ -327,7 +329,7 @@ def _shapes(
         for name, chain in chains.items()
     }
     if contact is not None:
-        kinds = ENERGY_KINDS + CONTACT_ENERGY_KINDS
+        kinds = {**dict.fromkeys(kinds), **dict.fromkeys(ENERGY_KINDS + CONTACT_ENERGY_KINDS)}
         shapes |= {f"{CONTACT_FORCE_FIELD}/{name}": (count, 3) for name in contact["segments"]}
         shapes |= {f"{CONTACT_DEPTH_FIELD}/{name}": (count,) for name in contact["segments"]}
         shapes[GROUND_REACTION_FIELD] = (count, 6)

@@ -4,15 +4,16 @@ attribute person { sex = "male"; stature_m = 1.75; }
 """
 
 from dataclasses import dataclass
-from math import isfinite
 
 from generator.figure import Attribute, Figure
-from generator.figure_file.check import PERSON_ATTRIBUTE
+from generator.figure_file.check import (
+    PERSON_ATTRIBUTE,
+    SEX_KEY,
+    STATURE_KEY,
+    sex_and_stature,
+)
 from generator.person.survey import Sex
 from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, PUBLICATIONS_OF_WOMEN
-
-SEX_KEY = "sex"
-STATURE_KEY = "stature_m"
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,7 @@ def range_publications(sex: Sex | None) -> tuple[str, ...]:
 
 def identity_of(figure: Figure) -> Identity | None:
     """Return sex and stature of a figure; None unless it states both, as a person does."""
-    if PERSON_ATTRIBUTE not in figure.attributes:
+    found = sex_and_stature(figure)
+    if found is None or found[0] not in set(Sex):
         return None
-    fields = figure.attributes[PERSON_ATTRIBUTE].fields
-    sex, stature = fields.get(SEX_KEY), fields.get(STATURE_KEY)
-    if sex not in set(Sex) or not isinstance(stature, tuple) or len(stature) != 1:
-        return None
-    return Identity(Sex(sex), stature[0]) if stature[0] > 0.0 and isfinite(stature[0]) else None
+    return Identity(Sex(found[0]), found[1])

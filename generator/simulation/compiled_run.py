@@ -48,6 +48,7 @@ from generator.simulation.compiled.layout import (
     SPIN,
     SPIN_RATE,
     STEP_ACCELERATIONS,
+    TONE,
     VELOCITY,
     IndexArray,
 )
@@ -107,6 +108,7 @@ def compile_model(model: ExudynModel) -> CompiledModel:
         {} if model.contacts is None else model.contacts.spheres,
         () if model.contacts is None else model.contacts.pairs,
         {} if model.contacts is None else model.contacts.laws,
+        model.tone,
     )
 
 
@@ -251,6 +253,7 @@ def build_trace(
         displacements={
             name: states[:, list(places)] for name, places in compiled.coordinates.items()
         },
+        tone_work=None if model.tone is None else states[:, TONE - POWERS],
     )
 
 

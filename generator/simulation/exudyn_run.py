@@ -435,6 +435,7 @@ class _StateLog:
             *works[:, :3].T,
             coordinate_multipliers=np.array([m.coordinates for m in multipliers]),
             contact=self._sensors.contact_trace(works),
+            tone_work=None if self._model.tone is None else works[:, 3],
         )
 
 

@@ -1,6 +1,6 @@
 """Motion, reactions, torques and energies of joints from the trace of a run."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
@@ -12,6 +12,7 @@ from generator.coupled_motion import CoupledMotion
 from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.kinematics.closures import rotation_equations
+from generator.recording import TONE_ENERGY_KIND
 from generator.rotations import (
     Array,
     inverse_pose,
@@ -25,6 +26,7 @@ from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.exudyn_model.springs import JointKind, generalized_force
 from generator.simulation.trace import Trace
 from springs import NUMPY, JointSprings, rotation_law, total_energy
+from springs.tone.law import AxisTone, rotation_tone, vector_tone
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,45 @@ class SegmentMotion:
                     torques[name] += (half @ torque[..., None])[..., 0]
         return torques
 
+    def tone_torques(self, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+        """Torque of the tone of each joint on the child, parent's site axes, (n, 3) [N m]."""
+        model, trace = self._model, self._trace
+        if model.tone is None:
+            return {}
+        active = np.asarray(model.tone.activation.at(trace.times)) * np.ones(len(trace))
+        torques = {
+            name: self._held_torque(name, joints[name], axes, active)
+            for name, axes in model.tone.hold.items()
+        }
+        for name, righting in model.tone.righting.items():
+            joint = self._figure.joints[name]
+            turn = self.site(joint.child)[:, :3, :3]
+            spin, _ = self._velocity(joint.child.segment, np.zeros((len(trace), 3)))
+            error = rotation_vector_from_matrix(righting.upright.T @ turn)
+            spin = (np.swapaxes(turn, -1, -2) @ spin[..., None])[..., 0]
+            own = vector_tone(righting.axes, error, spin, active)
+            total = (joints[name].pose_in_parent[:, :3, :3] @ own[..., None])[..., 0]
+            torques[name] = torques.get(name, 0.0) + total
+        return torques
+
+    def _held_torque(
+        self, name: str, motion: JointMotion, axes: Sequence[AxisTone], active: Array
+    ) -> Array:
+        """Torque of the tone that holds a joint, in the axes of `tone_torques`."""
+        chain = self._model.placement.tree.chains[name]
+        if len(chain.rotations) == 1:
+            direction = unit_vector(chain.rotation_axes[0])
+            (axis,) = (tone.oriented_along(chain.rotation_axes[0]) for tone in axes)
+            angle = motion.displacements[:, chain.rotations[0]]
+            size = axis.torque(angle, motion.relative_velocity[:, :3] @ direction, active)
+            return np.asarray(size)[:, None] * direction
+        springs = self._model.spring_set.joints.get(name, JointSprings(name))
+        law = rotation_law(springs, self._model.spring_set.law, chain.rotation_axes)
+        r = motion.rotation_vectors
+        half = matrix_from_rotation_vector(0.5 * r)
+        rate = (np.swapaxes(half, -1, -2) @ motion.relative_velocity[:, :3, None])[..., 0]
+        return (half @ rotation_tone(law, axes, r, rate, active)[..., None])[..., 0]
+
     def _uncoupled_torque(self, joint: Joint, joint_motion: JointMotion) -> Array:
         """Torque of a joint's own springs and damping, in the axes of `passive_torques`."""
         springs = self._model.spring_set.joints.get(joint.name, JointSprings(joint.name))
@@ -248,11 +289,12 @@ def newton_euler_reactions(
         else:
             wrenches[load.site.segment][:, 3:] -= value
     reactions: dict[str, Array] = {}
+    tone_torques = motion.tone_torques(joints)
     springs = {
         joint.name: np.concatenate(
             [
                 _slide_spring_force(model, joint, joints[joint.name]),
-                passive_torques[joint.name],
+                passive_torques[joint.name] + tone_torques.get(joint.name, 0.0),
             ],
             axis=1,
         )
@@ -360,6 +402,8 @@ def energy_by_kind(
         "dissipated": trace.dissipated,
         "work": trace.load_work,
     }
+    if trace.tone_work is not None:
+        energies[TONE_ENERGY_KIND] = trace.tone_work
     if trace.contact is not None:
         energies["contact"] = contact_of_trace(model, trace).energy
         energies["contact damping"], energies["friction"] = trace.contact.losses.T

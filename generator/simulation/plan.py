@@ -17,6 +17,7 @@ from generator.loads import TimedLoad
 from generator.model import Model
 from generator.run_options import RUN_OPTIONS, Integrator
 from generator.toml_file.rows import Number
+from generator.tone import NO_TONE, Tone
 from springs import SphericalLaw, SpringSet
 
 Vector = tuple[float, float, float]
@@ -68,6 +69,7 @@ class Plan:
         locked: names of joints that stay at their initial displacement.
         drives: prescribed rotations by joint, in place of `displacements`; other joints are
             simulated.
+        tone: tone of muscles.
         integrator: method of integration. The compiled one gives way to Exudyn's for a model that
             it does not support; the recording tells why.
         python_torques: whether torques are Python functions instead of expression trees.
@@ -94,6 +96,7 @@ class Plan:
     links: Links = NO_LINKS
     locked: Sequence[str] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
+    tone: Tone = NO_TONE
     integrator: Integrator = Integrator.COMPILED
     python_torques: bool = False
     wall_limit: float = 600.0

@@ -36,6 +36,7 @@ class Trace:
         closing_wrenches: force of the constraints of each joint that closes a loop on its child and
             moment about the world's origin, shape (n, 6) [N, N m]; after compiled integration.
         contact: integrals of contact, and its forces after every step; None without props.
+        tone_work: work done by the tone of muscles since the start, shape (n,) [J]; None without.
     """
 
     times: Array
@@ -52,6 +53,7 @@ class Trace:
     displacements: Mapping[str, Array] = field(default_factory=dict[str, Array])
     closing_wrenches: Mapping[str, Array] = field(default_factory=dict[str, Array])
     contact: ContactTrace | None = None
+    tone_work: Array | None = None
 
     def __len__(self) -> int:
         """Number of frames."""

@@ -57,6 +57,7 @@ from generator.simulation.compiled.equations import EQUATIONS, Equations
 from generator.simulation.compiled.flight import longest_flight
 from generator.simulation.compiled.frames import settle_branches
 from generator.simulation.compiled.layout import (
+    ACTIVATION,
     ANGULAR_INERTIA,
     AXIS,
     BALL,
@@ -259,12 +260,15 @@ def _compute_tangents(
         for k in range(3):
             x[j, k], v[j, k] = scratch.displacements[j, k], scratch.rates[j, k]
     _evaluate(laws, mechanism, tangents, base)
+    measured = mechanism.measured
     for k in range(3):
         for j in range(len(x)):
-            x[j, k] += _ANGLE
+            if measured[j, MEASURED_FORM] != ACTIVATION:
+                x[j, k] += _ANGLE
         _evaluate(laws, mechanism, tangents, torques)
         for j in range(len(x)):
-            x[j, k] -= _ANGLE
+            if measured[j, MEASURED_FORM] != ACTIVATION:
+                x[j, k] -= _ANGLE
             for n in range(3):
                 tangents.raw[j, 3 * n + k] = (base[j, n] - torques[j, n]) / _ANGLE
     _store_positive(tangents.raw, tangents.stiffness)
@@ -420,7 +424,7 @@ def solve_stage(
     """Compute k of the first stage, or k2 + 2 k1 of the second one, as rates of a state."""
     links, work, first = mechanism.links, scratch.work, tangents.first
     compute_kinematics(mechanism, scratch, interval, time, state)
-    measure_joints(mechanism, scratch, state)
+    measure_joints(mechanism, scratch, interval, time, state)
     for p in range(POWERS):
         scratch.powers[p] = 0.0
     laws.joints(

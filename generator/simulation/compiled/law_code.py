@@ -12,7 +12,7 @@ import numpy as np
 
 from generator.rotations import Array
 from generator.simulation.compiled.compiler import compile_source
-from generator.simulation.compiled.layout import LAW_SIGNATURE, CompiledLaw, IndexArray
+from generator.simulation.compiled.layout import LAW_SIGNATURE, TONE, CompiledLaw, IndexArray
 from generator.simulation.compiled.recorder import (
     RECORDING,
     BranchingLawError,
@@ -28,6 +28,7 @@ from springs import (
     RotationLaw,
     total_torque,
 )
+from springs.tone.law import AxisTone, vector_tone
 
 _HEADER = '''"""Generated from the definitions of laws; constants are in the table P."""
 import math
@@ -181,6 +182,41 @@ def coupled_law(
     ends = [f"{torque} += elastic * {force}" for torque, force, _ in forces]
     if not spring.law.is_conservative:
         ends += [f"power[1] -= elastic * {force} * {rate}" for _, force, rate in forces]
+    return code.use(ends)
+
+
+def tone_law(tone: AxisTone, place: Place, activation: int) -> LawUse:
+    """Record the tone about an axis, which adds to the torque of a displacement.
+
+    Args:
+        tone: Tone about the axis of the displacement.
+        place: Displacement.
+        activation: Row that measures the activation.
+    """
+    code = _Code(holds_pieces=False)
+    active, _, _ = code.read((activation, 0))
+    x, v, torque = code.read(place)
+    own = code.name(tone.torque(x, v, active, RECORDING))
+    return code.use([f"{torque} += {own}", f"power[{TONE}] += {own} * {v.name}"])
+
+
+def vector_tone_law(
+    axes: Sequence[AxisTone], joint: int, activation: int, *, is_righting: bool = False
+) -> LawUse:
+    """Record tones about the components of a rotation vector.
+
+    They add to the torques of a joint. Those of righting stand alone, and their power is that of
+    the torques where they act.
+    """
+    code = _Code(holds_pieces=False)
+    active, _, _ = code.read((activation, 0))
+    r, rate, torque = code.read_vector(joint)
+    total = vector_tone(axes, r, rate, active, RECORDING)
+    own = [code.name(total[k]) for k in range(3)]
+    if is_righting:
+        return code.use([f"{torque[k]} = {own[k]}" for k in range(3)])
+    ends = [f"{torque[k]} += {own[k]}" for k in range(3)]
+    ends += [f"power[{TONE}] += {own[k]} * {code.name(rate[k])}" for k in range(3)]
     return code.use(ends)
 
 

@@ -72,15 +72,18 @@ else -1."""
 
 MEASURED_COLUMNS = 6
 
-ROTATION_VECTOR, ANGLE, SHIFT, TWO_ANGLES, THREE_ANGLES = range(5)
+ROTATION_VECTOR, ANGLE, SHIFT, TWO_ANGLES, THREE_ANGLES, RIGHTING, ACTIVATION = range(7)
 """Forms of a measured joint without a link: the components of its rotation vector, the angle about
 its only axis, a displacement along an axis, the angles of a chain of two or three rotations,
-innermost first. An angle of a joint that closes a loop is unwrapped by the integral of its rate,
-which stands in the state."""
+innermost first; the rotation vector of the child's site from an orientation in the world; and the
+activation of muscles. An angle of a joint that closes a loop is unwrapped by the integral of its
+rate, which stands in the state. Righting has components along the axes of the child's site; its
+torque acts on the child and its reaction on the parent's link."""
 
 SITE_IN_PARENT, SITE_IN_CHILD = 0, 4
 """Columns of `sites`: quaternions of the joint's sites in the axes of their links. Those of a chain
-are turned so that the innermost axis is x and the outermost is z."""
+are turned so that the innermost axis is x and the outermost is z. Of righting the first is the
+upright orientation in the world."""
 SITE_AXIS = 8
 """Axis of an angle or shift in the axes of the parent's site (3). Where the axis of a shift is the
 child's, parent and child are exchanged, and it is reversed."""
@@ -192,7 +195,8 @@ class Mechanism(NamedTuple):
         load_points: where they act, from the link's point in its axes, shape (l, 3) [m].
         knots: starts of the intervals in which loads and drives are polynomials, shape (k,) [s].
         load_pieces: values at the start of an interval and slopes, shape (k, l, 6).
-        drive_pieces: coefficients of cubics in the time since its start, shape (k, drives, 4).
+        drive_pieces: coefficients of cubics in the time since its start, shape (k, drives, 4); with
+            tone the last ones are of its activation.
         gravity: acceleration in world axes, shape (3,) [m/s2].
         parameters: constants of the laws, shape (p,); the first two scale springs and damping.
         law_rows: first parameter and switching function of each use of a law's form, then the
@@ -335,10 +339,10 @@ RESPONSE_EFFORT = 13
 """Effort in its hinge."""
 RESPONSE_COLUMNS = 14
 
-DISSIPATION, NONCONSERVATIVE, EXTERNAL, IMPACT, FRICTION = range(5)
+DISSIPATION, NONCONSERVATIVE, EXTERNAL, IMPACT, FRICTION, TONE = range(6)
 """Powers that are integrated with the state [W]: of damping in joints, into laws without an energy,
-of loads and drives, of damping in contacts, and of friction."""
-POWERS = 5
+of loads and drives, of damping in contacts, of friction, and of the tone of muscles."""
+POWERS = 6
 
 
 class Scratch(NamedTuple):

@@ -20,6 +20,7 @@ from generator.simulation.compiled.compiler import (
     compiled,
 )
 from generator.simulation.compiled.layout import (
+    ACTIVATION,
     ANGULAR_INERTIA,
     CENTRE,
     COUPLING_INERTIA,
@@ -38,10 +39,12 @@ from generator.simulation.compiled.layout import (
     MEASURED_PARENT,
     MECHANISM,
     MOMENT,
+    RIGHTING,
     ROTATION,
     SCRATCH,
     SHIFT,
     SPIN,
+    TONE,
     VELOCITY,
     Mechanism,
     Scratch,
@@ -77,6 +80,8 @@ def compute_inertia_and_loads(
         if measured[j, MEASURED_LINK] >= 0:
             work[measured[j, MEASURED_LINK], EFFORT] += scratch.torques[j, 0]
             continue
+        if measured[j, MEASURED_FORM] == ACTIVATION:
+            continue
         if measured[j, MEASURED_FORM] == SHIFT:
             force = times(scratch.torques[j, 0], vector(scratch.torque_axes, j, 0))
             if parent >= 0:
@@ -89,6 +94,11 @@ def compute_inertia_and_loads(
                 accumulate(work, child, MOMENT, times(-1.0, moment))
             continue
         torque = apply(matrix(scratch.torque_axes, j, 0), vector(scratch.torques, j, 0))
+        if measured[j, MEASURED_FORM] == RIGHTING:  # of which the law does not know the rate
+            power = dot(torque, vector(work, child, SPIN))
+            if parent >= 0:
+                power -= dot(torque, vector(work, parent, SPIN))
+            scratch.powers[TONE] += power
         if parent >= 0:
             accumulate(work, parent, MOMENT, torque)
         if child >= 0:

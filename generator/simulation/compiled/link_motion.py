@@ -36,6 +36,7 @@ from generator.simulation.compiled.compiler import (
     compiled,
 )
 from generator.simulation.compiled.layout import (
+    ACTIVATION,
     ANGLE,
     ARM,
     ARM_IN_PARENT,
@@ -68,6 +69,7 @@ from generator.simulation.compiled.layout import (
     POINT,
     POINT_BIAS,
     RATE,
+    RIGHTING,
     ROTATION,
     SCRATCH,
     SHIFT,
@@ -233,8 +235,20 @@ def _measure_chain(
     return sine
 
 
-@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, merged=True)
-def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None:
+@compiled(REAL, MECHANISM, COUNT, REAL)
+def _activation(mechanism: Mechanism, interval: int, time: float) -> float:
+    """Return the activation of muscles, the last cubic of an interval."""
+    pieces, since = mechanism.drive_pieces, time - mechanism.knots[interval]
+    last = pieces.shape[1] - 1
+    c0, c1 = pieces[interval, last, 0], pieces[interval, last, 1]
+    c2, c3 = pieces[interval, last, 2], pieces[interval, last, 3]
+    return float(c0 + since * (c1 + since * (c2 + since * c3)))
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, COUNT, REAL, VECTOR, merged=True)
+def measure_joints(
+    mechanism: Mechanism, scratch: Scratch, interval: int, time: float, state: Array
+) -> None:
     """Compute the displacements and rates of the joints with laws.
 
     Of a rotation vector, half the angle has a positive cosine up to 180 deg; beyond, the sign of
@@ -254,20 +268,25 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
             scratch.rates[j, 0] = work[link, JOINT_RATE]
             switching[first + j] = branches[first + j]
             continue
+        form = measured[j, MEASURED_FORM]
+        if form == ACTIVATION:
+            scratch.displacements[j, 0] = _activation(mechanism, interval, time)
+            switching[first + j] = branches[first + j]
+            continue
         outer, spin = quaternion(sites, j, SITE_IN_PARENT), (0.0, 0.0, 0.0)
         inner, own_spin = quaternion(sites, j, SITE_IN_CHILD), (0.0, 0.0, 0.0)
-        if parent >= 0:
+        if parent >= 0 and form != RIGHTING:
             outer = product(quaternion(work, parent, ORIENTATION), outer)
             spin = vector(work, parent, SPIN)
         if child >= 0:
             inner = product(quaternion(work, child, ORIENTATION), inner)
             own_spin = vector(work, child, SPIN)
-        if measured[j, MEASURED_FORM] == SHIFT:
+        if form == SHIFT:
             _measure_shift(mechanism, scratch, j, outer)
             switching[first + j] = branches[first + j]
             continue
         cosine, x, y, z = product(conjugate(outer), inner)
-        if measured[j, MEASURED_FORM] == ANGLE:
+        if form == ANGLE:
             axis = vector(sites, j, SITE_AXIS)
             angle = 2.0 * atan2(dot(axis, (x, y, z)), cosine)
             turns = (state[measured[j, MEASURED_ANGLE]] - angle) / (2.0 * pi)
@@ -277,8 +296,8 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
             store(scratch.torque_axes, j, 0, (a, 0.0, 0.0, b, 0.0, 0.0, c, 0.0, 0.0))
             switching[first + j] = branches[first + j]
             continue
-        if measured[j, MEASURED_FORM] >= TWO_ANGLES:
-            is_ball = measured[j, MEASURED_FORM] == THREE_ANGLES
+        if TWO_ANGLES <= form <= THREE_ANGLES:
+            is_ball = form == THREE_ANGLES
             sine = _measure_chain(scratch, sites, j, is_ball, outer, inner, minus(own_spin, spin))
             switching[first + j] = branches[first + j]
             if is_ball:
@@ -294,6 +313,11 @@ def measure_joints(mechanism: Mechanism, scratch: Scratch, state: Array) -> None
         else:
             ratio = 2.0 + square / 3.0
         store(scratch.displacements, j, 0, (ratio * x, ratio * y, ratio * z))
+        if form == RIGHTING:
+            axes = rotation(inner)
+            store(scratch.torque_axes, j, 0, axes)
+            store(scratch.rates, j, 0, apply_transposed(axes, own_spin))
+            continue
         # Half of the turn by (cosine, sine) is that by (1 + cosine, sine), scaled.
         half_way = rotation(product(outer, unit((1.0 + cosine, x, y, z))))
         store(scratch.torque_axes, j, 0, half_way)

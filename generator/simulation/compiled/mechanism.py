@@ -38,9 +38,12 @@ from generator.simulation.compiled.law_code import (
     coupled_law,
     displacement_law,
     rotation_vector_law,
+    tone_law,
+    vector_tone_law,
 )
 from generator.simulation.compiled.layout import (
     ACROSS,
+    ACTIVATION,
     ALONG,
     ANGLE,
     ARM_IN_PARENT,
@@ -71,6 +74,7 @@ from generator.simulation.compiled.layout import (
     POWERS,
     RATE,
     RESPONSE_COLUMNS,
+    RIGHTING,
     ROTATION_VECTOR,
     ROW_COLUMNS,
     ROW_CONSTANT_COLUMNS,
@@ -89,6 +93,7 @@ from generator.simulation.compiled.layout import (
     Mechanism,
     Scratch,
 )
+from generator.simulation.muscle_tone import JointTones
 from springs import (
     AxisSpring,
     CoupledAxis,
@@ -100,6 +105,8 @@ from springs import (
 )
 from springs.contact_part import PartLaw
 from springs.coordinates import CoordinateLaw
+from springs.tone.activation import Activation
+from springs.tone.law import AxisTone
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
 
@@ -212,6 +219,7 @@ def build_compiled_model(
     spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
     pairs: Sequence[CapsulePair] = (),
     part_laws: Mapping[str, PartLaw] | None = None,
+    tone: JointTones | None = None,
 ) -> CompiledModel:
     """Compile a figure.
 
@@ -227,6 +235,7 @@ def build_compiled_model(
         spheres: contact spheres of the segments that may touch them.
         pairs: capsules of segments that may touch each other.
         part_laws: laws of parts of the body, by the names that the spheres have.
+        tone: tone of the joints.
     """
     return _Builder(
         placement,
@@ -240,6 +249,7 @@ def build_compiled_model(
         spheres,
         pairs,
         part_laws,
+        tone,
     ).build()
 
 
@@ -259,6 +269,7 @@ class _Builder:
         spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
         pairs: Sequence[CapsulePair] = (),
         part_laws: Mapping[str, PartLaw] | None = None,
+        tone: JointTones | None = None,
     ) -> None:
         self.placement, self.rates, self.springs = placement, rates, springs
         self.prescribed, self.loads, self.gravity, self.times = prescribed, loads, gravity, times
@@ -273,6 +284,7 @@ class _Builder:
         self.scene = scene or Scene()
         self.touching = {name: some for name, some in (spheres or {}).items() if some}
         self.pairs, self.part_laws = pairs, part_laws
+        self.tone = tone
 
     def build(self) -> CompiledModel:
         for branch in self.tree.joints:
@@ -280,7 +292,9 @@ class _Builder:
         links, constants, points = self._link_tables()
         measured, sites, uses, names = self._laws()
         tables = build_law_tables(uses)
-        knots = smooth_intervals(self.loads, [drive for drive, _ in self.drives], self.times)
+        activation = () if self.tone is None else (self.tone.activation,)
+        drives = [drive for drive, _ in self.drives]
+        knots = smooth_intervals(self.loads, drives, self.times, activation)
         scene, touching = self.scene, self.touching
         switches = tables.switches
         spheres, pairs = NO_SPHERES, NO_PAIRS
@@ -297,7 +311,7 @@ class _Builder:
             *self._load_tables(points),
             knots,
             load_pieces(self.loads, knots, self.times[1]),
-            drive_pieces(self.drives, knots, self.times[1]),
+            drive_pieces(self.drives, knots, self.times[1], activation),
             np.array(self.gravity, dtype=float),
             tables.parameters,
             tables.rows,
@@ -477,12 +491,15 @@ class _Builder:
         row_of: dict[str, int] = {}
         laws: dict[str, RotationLaw] = {}
         holds = not (self.touching or self.pairs)
-        for name in dict.fromkeys([*self.springs.joints, *coupled_names]):
+        hold: Mapping[str, tuple[AxisTone, ...]] = {}
+        if self.tone is not None:
+            hold = self.tone.hold
+        for name in dict.fromkeys([*self.springs.joints, *coupled_names, *hold]):
             if name not in self._moving:
                 continue
             joint, chain = self.figure.joints[name], self.tree.chains[name]
             own = self.springs.joints.get(name, JointSprings(name))
-            if own.axes or own.reach or name in coupled_names:
+            if own.axes or own.reach or name in coupled_names or name in hold:
                 row_of[name] = len(rows)
                 springs: Sequence[AxisSpring | None]
                 if len(chain.rotations) == 1:
@@ -523,12 +540,49 @@ class _Builder:
                 for axis in spring.axes
             ]
             uses.append(coupled_law(spring, places, vectors, holds_pieces=holds))
+        if self.tone is not None:
+            activation = len(rows)
+            rows.append([-1, -1, -1, 0, ACTIVATION, -1])
+            sites.append(_NO_SITES)
+            names.append("")
+            for name, axes in hold.items():
+                if name in row_of:
+                    uses += self._hold_laws(name, axes, row_of[name], laws.get(name), activation)
+            for name, righting in self.tone.righting.items():
+                joint = self.figure.joints[name]
+                uses.append(vector_tone_law(righting.axes, len(rows), activation, is_righting=True))
+                rows.append([*self._end_links(joint.ends), -1, 0, RIGHTING, -1])
+                site = self._sites(joint.ends, np.zeros(3))
+                site[:4] = quaternion_from_matrix(righting.upright)
+                sites.append(site)
+                names.append(name)
         return (
             np.array(rows, dtype=np.int64).reshape(-1, MEASURED_COLUMNS),
             np.array(sites, dtype=float).reshape(-1, SITE_COLUMNS),
             uses,
             names,
         )
+
+    def _hold_laws(
+        self,
+        name: str,
+        axes: Sequence[AxisTone],
+        row: int,
+        law: RotationLaw | None,
+        activation: int,
+    ) -> list[LawUse]:
+        """Tones that hold the displacements of a joint, as `rotation_tone` states them."""
+        if law is None:
+            (only,) = self.tree.chains[name].rotation_axes
+            return [tone_law(axis.oriented_along(only), (row, 0), activation) for axis in axes]
+        if not isinstance(law, CoordinateLaw):
+            return [vector_tone_law(axes, row, activation)]
+        chain = law.coordinates
+        places = [chain.place(axis.direction)[0] for axis in axes]
+        return [
+            tone_law(axis.oriented_along(chain.axes[k]), (row, k), activation)
+            for axis, k in zip(axes, places, strict=True)
+        ]
 
     def _place(self, axis: CoupledAxis, row: int, law: RotationLaw | None) -> tuple[Place, float]:
         """Displacement about an axis of a joint, and the sense in which it is counted."""
@@ -737,12 +791,16 @@ _SAMPLED_SHARES = np.array([0.25, 0.75])
 
 
 def smooth_intervals(
-    loads: Sequence[TimedLoad], drives: Sequence[Drive], times: tuple[float, float]
+    loads: Sequence[TimedLoad],
+    drives: Sequence[Drive],
+    times: tuple[float, float],
+    activations: Sequence[Activation] = (),
 ) -> Array:
-    """Start, and the times until the stop at which a load or a drive is not smooth, (k,) [s]."""
+    """Start, and times until the stop at which a load, drive or tone is not smooth, (k,) [s]."""
     start, stop = times
     ends = [float(t) for load in loads for t in load.times]
     ends += [float(t) for drive in drives for t in drive.times]
+    ends += [t for activation in activations for t in activation.knots]
     return np.array([start, *sorted({t for t in ends if start < t < stop})])
 
 
@@ -759,18 +817,29 @@ def load_pieces(loads: Sequence[TimedLoad], knots: Array, stop: float) -> Array:
     return pieces
 
 
-def drive_pieces(drives: Sequence[tuple[Drive, int]], knots: Array, stop: float) -> Array:
+def drive_pieces(
+    drives: Sequence[tuple[Drive, int]],
+    knots: Array,
+    stop: float,
+    activations: Sequence[Activation] = (),
+) -> Array:
     """Coefficients of each drive's cubic in the time since each interval's start, (k, drives, 4).
+
+    Those of activations follow.
 
     Args:
         drives: each with one of its columns.
         knots: starts of the intervals, shape (k,) [s].
         stop: end of the last interval [s].
+        activations: activations of muscles.
     """
     middles = 0.5 * (knots + np.append(knots[1:], stop))
-    pieces = np.zeros((len(knots), len(drives), 4))
+    pieces = np.zeros((len(knots), len(drives) + len(activations), 4))
     for k, (drive, column) in enumerate(drives):
         for order, factor in enumerate((1.0, 1.0, 0.5)):
             pieces[:, k, order] = factor * drive.derivatives(knots, order)[:, column]
         pieces[:, k, 3] = drive.derivatives(middles, 3)[:, column] / 6.0
+    ends = np.append(knots[1:], stop)
+    for k, activation in enumerate(activations, len(drives)):
+        pieces[:, k] = [activation.cubic(*one) for one in zip(knots, ends, strict=True)]
     return pieces

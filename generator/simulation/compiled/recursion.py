@@ -247,7 +247,7 @@ def evaluate_laws(
 ) -> None:
     """Compute the motion of a state, and the forces and switching functions of all laws."""
     compute_kinematics(mechanism, scratch, interval, time, state)
-    measure_joints(mechanism, scratch, state)
+    measure_joints(mechanism, scratch, interval, time, state)
     for k in range(POWERS):
         scratch.powers[k] = 0.0
     laws.joints(

@@ -52,7 +52,9 @@ from generator.simulation.exudyn_model.constraints import (
 from generator.simulation.exudyn_model.contacts import add_contacts
 from generator.simulation.exudyn_model.coupled_springs import CoupledObject, add_coupled_spring
 from generator.simulation.exudyn_model.exudyn_api import Index, MainSystem, exu
+from generator.simulation.exudyn_model.righting import RightingConnector, add_righting
 from generator.simulation.exudyn_model.springs import Connector, SpringBuilder, add_joint_springs
+from generator.simulation.muscle_tone import JointTones, bind_tone, upright_orientations
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
 from generator.simulation.preconditions import model_obstacles, place, placement_obstacles
 from springs import JointSprings, SpringSet
@@ -80,6 +82,8 @@ class ExudynModel:
         loads: each load with its marker and user function.
         contacts: contact with the props of the plan and of segments; None without props.
         spring_set: the springs that were built.
+        tone: tone of the joints; None without any.
+        righting: connectors of righting by joint.
         plan: the plan of the run.
     """
 
@@ -97,6 +101,8 @@ class ExudynModel:
     loads: tuple[tuple[TimedLoad, Index, Any], ...]
     contacts: ContactModel | None
     spring_set: SpringSet
+    tone: JointTones | None
+    righting: Mapping[str, RightingConnector]
     plan: Plan
 
     def __repr__(self) -> str:
@@ -120,6 +126,7 @@ class InitialState:
         spheres: contact spheres of each segment that has some; none without props.
         pairs: capsules of segments that touch each other.
         part_laws: laws of the parts of the body to which the spheres belong, by name.
+        upright: orientations to which tone rights segments, by joint.
     """
 
     placement: Placement
@@ -128,6 +135,7 @@ class InitialState:
     spheres: Mapping[str, Sequence[ContactSphere]]
     pairs: tuple[CapsulePair, ...]
     part_laws: Mapping[str, PartLaw]
+    upright: Mapping[str, Array]
 
 
 def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None) -> InitialState:
@@ -175,7 +183,8 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
     pairs = capsule_pairs(figure, capsules, placement.poses) if capsules else ()
-    return InitialState(placement, imposed, prescribed, spheres, pairs, laws)
+    upright = upright_orientations(figure, plan.tone)
+    return InitialState(placement, imposed, prescribed, spheres, pairs, laws, upright)
 
 
 def contact_geometry(
@@ -384,7 +393,9 @@ def _build_from_initial_state(
         name: add_constraints(mbs, placement, bodies, joint, locks[name])
         for name, joint in moving.items()
     }
-    builder = SpringBuilder(mbs, placement, bodies, plan.python_torques)
+    tone = bind_tone(plan.tone, start.upright, placement, springs, plan.start)
+    builder = SpringBuilder(mbs, placement, bodies, plan.python_torques, tone)
+    tones = () if tone is None else tone.hold
     coupled_springs = [
         spring for spring in springs.coupled if all(a.joint in moving for a in spring.axes)
     ]
@@ -395,11 +406,12 @@ def _build_from_initial_state(
             moving[name],
             springs.joints.get(name, JointSprings(name)),
             springs.law,
-            read_rotation=name in coupled_joints,
+            read_rotation=name in coupled_joints or name in tones,
         )
-        for name in dict.fromkeys([*springs.joints, *coupled_joints])
+        for name in dict.fromkeys([*springs.joints, *coupled_joints, *tones])
         if name in moving
     }
+    righting = {} if tone is None else add_righting(builder)
     coupled = tuple(add_coupled_spring(builder, spring, connectors) for spring in coupled_springs)
     constraints: tuple[CoordinateConstraint, ...] = ()
     if prescribed:
@@ -435,6 +447,8 @@ def _build_from_initial_state(
         added_loads,
         contacts,
         springs,
+        tone,
+        righting,
         plan,
     )
     if container is not None:

@@ -3,14 +3,18 @@
 Exudyn's sensors are C++ and cost almost nothing.
 """
 
-from typing import assert_never
+from typing import Any, assert_never
 
 import numpy as np
 
 from generator.contact.states import ContactSteps, ContactTrace, evaluate_contacts
 from generator.coupled_motion import CoupledMotion
 from generator.loads import LoadKind, TimedLoad
-from generator.rotations import Array, matrix_from_rotation_vector
+from generator.rotations import (
+    Array,
+    matrix_from_rotation_vector,
+    rotation_vector_from_matrix,
+)
 from generator.simulation.exudyn_model.constraints import CoordinateConstraint
 from generator.simulation.exudyn_model.exudyn_api import Index, exu, items
 from generator.simulation.exudyn_model.model import ExudynModel
@@ -18,6 +22,7 @@ from generator.simulation.exudyn_model.springs import Connector, JointKind
 from generator.simulation.trace import mean_position
 from springs import AxisSpring, Singularity
 from springs.coordinates import LARGEST_SINE
+from springs.tone.law import rotation_tone, vector_tone
 
 _MIN_REVERSAL_SINE = 0.5
 """Sine of the middle one of three angles below which a reversal is that of a quick outer one."""
@@ -29,10 +34,10 @@ _MIN_HALF_TURN_ANGLE = 2.0
 class SensorLog:
     """Sensors on the springs and loads of a model, and the integrals of their power.
 
-    `work` contains the integrals since the start [J], shape (3,): dissipation by damping, work
+    `work` contains the integrals since the start [J], shape (4,): dissipation by damping, work
     against springs without an energy (the weighted law and coupled laws that are not a gradient),
-    and work of loads and drives; by the trapezoidal rule over the steps. With contact they are
-    followed by the losses by impact damping and friction [J], and the impulses on all segments
+    work of loads and drives, and of tone; by the trapezoidal rule over the steps. With contact they
+    are followed by the losses by impact damping and friction [J], and the impulses on all segments
     with contact spheres [N s].
     """
 
@@ -45,7 +50,7 @@ class SensorLog:
         self._last_inner_axes: dict[str, Array] = {}
         contacts = model.contacts
         impulses = 0 if contacts is None else 3 * len(contacts.spheres)
-        self.work: Array = np.zeros(3 if contacts is None else 5 + impulses)
+        self.work: Array = np.zeros(4 if contacts is None else 6 + impulses)
         self._body_sensors = [] if contacts is None else self._add_body_sensors()
         self._contact_steps: list[ContactSteps] = []
         self._springs = [
@@ -76,6 +81,22 @@ class SensorLog:
             for constraint in model.coordinate_constraints
             if constraint.driven_joint
         ]
+        kinds = exu.OutputVariableType
+        self._righting = {
+            name: (
+                self._add_object_sensor(made.item, kinds.Rotation),
+                self._add_object_sensor(made.item, kinds.AngularVelocityLocal),
+                *(
+                    model.mbs.AddSensor(
+                        items.SensorBody(
+                            bodyNumber=made.body, storeInternal=True, outputVariableType=kind
+                        )
+                    )
+                    for kind in (kinds.RotationMatrix, kinds.AngularVelocity)
+                ),
+            )
+            for name, made in model.righting.items()
+        }
         model.mbs.Assemble()
         if contacts is not None:
             self._read_start()
@@ -87,15 +108,45 @@ class SensorLog:
             if connector.kind is JointKind.PRISMATIC
             else (kinds.Rotation, kinds.AngularVelocityLocal)
         )
-        first, second = (
-            self._model.mbs.AddSensor(
-                items.SensorObject(
-                    objectNumber=connector.item, storeInternal=True, outputVariableType=kind
-                )
-            )
-            for kind in (position, rate)
+        return (
+            self._add_object_sensor(connector.item, position),
+            self._add_object_sensor(connector.item, rate),
         )
-        return first, second
+
+    def _add_object_sensor(self, item: Index, kind: Any) -> Index:
+        return self._model.mbs.AddSensor(
+            items.SensorObject(objectNumber=item, storeInternal=True, outputVariableType=kind)
+        )
+
+    def _tone_power(
+        self, connector: Connector, times: Array, position: Array, rate: Array
+    ) -> Array:
+        """Power of the tones that hold a joint, shape (n,) [W]."""
+        tone = self._model.tone
+        assert tone is not None
+        active = tone.activation.at(times)
+        if connector.law is None:
+            (axis,) = connector.tone
+            weights = np.asarray(connector.output_weights)
+            angle, speed = position @ weights, rate @ weights
+            return np.asarray(axis.torque(angle, speed, active)) * speed
+        torque = rotation_tone(connector.law, connector.tone, position, rate, active)
+        return _power(torque, rate)
+
+    def _righting_power(
+        self, name: str, times: Array, rotation: Array, rate: Array, turns: Array, spins: Array
+    ) -> Array:
+        """Power of righting on both segments of a joint, shape (n,) [W]."""
+        tone, figure = self._model.tone, self._model.figure
+        assert tone is not None
+        righting = tone.righting[name]
+        site = figure.site(figure.joints[name].child).pose_in_segment[:3, :3]
+        turn = turns.reshape(-1, 3, 3) @ site
+        error = rotation_vector_from_matrix(righting.upright.T @ turn)
+        spin = (np.swapaxes(turn, -1, -2) @ spins[..., None])[..., 0]
+        torque = vector_tone(righting.axes, error, spin, tone.activation.at(times))
+        half = matrix_from_rotation_vector(0.5 * rotation)
+        return _power((half @ torque[..., None])[..., 0], rate)
 
     def _add_body_sensors(self) -> list[tuple[Index, ...]]:
         """Add sensors of the state of each body."""
@@ -163,8 +214,8 @@ class SensorLog:
         if self._model.contacts is None:
             return None
         return ContactTrace(
-            work[:, 3:5],
-            work[:, 5:].reshape(len(work), -1, 3),
+            work[:, 4:6],
+            work[:, 6:].reshape(len(work), -1, 3),
             ContactSteps.join(self._contact_steps),
         )
 
@@ -207,7 +258,7 @@ class SensorLog:
             that time, and when [s]; None if none did.
         """
         times: Array | None = None
-        powers: list[list[Array]] = [[], [], []]
+        powers: list[list[Array]] = [[], [], [], []]
         half_turns: list[tuple[str, float]] = []
         rotations: dict[str, Array] = {}
         rates: dict[str, Array] = {}
@@ -218,6 +269,8 @@ class SensorLog:
                 damped, sprung = _spring_powers(connector, position, rate)
                 powers[0].append(damped)
                 powers[1].append(sprung)
+            if connector.tone:
+                powers[3].append(self._tone_power(connector, times, position, rate))
             match connector.kind:
                 case JointKind.REVOLUTE:
                     rotations[joint], rates[joint] = position[:, 0], rate[:, 0]
@@ -243,6 +296,10 @@ class SensorLog:
             pulls = self._stored_rows(sensor)
             times = pulls[:, 0]
             powers[2].append(-_power(pulls[:, 1:], constraint.rates(times)))
+        for name, sensors in self._righting.items():
+            rows = [self._stored_rows(sensor) for sensor in sensors]
+            times = rows[0][:, 0]
+            powers[3].append(self._righting_power(name, times, *(row[:, 1:] for row in rows)))
         contact: list[Array] = []
         if self._body_sensors:
             rows = [[self._stored_rows(sensor) for sensor in body] for body in self._body_sensors]

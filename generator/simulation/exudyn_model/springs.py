@@ -31,6 +31,7 @@ from generator.simulation.exudyn_model.exudyn_api import (
     symbols,
     unused_name,
 )
+from generator.simulation.muscle_tone import JointTones
 from springs import (
     FLOATS,
     AxisSpring,
@@ -44,6 +45,7 @@ from springs import (
     total_torque,
 )
 from springs.spherical import VectorLaw
+from springs.tone.law import AxisTone, rotation_tone
 
 
 class JointKind(Enum):
@@ -72,6 +74,7 @@ class Connector:
             displacement.
         angle_node: angle node of a revolute, the node that stores its angle at the last step.
         law: law of several rotations; None for a single displacement.
+        tone: tones about the axes of the rotations.
     """
 
     item: Index
@@ -82,6 +85,7 @@ class Connector:
     output_weights: tuple[float, ...] = (1.0,)
     angle_node: Index | None = None
     law: RotationLaw | None = None
+    tone: tuple[AxisTone, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,12 +97,14 @@ class SpringBuilder:
         placement: initial placement of the figure.
         bodies: Exudyn object of each segment.
         python_torques: whether laws are Python functions instead of expression trees.
+        tone: tone of the joints.
     """
 
     mbs: MainSystem
     placement: Placement
     bodies: Mapping[str, Index]
     python_torques: bool = False
+    tone: JointTones | None = None
 
     def add_markers(self, joint: Joint, frame: Array) -> list[Index]:
         """Add markers at the parent's and the child's site, with axes rotated by `frame`."""
@@ -115,6 +121,15 @@ class SpringBuilder:
             for ref in (joint.parent, joint.child)
         ]
 
+    def held_axes(self, joint: str) -> tuple[AxisTone, ...]:
+        """Return the tones that hold the angles of a joint."""
+        return () if self.tone is None else self.tone.hold.get(joint, ())
+
+    def activation(self, time: Real, ops: Operations) -> Real:
+        """Return the activation of muscles at a time [s]."""
+        assert self.tone is not None
+        return self.tone.activation.at(time, ops)
+
     def function(self, function: Any, field: str, item: str) -> Any:
         """Return the function, or its expression tree unless torques are Python functions."""
         if self.python_torques:
@@ -130,9 +145,9 @@ def generalized_force(spring: AxisSpring, value: Real, rate: Real, ops: Operatio
 _TORQUE_ROWS = np.vstack([np.zeros((3, 3)), -np.eye(3)])
 """Matrix from a torque on the child to Exudyn's left-hand six-vector of force and torque."""
 
-WrenchFunction = Callable[[Any, Any, Any, Any], Any]
-"""Left-hand six-vector of force and torque, of a connector's displacement [m], rotation vector
-[rad], velocity [m/s] and angular velocity [rad/s]."""
+WrenchFunction = Callable[[Any, Any, Any, Any, Any], Any]
+"""Left-hand six-vector of force and torque, of the time [s] and of a connector's displacement [m],
+rotation vector [rad], velocity [m/s] and angular velocity [rad/s]."""
 
 
 def _add_wrench_connector(
@@ -155,7 +170,7 @@ def _add_wrench_connector(
         offset: Any,
     ) -> Any:
         assert wrench is not None
-        return wrench(displacement, rotation, velocity, angularVelocity)
+        return wrench(t, displacement, rotation, velocity, angularVelocity)
 
     function = None
     if wrench is not None:
@@ -173,7 +188,13 @@ def _add_wrench_connector(
     return item, function
 
 
-def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str, item: str) -> Any:
+def _scalar_user_function(
+    builder: SpringBuilder,
+    spring: AxisSpring | None,
+    field: str,
+    item: str,
+    tone: AxisTone | None = None,
+) -> Any:
     """Return the user function of a torsional or linear connector: minus the force of a spring."""
     ops = FLOATS if builder.python_torques else SYMBOLIC
 
@@ -187,7 +208,13 @@ def _scalar_user_function(builder: SpringBuilder, spring: AxisSpring, field: str
         damping: Real,
         offset: Real,
     ) -> Real:
-        return -generalized_force(spring, displacement, velocity, ops)
+        total: Real = 0.0
+        if spring is not None:
+            total = generalized_force(spring, displacement, velocity, ops)
+        if tone is not None:
+            active = builder.activation(t, ops)
+            total = total + tone.torque(displacement, velocity, active, ops)
+        return -total
 
     return builder.function(user_function, field, item)
 
@@ -196,32 +223,45 @@ def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw)
     """Add a torque of the rotation vector in the half-way frame; without axes, only measure it."""
     # Expression trees share nothing: those of coordinates take five times as long as Python.
     own = builder if isinstance(law, VectorLaw) else replace(builder, python_torques=True)
+    tones = builder.held_axes(joint.name)
 
-    def torque(rotation: Any, rate: Any, ops: Operations) -> Any:
-        return law.torque(rotation, ops) + law.damping(rotation, rate, ops)
+    def torque(time: Real, rotation: Any, rate: Any, ops: Operations) -> Any:
+        passive = law.torque(rotation, ops) + law.damping(rotation, rate, ops)
+        if not tones:
+            return passive
+        active = builder.activation(time, ops)
+        return passive + rotation_tone(law, tones, rotation, rate, active, ops)
 
-    def wrench(displacement: Any, rotation: Any, velocity: Any, rate: Any) -> Any:
+    def wrench(time: Any, displacement: Any, rotation: Any, velocity: Any, rate: Any) -> Any:
         if own.python_torques:
-            return _TORQUE_ROWS @ torque(np.asarray(rotation), np.asarray(rate), FLOATS)
-        return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(rotation, rate, SYMBOLIC)
+            return _TORQUE_ROWS @ torque(time, np.asarray(rotation), np.asarray(rate), FLOATS)
+        return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(time, rotation, rate, SYMBOLIC)
 
     axes = tuple(law.axes)
-    acts = bool(axes) or isinstance(law, ReachLaw)
+    acts = bool(axes or tones) or isinstance(law, ReachLaw)
     item, function = _add_wrench_connector(own, joint, wrench if acts else None)
-    return Connector(item, axes, JointKind.SPHERICAL, function, law=law)
+    return Connector(item, axes, JointKind.SPHERICAL, function, law=law, tone=tones)
 
 
 def add_revolute_spring(
     builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring | None
 ) -> Connector:
     """Add a torque about one axis; without a spring, only measure the angle."""
-    if spring is None:
+    axis = chain.rotation_axes[0]
+    tones = tuple(tone.oriented_along(axis) for tone in builder.held_axes(joint.name))
+    if spring is None and not tones:
         return _add_torsional_connector(builder, joint, chain, (), None)
-    spring = spring.oriented_along(chain.rotation_axes[0])
+    spring = None if spring is None else spring.oriented_along(axis)
     function = _scalar_user_function(
-        builder, spring, "springTorqueUserFunction", "ObjectConnectorTorsionalSpringDamper"
+        builder,
+        spring,
+        "springTorqueUserFunction",
+        "ObjectConnectorTorsionalSpringDamper",
+        *tones,
     )
-    return _add_torsional_connector(builder, joint, chain, (spring,), function)
+    springs = () if spring is None else (spring,)
+    made = _add_torsional_connector(builder, joint, chain, springs, function)
+    return replace(made, tone=tones)
 
 
 def _add_torsional_connector(
@@ -298,7 +338,9 @@ def _add_multi_translation_spring(
     # Row of the pseudo-inverse, because the axes may be oblique.
     x, y, z = np.linalg.pinv(axes)[chain.translations.index(index)].tolist()
 
-    def wrench(displacement: Any, rotation: Any, velocity: Any, angular_velocity: Any) -> Any:
+    def wrench(
+        time: Any, displacement: Any, rotation: Any, velocity: Any, angular_velocity: Any
+    ) -> Any:
         p, q, r = (displacement[k] for k in range(3))
         speed = x * velocity[0] + y * velocity[1] + z * velocity[2]
         force = -generalized_force(spring, x * p + y * q + z * r, speed, ops)

@@ -603,6 +603,8 @@ def _obstacle(plan: Plan, start: InitialState) -> str | None:
         return "the figure has closed loops"
     if start.prescribed.links.links:
         return "rotations are linked"
+    if plan.tone:
+        return "the plan has tone of muscles"
     return None
 
 

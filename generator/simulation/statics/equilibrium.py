@@ -132,11 +132,14 @@ def find_equilibrium(
     Raises:
         NoEquilibriumError: the figure does not come to rest, or not within the wall limit, or a
             joint comes to the pole of a law of coordinates.
-        MoverError: the figure or the plan cannot be built, joints are driven, or there are props.
+        MoverError: the figure or the plan cannot be built, joints are driven, or there are props
+            or tone.
     """
     plan = plan or Plan()
     if plan.drives:
         raise NoEquilibriumError("a driven joint does not come to rest")
+    if plan.tone:
+        raise ModelError("find_equilibrium is of passive joints: leave out the tone of the plan")
     if plan.scene.props:
         raise ModelError(
             "find_equilibrium ignores props: call find_resting_pose for a pose on them"

@@ -150,9 +150,9 @@ def test_the_path_of_exudyn_s_steps_begins_at_the_start() -> None:
 def test_without_a_scene_no_contact_is_read() -> None:
     log = SensorLog(build_model(ball(0.1), Plan(springs=NONE)))
     assert log.contact_trace(log.work[None]) is None
-    assert log.work.shape == (3,)
+    assert log.work.shape == (4,)
     with_floor = SensorLog(build_model(ball(0.1), Plan(springs=NONE, scene=FLOOR)))
-    assert with_floor.work.shape == (8,)
+    assert with_floor.work.shape == (9,)
     trace = with_floor.contact_trace(with_floor.work[None])
     assert trace.steps.times.tolist() == [0.0]
     assert trace.steps.depths == pytest.approx(np.array([[-0.1]]))

@@ -26,6 +26,7 @@ from generator.kinematics.links import Coordinate, Link, Links
 from generator.loads import LoadKind, TimedLoad
 from generator.run_options import Integrator
 from generator.simulation.compiled.layout import POINT, POWERS, SPIN, VELOCITY
+from generator.tone import Tone
 from springs import NUMPY, AxisSpring, Damping, Linear, Stop
 from springs.contact import Surface
 from tests.chains import BALL, Y, at, body, chain, figure, ground, joint, one_body, row, two_bodies
@@ -493,6 +494,7 @@ LINK = Links((Link(Coordinate("joint1", 0), Coordinate("joint0", 0), 0.5),))
         (None, Plan(step=1e-3), "the plan asks for a fixed step"),
         (None, Plan(python_torques=True), "the torques are Python functions"),
         (None, Plan(integrator=Integrator.EXUDYN), "the plan asks for Exudyn's integrator"),
+        (None, Plan(tone=Tone({"all": 0.1}, strengths={"first": (1.0, 1.0)})), "the plan has tone"),
     ],
 )
 def test_what_is_not_supported_is_refused(hinges, wrong, plan, reason):

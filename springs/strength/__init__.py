@@ -1,0 +1,1 @@
+"""Strength: the largest torques of muscles about the axes of joints."""

@@ -1,0 +1,195 @@
+"""Tone in runs: its work, agreement with Exudyn, and what it does to a person."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from generator import read_figure, read_npz
+from generator.contact.scene import Scene, add_floor
+from generator.diagnostics import ModelError
+from generator.rotations import rotation_vector_from_matrix
+from generator.run_options import Integrator
+from generator.simulation.exudyn_model.model import build_model
+from generator.simulation.muscle_tone import upright_orientations
+from generator.simulation.plan import Plan
+from generator.simulation.run import simulate
+from generator.simulation.statics.equilibrium import find_equilibrium
+from generator.tone import Tone
+from springs import SphericalLaw
+from springs.strength.strengths import StrengthClass
+from tests.chains import BALL, chain, one_body, two_bodies
+from tests.runs import energy_error
+
+MALE = read_figure("male50")
+PENDULUM = one_body(BALL, (0.3, -0.2, 0.4))
+STRENGTHS = {"tested": (4.0, 6.0), "pin": (20.0, 30.0)}
+JOINTS = [
+    ("Rs", SphericalLaw.CONSERVATIVE),
+    ("Rx R-y", SphericalLaw.COORDINATES),
+    ("Rx Ry Rz", SphericalLaw.COORDINATES),
+    ("Rx Ry Rz", SphericalLaw.CONSERVATIVE),
+    ("Rz R-x", SphericalLaw.WEIGHTED),
+]
+FALL = Tone({"all": 0.03}, {"neck": 0.5, "trunk": 0.5})
+PUSHED = {"left_knee": (1.0,), "waist": (0.5, 0.2, -0.6), "left_shoulder": (1.0, -2.0, 1.5)}
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize(("factors", "law"), JOINTS)
+@pytest.mark.parametrize(
+    "tone",
+    [
+        Tone({"tested": 0.5}, strengths=STRENGTHS),
+        Tone({"tested": 0.5}, delay=0.1, release=0.3, strengths=STRENGTHS),
+        Tone({}, {"tested": 0.5}, strengths=STRENGTHS),
+    ],
+    ids=["hold", "hold for a time", "right"],
+)
+def test_work_of_tone_balances_the_energy(
+    factors: str, law: SphericalLaw, tone: Tone, *, reverse: bool
+) -> None:
+    axes = chain(factors)
+    start = (0.2, -0.4, 0.3)[: len(axes)]
+    made = two_bodies(axes, start, reverse=reverse)
+    plan = Plan(stop=0.5, tolerance=1e-6, law=law, tone=tone, velocities={"ball": (1.0, 1.0, -2.0)})
+    run = simulate(made, plan)
+    assert run.integrator is Integrator.COMPILED
+    exchanged = np.ptp(run.energy["tone"])
+    assert exchanged > 1e-3
+    assert energy_error(run) < 1e-6 * max(map(np.ptp, run.energy.values()))
+    assert run.agreement_with_exudyn is not None
+    assert run.agreement_with_exudyn < 1e-8
+
+
+@pytest.mark.parametrize("law", [SphericalLaw.COORDINATES, SphericalLaw.CONSERVATIVE])
+@pytest.mark.parametrize(
+    "tone",
+    [FALL, Tone({"all": 0.3}, delay=0.05, release=0.2), Tone({"neck": 0.1}, {"neck": 0.4})],
+    ids=["fall", "hold", "both"],
+)
+def test_person_agrees_with_exudyn(tone: Tone, law: SphericalLaw) -> None:
+    plan = Plan(
+        stop=0.3, free_root=True, height=0.5, tone=tone, velocities=PUSHED, law=law, tolerance=1e-5
+    )
+    run = simulate(MALE, plan)
+    assert run.integrator is Integrator.COMPILED
+    assert run.agreement_with_exudyn is not None
+    assert run.agreement_with_exudyn < 1e-8
+    assert np.ptp(run.energy["tone"]) > 0.02
+    assert energy_error(run) < 1e-6 * np.ptp(run.energy["gravity"])
+
+
+@pytest.mark.slow
+def test_exudyn_integrates_the_same_motion() -> None:
+    plan = Plan(
+        stop=0.06, free_root=True, height=0.5, tone=replace(FALL, delay=0.01), velocities=PUSHED
+    )
+    exact = simulate(MALE, replace(plan, tolerance=1e-6))
+    run = simulate(MALE, replace(plan, integrator=Integrator.EXUDYN, step=2e-4))
+    for name in MALE.joints.keys() & run.displacements.keys():
+        assert run.displacements[name] == pytest.approx(exact.displacements[name], abs=3e-5)
+        assert run.reactions[name] == pytest.approx(exact.reactions[name], abs=5e-3)
+    assert run.energy["tone"] == pytest.approx(exact.energy["tone"], abs=1e-3)
+
+
+@pytest.mark.parametrize("integrator", [Integrator.COMPILED, Integrator.IMPLICIT])
+def test_tone_of_zero_is_no_tone(integrator: Integrator) -> None:
+    plan = Plan(stop=0.2, velocities=PUSHED, integrator=integrator)
+    without = simulate(MALE, plan)
+    zero = simulate(MALE, replace(plan, tone=Tone({"all": 0.0}, {"neck": 0.0})))
+    assert "tone" not in zero.energy
+    for name, values in without.displacements.items():
+        assert np.array_equal(zero.displacements[name], values)
+
+
+def test_implicit_method_has_the_same_motion() -> None:
+    scene = add_floor(Scene(), (0.0, 1.0, 0.0), None)
+    plan = Plan(stop=0.2, free_root=True, height=0.0, scene=scene, tone=FALL, velocities=PUSHED)
+    tight = simulate(MALE, replace(plan, tolerance=1e-5))
+    run = simulate(MALE, replace(plan, integrator=Integrator.IMPLICIT, tolerance=1e-4))
+    assert run.integrator is Integrator.IMPLICIT
+    assert run.agreement_with_exudyn is not None
+    assert run.agreement_with_exudyn < 1e-8
+    for name in ("neck", "waist", "left_elbow"):
+        assert run.displacements[name] == pytest.approx(tight.displacements[name], abs=5e-3)
+    assert run.energy["tone"] == pytest.approx(tight.energy["tone"], abs=2e-2)
+
+
+def test_righting_keeps_the_head_up_on_a_fixed_pelvis() -> None:
+    start = {"waist": (0.0, 0.1, 0.5), "neck": (0.2, -0.1, 0.6)}
+    tones = (Tone(), Tone({}, {"neck": 1.0, "trunk": 1.0}))
+    upright = upright_orientations(MALE, tones[1])["neck"]
+    errors: list[float] = []
+    for tone in tones:
+        run = simulate(MALE, Plan(stop=1.5, displacements=start, tone=tone, locked=("root_torso",)))
+        turn = run.poses["head"][-1, :3, :3]
+        error = rotation_vector_from_matrix(upright.T @ turn)
+        errors.append(float(np.degrees(np.linalg.norm(error))))
+    limp, righted = errors
+    assert limp > 30.0
+    assert righted < 5.0
+
+
+def test_righting_restores_the_heading_as_well() -> None:
+    tone = Tone({}, {"pin": 0.5}, strengths=STRENGTHS)
+    turned = build_model(PENDULUM, Plan(tone=tone)).tone
+    assert turned is not None
+    (righting,) = turned.righting.values()
+    heading = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    error = rotation_vector_from_matrix(righting.upright.T @ heading @ righting.upright)
+    assert np.linalg.norm(error) == pytest.approx(0.5 * np.pi)
+
+
+def test_hold_keeps_the_angles_of_the_start() -> None:
+    start = {"left_elbow": (0.2, 1.0)}
+    plan = Plan(stop=1.0, displacements=start, tone=Tone({"left_elbow": 1.0}))
+    held = simulate(MALE, plan).displacements["left_elbow"]
+    limp = simulate(MALE, replace(plan, tone=Tone())).displacements["left_elbow"]
+    released = simulate(
+        MALE, replace(plan, tone=Tone({"left_elbow": 1.0}, release=0.5))
+    ).displacements["left_elbow"]
+    assert np.max(np.abs(held - start["left_elbow"])) < 0.05
+    assert np.max(np.abs(limp - start["left_elbow"])) > 0.5
+    before = np.arange(51) <= 25
+    assert released[before] == pytest.approx(held[before], abs=1e-3)
+    assert np.max(np.abs(released[-1] - start["left_elbow"])) > 0.2
+
+
+def test_strengths_of_a_person_have_their_classes() -> None:
+    tone = build_model(MALE, Plan(tone=Tone({"all": 0.1}))).tone
+    assert tone is not None
+    assert tone.hold.keys() == {name for name in MALE.joints if name != "root_torso"}
+    # Of shoulders, hips and spine three, of elbows, wrists and ankles two, of knees one.
+    assert sum(tone.origins.values()) == sum(map(len, tone.hold.values())) == 35
+    assert tone.origins[StrengthClass.PUBLISHED] == 9
+    knee = tone.strengths["left_knee", "flexion"]
+    size = MALE.total_mass * 9.81 * 1.756
+    assert knee.largest == pytest.approx((0.087 * size, 0.163 * size), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("tone", "sentence"),
+    [
+        (Tone({"pin": 0.1}), "no strength of joint pin is known"),
+        (Tone({}, {"pin": 0.1}), "righting: no strength of joint pin is known"),
+        (Tone({"all": 0.1}), "no joint of this figure has a known strength"),
+        (Tone({"pim": 0.1}), "did you mean `pin`"),
+    ],
+)
+def test_what_cannot_be_held_is_refused(tone: Tone, sentence: str) -> None:
+    with pytest.raises(ModelError, match=sentence):
+        simulate(PENDULUM, Plan(tone=tone))
+
+
+def test_equilibrium_is_of_passive_joints() -> None:
+    with pytest.raises(ModelError, match="leave out the tone"):
+        find_equilibrium(PENDULUM, Plan(tone=Tone({"pin": 0.1}, strengths=STRENGTHS)))
+
+
+def test_work_of_tone_is_in_a_recording_that_is_read_again(tmp_path) -> None:
+    run = simulate(PENDULUM, Plan(stop=0.1, tone=Tone({"pin": 0.5}, strengths=STRENGTHS)))
+    path = tmp_path / "run.npz"
+    run.write(path)
+    _, read = read_npz(path)
+    assert np.array_equal(read.energy["tone"], run.energy["tone"])
