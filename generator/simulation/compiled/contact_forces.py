@@ -167,7 +167,7 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
         factor, normal, stiffness, damping = 0.0, 0.0, 0.0, 0.0
         elastic = 0.0
         if largest > 0.0:
-            root = sums[part, d, PART_SUM] ** (1.0 / NORM)
+            root = float(sums[part, d, PART_SUM]) ** (1.0 / NORM)
             scale = 1.0 / _one_power_less(root)
             weight = scale * _one_power_less(max(touches[t, TOUCH_DEPTH], 0.0) / largest)
             force, slope = 0.0, 0.0
