@@ -43,6 +43,10 @@ class FileKind(Generic[T, P]):
         path = Path(path_or_name)
         return path if is_file(path) else self.shipped().get(str(path_or_name), path)
 
+    def beside(self, path: Path) -> Path:
+        """Return the path of a file of this kind that belongs to another file."""
+        return path.with_name(path.stem + self.suffix)
+
     def read(self, path_or_name: str | Path, *args: P.args, **kwargs: P.kwargs) -> T:
         """Read a file, or a shipped one by its name. Warnings pass.
 

@@ -5,11 +5,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import cast
 
-from generator.contact_file.file import contact_of_figure
+from generator.contact_file.file import CONTACT_FILE, read_contact
 from generator.contact_file.parts import BodyContact
 from generator.diagnostics import UnknownNameError, shorten, spelling_hint
 from generator.figure import Figure
 from generator.springs_file.read import read_springs
+from generator.text_io import is_file
 from springs import SphericalLaw, SpringSet
 
 
@@ -76,3 +77,12 @@ class Model:
         """
         # By name, since studies are above: what they vary beside the model is the run.
         return import_module("generator.study.parameters").with_parameter(self, path, value)
+
+
+def contact_of_figure(figure: Figure) -> BodyContact | None:
+    """Return the parts in the file beside that of a figure; None without one.
+
+    Raises InputError with all errors.
+    """
+    path = None if figure.path is None else CONTACT_FILE.beside(figure.path)
+    return read_contact(path) if path is not None and is_file(path) else None

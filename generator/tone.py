@@ -125,9 +125,6 @@ class Tone:
         return joint in self.hold or joint in self.righting
 
 
-NO_TONE = Tone()
-
-
 def _shares(verb: str, table: Mapping[str, float]) -> str:
     some = ", ".join(f"{name} {share:g}" for name, share in table.items() if share > 0.0)
     return f"{verb} {some}" if some else ""

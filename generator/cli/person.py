@@ -14,7 +14,7 @@ import typer
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
 from generator.cli.options import CM, angle_from_option, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
-from generator.contact_file.file import contact_path
+from generator.contact_file.file import CONTACT_FILE
 from generator.diagnostics import InputError, error, warning
 from generator.figure_file.read import FIGURE_FILE
 from generator.model_files.figure_files import springs_path
@@ -283,7 +283,7 @@ def _check_files(model: ModelFiles, measures: Path | None) -> None:
     titles = {
         springs_path(model.path): ("springs", springs_title),
         springs_path(model.path, RIENER_SPRINGS): ("springs", springs_title),
-        contact_path(model.path): ("parts", contact_title),
+        CONTACT_FILE.beside(model.path): ("parts", contact_title),
     }
     errors = [
         error(

@@ -40,10 +40,9 @@ from generator.cli.progress import (
     no_monitor,
     progress_bar,
 )
-from generator.contact_file.file import contact_of_figure
 from generator.diagnostics import InputError, UsageError
 from generator.input_files.loads import LOADS_FILE
-from generator.model import Model
+from generator.model import Model, contact_of_figure
 from generator.motion_files import motion_from_recording
 from generator.recording import Ending, EnergyChange, Recording
 from generator.run_options import RUN_OPTIONS, Integrator
@@ -386,7 +385,7 @@ def _run_starts(
 
 def _tone_text(model: Model, plan: Plan) -> str | None:
     """Return the tone of a run with the classes of its strengths; None without tone."""
-    found = tone_of_model(model, plan.tone)
+    found = tone_of_model(model, plan.tone) if plan.tone else None
     return None if found is None else f"{plan.tone}; {found.origins_text}"
 
 

@@ -4,9 +4,7 @@ from pathlib import Path
 
 from generator.contact_file.parts import BodyContact, BodyPart, Evidence
 from generator.diagnostics import Diagnostics, ModelError, Source
-from generator.figure import Figure
 from generator.file_kind import FileKind
-from generator.text_io import is_file
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Choice, Interval, Names, Number, Numbers, TableRows, Text
 from generator.toml_file.spans import locate_keys
@@ -54,22 +52,6 @@ def read_contact(path: str | Path) -> BodyContact:
     Raises InputError with all errors. Warnings pass.
     """
     return CONTACT_FILE.read(path)
-
-
-def contact_path(path: Path) -> Path:
-    """Return the path of the parts of the figure file at `path`."""
-    return path.with_name(path.stem + CONTACT_FILE.suffix)
-
-
-def contact_of_figure(figure: Figure) -> BodyContact | None:
-    """Return the parts in the file beside that of a figure; None without one.
-
-    Raises InputError with all errors.
-    """
-    if figure.path is None:
-        return None
-    path = contact_path(figure.path)
-    return read_contact(path) if is_file(path) else None
 
 
 def write_contact(contact: BodyContact, comment: str = "") -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import fill
 
 from generator.contact.spheres import fit_spheres
-from generator.contact_file.file import contact_path, write_contact
+from generator.contact_file.file import CONTACT_FILE, write_contact
 from generator.figure import ContactSphere
 from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.losses import Loss, Losses
@@ -81,7 +81,7 @@ def person_files(person: Person, path: Path, *, with_parts: bool = False) -> Mod
         first = f"{contact_title(path)}, {who}, {MADE_BY}"
         comment = f"{first}\n\n{fill(load_data_file('contact_parts').note, _COMMENT_WIDTH)}"
         contact = person_contact(_spheres_in_files(person))
-        beside[contact_path(path)] = write_contact(contact, comment)
+        beside[CONTACT_FILE.beside(path)] = write_contact(contact, comment)
     files = figure_files(
         person.figure,
         path,
@@ -99,7 +99,7 @@ def person_files(person: Person, path: Path, *, with_parts: bool = False) -> Mod
 
 def _older_parts_loss(path: Path) -> Loss | None:
     """Return the loss that parts beside the figure file at `path` are not of this figure."""
-    beside = contact_path(path)
+    beside = CONTACT_FILE.beside(path)
     if not beside.exists():
         return None
     return Loss("an older contact file stands beside the figure and will be used", (str(beside),))

@@ -16,6 +16,7 @@ from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import ModelError, NamedMapping, spelling_hint
 from generator.figure import ContactSphere, Figure, Joint
 from generator.input_files.scene import SCENE_FILE
+from generator.input_files.tone import TONE_FILE
 from generator.joint_chain import build_chain
 from generator.kinematics.free_root import lowest_sphere_point
 from generator.kinematics.placement import (
@@ -27,6 +28,7 @@ from generator.kinematics.placement import (
 from generator.kinematics.tree import build_tree
 from generator.rotations import Array, matrix_from_axis_angle, pose_matrix
 from generator.simulation.plan import Plan
+from generator.tone import Tone
 
 Range = tuple[float, float]
 """Least and largest value of a uniform distribution."""
@@ -66,6 +68,7 @@ class Fall:
         friction: Coefficient of friction of the floor; None for that of `--floor`.
         scene: Shipped scene beside the floor; "" for none.
         toes: Place along z at which the scene expects the toes [m]; None for a scene that stays.
+        tone: Shipped tone of the muscles, of figures that have its joints; "" for a limp body.
     """
 
     direction: Range
@@ -77,17 +80,25 @@ class Fall:
     friction: float | None = None
     scene: str = ""
     toes: float | None = None
+    tone: str = ""
 
+
+_TONE = "fall"
+"""Tone of those who are awake and stand."""
 
 _ANYWHERE, _FORWARD, _BACKWARD = (-pi, pi), _degrees(-10.0, 10.0), _degrees(170.0, 190.0)
 
 FALLS: NamedMapping[Fall] = NamedMapping(
     {
         "faint": Fall(_ANYWHERE, lean=_degrees(3.0, 15.0)),
-        "push": Fall(_ANYWHERE, speed=(0.0, 1.0)),
-        "slip": Fall(_FORWARD, lean=_degrees(-5.0), feet_speed=(1.0, 1.0), friction=0.2),
-        "trip": Fall(_FORWARD, speed=(1.2, 1.2), scene="trip", toes=0.2),
-        "stairs": Fall(_FORWARD, speed=(1.2, 1.2), height=0.51, scene="stairs", toes=0.2),
+        "push": Fall(_ANYWHERE, speed=(0.0, 1.0), tone=_TONE),
+        "slip": Fall(
+            _FORWARD, lean=_degrees(-5.0), feet_speed=(1.0, 1.0), friction=0.2, tone=_TONE
+        ),
+        "trip": Fall(_FORWARD, speed=(1.2, 1.2), scene="trip", toes=0.2, tone=_TONE),
+        "stairs": Fall(
+            _FORWARD, speed=(1.2, 1.2), height=0.51, scene="stairs", toes=0.2, tone=_TONE
+        ),
         "bed": Fall(_BACKWARD, lean=_degrees(90.0), height=0.5, scene="bed"),
         "seat": Fall(_BACKWARD, speed=(1.0, 1.4), scene="seat"),
     },
@@ -138,7 +149,21 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
         scene=add_floor(scene, (0.0, 1.0, 0.0), fall.friction),
         displacements={name: tuple(pose[name].tolist()) for name in moved},
         velocities=velocities,
+        tone=_tone(figure, fall.tone),
     )
+
+
+def _tone(figure: Figure, name: str) -> Tone | None:
+    """Return a shipped tone; None for a figure without its joints."""
+    if not name:
+        return None
+    tone = TONE_FILE.read(TONE_FILE.shipped()[name])
+    try:
+        tone.righting_shares(figure.joints)
+        tone.hold_shares(figure.joints)
+    except ModelError:
+        return None
+    return replace(tone, name=name)
 
 
 def _leg_joints() -> dict[str, float]:

@@ -8,16 +8,15 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from generator.contact.scene import NO_SCENE, Scene, add_floor
-from generator.contact_file.file import contact_of_figure
 from generator.diagnostics import ModelError, WallLimitError
 from generator.drive import Drive
 from generator.figure import Figure
 from generator.kinematics.links import NO_LINKS, Links
 from generator.loads import TimedLoad
-from generator.model import Model
+from generator.model import Model, contact_of_figure
 from generator.run_options import RUN_OPTIONS, Integrator
 from generator.toml_file.rows import Number
-from generator.tone import NO_TONE, Tone
+from generator.tone import Tone
 from springs import SphericalLaw, SpringSet
 
 Vector = tuple[float, float, float]
@@ -69,7 +68,7 @@ class Plan:
         locked: names of joints that stay at their initial displacement.
         drives: prescribed rotations by joint, in place of `displacements`; other joints are
             simulated.
-        tone: tone of muscles.
+        tone: tone of muscles; None for a limp body.
         integrator: method of integration. The compiled one gives way to Exudyn's for a model that
             it does not support; the recording tells why.
         python_torques: whether torques are Python functions instead of expression trees.
@@ -96,7 +95,7 @@ class Plan:
     links: Links = NO_LINKS
     locked: Sequence[str] = ()
     drives: Mapping[str, Drive] = field(default_factory=dict[str, Drive])
-    tone: Tone = NO_TONE
+    tone: Tone | None = None
     integrator: Integrator = Integrator.COMPILED
     python_torques: bool = False
     wall_limit: float = 600.0

@@ -11,7 +11,6 @@ from math import radians
 from pathlib import Path
 from typing import NamedTuple
 
-from generator.contact_file.file import contact_of_figure
 from generator.diagnostics import (
     Diagnostic,
     Diagnostics,
@@ -27,7 +26,7 @@ from generator.diagnostics import (
 )
 from generator.figure_file.read import FIGURE_FILE
 from generator.file_kind import FileKind
-from generator.model import Model
+from generator.model import Model, contact_of_figure
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import check_hip_datum
 from generator.run_options import RUN_OPTIONS

@@ -24,6 +24,7 @@ from generator.input_files.loads import LOADS_FILE
 from generator.input_files.moments import MOMENTS_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE, write_scene
+from generator.input_files.tone import TONE_FILE
 from generator.kinematics.links import LINKS_FILE
 from generator.motion_files.action import ACTION_FILE, format_action
 from generator.motion_files.opensim_table import COORDINATES_FILE, CoordinateTable
@@ -154,6 +155,7 @@ EXAMPLES = {
     ),
     "SPRINGS_FILE": Example(SPRINGS_FILE, SPRING, write=write_springs),
     "STUDY_FILE": Example(STUDY_FILE, STUDY),
+    "TONE_FILE": Example(TONE_FILE, (FIGURES / "fall.tone.toml").read_text(encoding="utf-8")),
 }
 
 every_kind = pytest.mark.parametrize("example", EXAMPLES.values(), ids=EXAMPLES)

@@ -5,7 +5,7 @@ from math import inf
 import pytest
 
 from generator.diagnostics import ModelError
-from generator.tone import NO_TONE, Tone, group_of
+from generator.tone import Tone, group_of
 
 JOINTS = ("waist", "thorax", "neck", "left_shoulder", "left_hip_joint", "left_knee", "tail")
 
@@ -67,7 +67,7 @@ def test_impossible_values_are_refused(values: dict[str, object], sentence: str)
 
 
 def test_shares_of_zero_are_no_tone() -> None:
-    assert not NO_TONE
+    assert not Tone()
     assert not Tone({"all": 0.0}, {"neck": 0.0})
     assert Tone({"all": 0.01})
     assert str(Tone({"all": 0.03}, {"neck": 0.5}, delay=0.1, release=0.3, name="fall")) == (

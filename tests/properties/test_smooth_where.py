@@ -36,7 +36,7 @@ ROOT = Path(springs.__file__).parents[1]
 
 USES = {
     "springs/backends.py": {"select_cubic"},
-    "springs/contact.py": {"elastic_force", "elastic_slope", "energy", "impact_factor"},
+    "springs/contact.py": {"rising_force", "rising_slope", "rising_energy", "impact_factor"},
     "springs/coordinates.py": {"at"},
     "springs/exponential.py": {"tangent_exp", "tangent_exp_integral"},
     "springs/interpolated.py": {"_stored_energy"},
@@ -45,14 +45,15 @@ USES = {
     "springs/smooth_limit.py": {"_smoothed_excess", "_smoothed_excess_integral"},
     "springs/spherical.py": {"group_torque", "weighted_torque"},
     "springs/stop.py": {"_stored_energy"},
+    "springs/tone/activation.py": {"_step"},
     "generator/contact/box.py": {"distance"},
     "generator/contact/force.py": {"contact_force"},
     "generator/contact/self_contact.py": {"_clip"},
 }
 """Functions that use `smooth_where`. A reach is tested at its centre in `test_reach.py`, capsules
-in `test_self_contact.py`; at the pole of coordinates, whose cosine is kept from zero, a run ends;
-the weighted law only keeps a size from zero; the derivatives of a contact force, which no explicit
-method reads, jump where it stops.
+in `test_self_contact.py`, activation in `tests/springs/tone`; at the pole of coordinates, whose
+cosine is kept from zero, a run ends; the weighted law only keeps a size from zero; the derivatives
+of a contact force, which no explicit method reads, jump where it stops.
 """
 
 

@@ -183,7 +183,7 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )
     pairs = capsule_pairs(figure, capsules, placement.poses) if capsules else ()
-    upright = upright_orientations(figure, plan.tone)
+    upright = upright_orientations(figure, plan.tone) if plan.tone else {}
     return InitialState(placement, imposed, prescribed, spheres, pairs, laws, upright)
 
 
@@ -393,7 +393,9 @@ def _build_from_initial_state(
         name: add_constraints(mbs, placement, bodies, joint, locks[name])
         for name, joint in moving.items()
     }
-    tone = bind_tone(plan.tone, start.upright, placement, springs, plan.start)
+    tone = None
+    if plan.tone:
+        tone = bind_tone(plan.tone, start.upright, placement, springs, plan.start)
     builder = SpringBuilder(mbs, placement, bodies, plan.python_torques, tone)
     tones = () if tone is None else tone.hold
     coupled_springs = [

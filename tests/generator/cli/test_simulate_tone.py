@@ -9,11 +9,22 @@ from tests.command import answer, mover, run
 
 
 def test_tone_is_in_the_summary_and_in_the_balance():
-    words = ("simulate", "male50", "--stop", 0.1, "--tone", "fall", "--right", "neck=0.4")
+    words = (
+        "simulate",
+        "male50",
+        "--stop",
+        0.1,
+        "--tone",
+        "fall",
+        "--right",
+        "neck=0.2",
+        "--hold",
+        "legs=0.03",
+    )
     said = answer(*words, "--delay", "0.02s", "--release", "80ms")
     assert said["tone"] == (
-        "fall; holding all 0.03; righting neck 0.4, trunk 0.5; from 0.02 s; until 0.08 s; "
-        "strengths of axes: 9 published, 4 scaled, 22 estimate"
+        "fall; holding legs 0.03; righting neck 0.2, trunk 0.4; from 0.02 s; until 0.08 s; "
+        "strengths of axes: 9 published, 12 estimate"
     )
     assert said["agreement_with_exudyn"] < 1e-8
     assert said["energy"]["tone"]["first"] == 0.0
@@ -49,10 +60,10 @@ def test_figure_without_strengths_says_so():
 def test_tone_file_is_checked(tmp_path: Path):
     shipped = TONE_FILE.shipped()["fall"]
     text = run("check", shipped).output
-    assert "holding all 0.03; righting neck 0.5, trunk 0.5" in text
+    assert "righting neck 0.4, trunk 0.4" in text
     assert "no errors, no warnings; the tone can be used" in text
     path = tmp_path / "own.tone.toml"
-    path.write_text(shipped.read_text(encoding="utf-8").replace("share = 0.5", "share = 5"))
+    path.write_text(shipped.read_text(encoding="utf-8").replace("share = 0.4", "share = 5"))
     result = mover("check", path)
     assert result.exit_code == 1
     assert "must be from 0 to 1, not 5" in result.output

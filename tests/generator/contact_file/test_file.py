@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.contact_file.file import CONTACT_FILE, contact_of_figure, write_contact
+from generator.contact_file.file import CONTACT_FILE, write_contact
 from generator.contact_file.parts import BodyContact, BodyPart, Evidence
 from generator.diagnostics import InputError
 from generator.figure_file.read import read_figure
+from generator.model import contact_of_figure
 from springs.contact_part import PartLaw
 
 WORDS = st.text("abc_ é", min_size=1, max_size=9).map(str.strip).filter(bool)

@@ -8,12 +8,11 @@ import pytest
 
 from generator.contact.scene import Scene
 from generator.contact.spheres import fit_contact_spheres
-from generator.contact_file.file import contact_of_figure
 from generator.contact_file.parts import BodyContact
 from generator.figure_file.read import read_figure
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.model import Model
+from generator.model import Model, contact_of_figure
 from generator.person.contact_parts import person_contact
 from generator.run_options import Integrator
 from generator.simulation.plan import Plan

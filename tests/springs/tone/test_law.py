@@ -113,6 +113,16 @@ def test_activation_rises_and_falls(ops_time: float) -> None:
         assert 0.0 < value < 1.0
 
 
+def test_activation_rises_and_falls_without_kinks() -> None:
+    """Values and slopes agree on both sides of each knot."""
+    activation, step = Activation(0.1, 0.5, 0.08), 1e-7
+    assert len(activation.knots) == 4
+    for knot in activation.knots:
+        before, at, after = activation.at(knot + step * np.array([-1.0, 0.0, 1.0]))
+        assert before == pytest.approx(at, abs=1e-9)
+        assert (after - at) / step == pytest.approx((at - before) / step, abs=1e-4)
+
+
 def test_cubics_are_the_activation() -> None:
     activation = Activation(0.1, 0.5, 0.08)
     ends = [0.0, 0.03, *activation.knots, 0.7, 1.0]

@@ -1,6 +1,7 @@
 """The generated law of contact, executed as plain Python, against its definition; its tables."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -31,6 +32,7 @@ from generator.simulation.compiled.layout import (
 )
 from springs import FLOATS
 from springs.contact import DEFAULT_SURFACE, Surface
+from springs.contact_part import PartLaw
 from tests.contact_figures import CRATE, SLOPE_AND_CRATE, SOFT, TILTED, Touch, touches
 
 DIFFERENT = Surface(1e3, 0.3, 0.2, 0.01, 0.05)
@@ -141,9 +143,10 @@ PROPS = Scene((TILTED, CRATE, Prop("other", CRATE.shape, DIFFERENT)))
 
 
 def test_tables_of_spheres_and_props() -> None:
-    groups, reaches, places, kinds, numbers, parameters, offsets = contact_tables(
+    groups, reaches, places, kinds, numbers, parameters, offsets, *parts = contact_tables(
         PROPS, SPHERES, LINKS, POINTS
     )
+    assert [part.size for part in parts] == [0, 0, 0]
     assert groups.tolist() == [[2, 0, 2], [4, 2, 3]]
     distances = np.linalg.norm(places[:, :3], axis=1) + places[:, 3]
     assert reaches == pytest.approx([distances[:2].max(), distances[2]])
@@ -165,7 +168,7 @@ def test_tables_of_spheres_and_props() -> None:
 
 def test_each_sphere_and_prop_has_its_own_constants() -> None:
     """The code at each offset gives the force of that prop on a sphere of that radius."""
-    *_, parameters, offsets = contact_tables(PROPS, SPHERES, LINKS, POINTS)
+    *_, parameters, offsets, _, _, _ = contact_tables(PROPS, SPHERES, LINKS, POINTS)
     radii = [sphere.radius for some in SPHERES.values() for sphere in some]
     motion = ((0.3, -0.2, 0.5), (1.0, -2.0, 3.0))
     for s, radius in enumerate(radii):
@@ -179,14 +182,37 @@ def test_each_sphere_and_prop_has_its_own_constants() -> None:
             assert found == expected
 
 
+def test_tables_of_parts() -> None:
+    """A part of two segments; the sphere of none is a part of its own, with the prop's surface."""
+    knee = {
+        name: tuple(replace(one, part="knee") for one in some) for name, some in SPHERES.items()
+    }
+    knee["thigh"] = (SPHERES["thigh"][0], *knee["thigh"][1:])
+    law = PartLaw(((0.0, 3e4), (0.02, 9e4)), 0.7)
+    soft = replace(DIFFERENT, own_stiffness=6e4)
+    scene = Scene((TILTED, Prop("soft", CRATE.shape, soft)))
+    *_, parts, offsets, table = contact_tables(scene, knee, LINKS, POINTS, {"knee": law})
+    assert parts.tolist() == [1, 0, 0]
+    assert offsets.shape == (2, 2)
+
+    def constants(part: int, prop: int, size: int) -> list[float]:
+        at = offsets[part, prop]
+        return table[at : at + size].tolist()
+
+    assert constants(0, 0, 8) == [0.7, 2.0, 0.0, 3e4, 5e-3, 0.02, 6e4, 2e-3]
+    series = law.on(6e4)
+    assert constants(0, 1, 5) == [series.damping, 2.0, 0.0, 2e4, 5e-3]
+    assert constants(1, 1, 5) == [soft.damping, 1.0, 0.0, soft.stiffness, soft.transition_depth]
+
+
 def test_tables_without_spheres_or_props() -> None:
     without_props = contact_tables(Scene(), SPHERES, LINKS, POINTS)
     assert [table.shape for table in without_props] == [
-        (2, 3), (2,), (3, 4), (0, 1), (0, 18), (0,), (3, 0)
+        (2, 3), (2,), (3, 4), (0, 1), (0, 18), (0,), (3, 0), (0,), (0, 0), (0,)
     ]  # fmt: skip
     without_spheres = contact_tables(SLOPE_AND_CRATE, {}, {}, POINTS)
     assert [table.shape for table in without_spheres] == [
-        (0, 3), (0,), (0, 4), (2, 1), (2, 18), (0,), (0, 2)
+        (0, 3), (0,), (0, 4), (2, 1), (2, 18), (0,), (0, 2), (0,), (0, 0), (0,)
     ]  # fmt: skip
 
 

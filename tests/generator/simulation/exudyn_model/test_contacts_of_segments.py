@@ -7,7 +7,7 @@ import pytest
 
 from generator.contact.self_contact import LIMB_SURFACE
 from generator.run_options import Integrator
-from generator.simulation.exudyn_model.contacts import _rotations, _UserFunctions
+from generator.simulation.exudyn_model.contacts import _rotations, _SelfContact, _UserFunctions
 from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.live.stepper import Stepper
 from generator.simulation.run import simulate
@@ -68,7 +68,7 @@ def test_the_jacobian_is_the_derivative_of_the_forces():
     model = settable()[0].model
     nodes = [model.mbs.GetObject(model.bodies[name])["nodeNumber"] for name in model.figure.bodies]
     reference = np.concatenate([model.mbs.GetNode(n)["referenceCoordinates"] for n in nodes])
-    functions = _UserFunctions(table(), reference)
+    functions = _UserFunctions(_SelfContact(table()), reference)
     rng = np.random.default_rng(0)
     for pose in poses(4):
         state = pose.state
