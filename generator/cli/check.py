@@ -5,9 +5,10 @@ Doubts about the curves of the springs do not change the exit code: the figure c
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import degrees
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,9 +17,12 @@ from generator.cli.inputs import parse_springs_option
 from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.progress import load_exudyn
 from generator.contact.scene import Prop, Scene
+from generator.contact_file.file import CONTACT_FILE
+from generator.contact_file.parts import BodyPart
 from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
 from generator.figure import Figure
 from generator.figure_file import FIGURE_FILE
+from generator.file_kind import FileKind
 from generator.input_files.scene import SCENE_FILE
 from generator.input_files.tone import TONE_FILE
 from generator.kinematics.links import mirror_rotations
@@ -184,10 +188,10 @@ def _range_publications(figure: Figure | None) -> tuple[str, ...]:
     return range_publications(identity and identity.sex)
 
 
-def _is_scene(name: str) -> bool:
-    """Return whether a name is that of a scene's file, or of a shipped scene."""
-    return name.endswith(SCENE_FILE.suffix) or (
-        name in SCENE_FILE.shipped() and not is_file(FIGURE_FILE.find(name))
+def _is_file_of(kind: FileKind[Any, ...], name: str) -> bool:
+    """Return whether a name is that of a file of a kind, or of a shipped one."""
+    return name.endswith(kind.suffix) or (
+        name in kind.shipped() and not is_file(FIGURE_FILE.find(name))
     )
 
 
@@ -204,6 +208,27 @@ def _check_tone(name: str) -> answer.CommandResult:
     use = "the tone cannot be used" if reading.value is None else "the tone can be used"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
     return CheckResult(verdict, reading.diagnostics, sections=[str(reading.value or "")])
+
+
+def _check_contact(name: str) -> answer.CommandResult:
+    reading = CONTACT_FILE.parse_file(name)
+    use = "the parts cannot be used" if reading.value is None else "the parts can be used"
+    verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
+    parts = () if reading.value is None else reading.value.parts
+    rows = [("part", "spheres", "stiffness [kN/m]", "damping [s/m]", "band", "class")]
+    rows += [_part_row(part) for part in parts]
+    return CheckResult(verdict, reading.diagnostics, sections=[answer.Table(rows)] if parts else [])
+
+
+def _part_row(part: BodyPart) -> tuple[str, str, str, str, str, str]:
+    """Return name, number of spheres, stages, damping, band and class of a part."""
+    (_, first), *later = part.law.stages
+    stages = [f"{1e-3 * first:g}", *(f"{1e-3 * k:g} from {1e3 * x:g} mm" for x, k in later)]
+    low, high = part.band
+    return (
+        *(part.name, str(len(part.spheres)), ", ".join(stages), f"{part.law.damping:g}"),
+        *(f"{low:g} to {high:g}", part.evidence.value),
+    )
 
 
 def _is_study(name: str) -> bool:
@@ -251,8 +276,9 @@ def _check_springs_file(name: str) -> answer.CommandResult:
 
 
 _OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], answer.CommandResult]]] = (
-    ("a scene", _is_scene, _check_scene),
-    ("a tone", lambda name: name.endswith(TONE_FILE.suffix), _check_tone),
+    ("a scene", partial(_is_file_of, SCENE_FILE), _check_scene),
+    ("a tone", partial(_is_file_of, TONE_FILE), _check_tone),
+    ("a contact file", partial(_is_file_of, CONTACT_FILE), _check_contact),
     ("a study", _is_study, _check_study),
     ("a springs file", lambda name: Path(name).suffix == ".toml", _check_springs_file),
 )

@@ -95,11 +95,17 @@ def test_a_person_with_parts_is_written_read_and_run(tmp_path):
     fits = fit_contact_spheres(read_figure(path))
     expected = person_contact({segment: fit.spheres for segment, fit in fits.items()})
     assert contact.parts == expected.parts
+    checked = run_command("check", tmp_path / "me.contact.toml").output
+    assert "30, 71 from 30 mm" in checked
+    assert "the parts can be used" in checked
     done = run_command("simulate", path, "--floor", "--stop", "0.02")
     assert f"spheres of {len(contact.parts)} parts" in done.stdout
     again = run_command(*made, "-o", path)
     assert "an older contact file stands beside the figure" in again.stderr
     (tmp_path / "me.contact.toml").write_text("# mine\n")
+    broken = mover("simulate", path, "--floor", "--stop", "0.02")
+    assert broken.exit_code == 1
+    assert "me.contact.toml:1:1: error: there is no part in this file" in broken.stderr
     refused = mover(*made, "--contact", "parts", "-o", path)
     assert refused.exit_code != 0
     assert "exists with other parts and would be replaced" in refused.stderr
