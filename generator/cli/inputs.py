@@ -183,7 +183,8 @@ def fall_from_options(
     """Return the plan of `--fall`, changed by the other options, and warnings.
 
     Raises:
-        UsageError: There is no such fall, the figure cannot fall so, or the values fit no run.
+        UsageError: The kind of fall is unknown, the figure cannot fall like that, or an option
+            contradicts it.
         InputError: A psurf cannot be read.
     """
     from generator.simulation.falls import fall_plan  # fits spheres

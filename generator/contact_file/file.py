@@ -88,7 +88,7 @@ def _parse_contact(source: Source, diagnostics: Diagnostics) -> BodyContact | No
     tables = top.tables(PART_TABLE, "parts")
     if not tables and not diagnostics.has_errors:
         diagnostics.error(
-            "there is no part in this file", top.spans.table(""), f"write `[[{PART_TABLE}]]`"
+            "this file states no part", top.spans.table(""), f"write `[[{PART_TABLE}]]`"
         )
     parts = [_parse_part(table) for table in tables]
     if diagnostics.has_errors:

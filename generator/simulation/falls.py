@@ -102,7 +102,7 @@ FALLS: NamedMapping[Fall] = NamedMapping(
         "bed": Fall(_BACKWARD, lean=_degrees(90.0), height=0.5, scene="bed"),
         "seat": Fall(_BACKWARD, speed=(1.0, 1.4), scene="seat"),
     },
-    "there is no kind of fall",
+    "unknown kind of fall",
 )
 """Kinds of fall, by name."""
 
@@ -119,7 +119,7 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
             bit.
 
     Raises:
-        UnknownNameError: There is no such kind.
+        UnknownNameError: The kind is unknown.
         ModelError: The figure does not stand as persons do.
         InputError: A psurf of the figure cannot be read.
     """

@@ -196,7 +196,7 @@ def run_falls(
         watch: Function that is called with each fall that has ended.
 
     Raises:
-        UnknownNameError: There is no such kind.
+        UnknownNameError: The kind is unknown.
         ModelError: The figure does not stand as persons do.
         MoverError: Processes cannot be started.
     """

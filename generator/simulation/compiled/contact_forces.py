@@ -222,7 +222,7 @@ def find_touches(mechanism: Mechanism, scratch: Scratch) -> int:
                 radius = float(places[s, SPHERE_RADIUS])
                 arm = apply(turn, vector(places, s, SPHERE_CENTRE))
                 place = plus(origin, apply_transposed(axes, arm))
-                if distance_below(props, d, place) >= radius or count == len(touches):
+                if distance_below(props, d, place) >= radius:
                     continue
                 spin = vector(work, i, SPIN)
                 velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))

@@ -150,8 +150,8 @@ def coupled_law(
 
     Args:
         spring: the law and its axes.
-        places: for each axis of the law the displacement of its coordinate, and 1 or -1 for the
-            sense in which it is counted; None where the joint is measured by its rotation vector.
+        places: displacement of the coordinate of each axis of the law, with 1 or -1 for the sense
+            in which it is counted; None where the joint is measured by its rotation vector.
         vectors: measured joint and law of the joints with rotation vectors, by joint name.
         holds_pieces: whether the bounds of the pieces of curves are breakpoints.
     """

@@ -146,9 +146,6 @@ TOUCH_COLUMNS = 20
 TOUCH_GROUP, TOUCH_SPHERE, TOUCH_PROP = range(3)
 """Columns of `touch_places`: group of the sphere, sphere and prop."""
 
-MOST_PROPS_AT_ONCE = 64
-"""Number of props, for each sphere, that can be touched at once by all spheres together."""
-
 PART_DAMPING, PART_STAGES, PART_FIRST_STAGE = range(3)
 """Places of the constants of a part and a prop: damping and number of stages of `PartLaw`, and of
 each stage its beginning, added stiffness and transition (3)."""
@@ -369,8 +366,9 @@ class Scratch(NamedTuple):
             column), shape (n, 6); (0, 6) for explicit methods.
         contact_forces: contact forces on each segment with contact spheres, in world axes, shape
             (g, 3) [N].
-        touches: what touches, in world axes, with room for t touches, shape (t, TOUCH_COLUMNS).
-        touch_places: where it does, shape (t, 3); see `TOUCH_GROUP`.
+        touches: what touches, in world axes, with room for all c d spheres and props, shape (c d,
+            TOUCH_COLUMNS).
+        touch_places: where it does, shape (c d, 3); see `TOUCH_GROUP`.
         part_sums: sums over the spheres of a part that touch a prop, shape (parts, d,
             PART_SUM_COLUMNS).
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,

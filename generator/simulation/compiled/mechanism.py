@@ -67,7 +67,6 @@ from generator.simulation.compiled.layout import (
     MASS,
     MEASURED_COLUMNS,
     MIDDLES,
-    MOST_PROPS_AT_ONCE,
     OFFSET,
     PARENT,
     PART_SUM_COLUMNS,
@@ -322,7 +321,7 @@ class _Builder:
             *pairs,
         )
         rows, count = len(mechanism.rows), len(measured)
-        touches = len(mechanism.sphere_constants) * min(len(mechanism.props), MOST_PROPS_AT_ONCE)
+        touches = mechanism.contact_offsets.size
         scratch = Scratch(
             np.zeros((len(links), WORK_COLUMNS)),
             np.zeros((count, 3)),

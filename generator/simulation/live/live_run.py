@@ -260,7 +260,8 @@ class LiveRun:
         recording = _build_recording(
             self._plan, self._frames, len(self._log), self._steps, self._stepper
         )
-        return replace(recording, model=Model(self.figure, self.springs))
+        model = Model(self.figure, self.springs, self._stepper.contact)
+        return replace(recording, model=model)
 
 
 def replay(

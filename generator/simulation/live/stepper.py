@@ -151,6 +151,8 @@ class Stepper:
             raise ModelError(f"the figure cannot be simulated step by step: {obstacle}")
         require_defined_torques(placement, springs)
         self._figure, self._plan, self._tolerance = figure, plan, tolerance
+        self.contact = whole.contact
+        """Parts of the body that touch props as wholes; None without any."""
         self._last_time = min((drive.stop for drive in plan.drives.values()), default=inf)
         rates = consistent_rates(
             placement, start.rates, fixed=set(plan.velocities) | prescribed.fixed_joints
@@ -419,7 +421,10 @@ class Stepper:
         contacts = setting.contacts
         if contacts is None:
             plan = replace(self._plan, scene=scene, self_contact=False)
-            contacts = ContactModel(Scene(), contact_geometry(self._figure, plan)[0])
+            spheres, laws = contact_geometry(self._figure, plan)[0], {}
+            if self.contact is not None:
+                spheres, laws = self.contact.assign(spheres), self.contact.laws
+            contacts = ContactModel(Scene(), spheres, laws=laws)
         deepest = deepest_sphere(self.poses, scene, contacts.spheres)
         present = deepest_sphere(self.poses, contacts.scene, contacts.spheres)
         allowed = max(MAX_CHANGED_DEPTH, 0.0 if present is None else present.depth)

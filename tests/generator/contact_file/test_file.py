@@ -62,7 +62,7 @@ source = "assumed"
         ('"scaled"', '"guess"', 7, "`class` cannot be `guess`"),
         ('source = "assumed"\n', "", 1, "`source`"),
         (PART, PART + PART, 1, "two parts of the body are called `pelvis`"),
-        (PART, "", 1, "there is no part in this file"),
+        (PART, "", 1, "this file states no part"),
     ],
 )
 def test_errors_name_the_line(old: str, new: str, line: int, message: str) -> None:

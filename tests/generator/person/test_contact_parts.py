@@ -15,6 +15,7 @@ from generator.kinematics.tree import build_tree
 from generator.model import Model, contact_of_figure
 from generator.person.contact_parts import person_contact
 from generator.run_options import Integrator
+from generator.simulation.live.stepper import Stepper
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs.contact_part import part_forces
@@ -105,7 +106,7 @@ def test_a_person_with_parts_is_written_read_and_run(tmp_path):
     (tmp_path / "me.contact.toml").write_text("# mine\n")
     broken = mover("simulate", path, "--floor", "--stop", "0.02")
     assert broken.exit_code == 1
-    assert "me.contact.toml:1:1: error: there is no part in this file" in broken.stderr
+    assert "me.contact.toml:1:1: error: this file states no part" in broken.stderr
     refused = mover(*made, "--contact", "parts", "-o", path)
     assert refused.exit_code != 0
     assert "exists with other parts and would be replaced" in refused.stderr
@@ -117,3 +118,17 @@ def test_stages_of_the_table_stiffen_with_depth_but_for_none():
         stiffnesses = [stiffness for _, stiffness in part.law.stages]
         assert all(a < b for a, b in pairwise(stiffnesses))
         assert part.band[0] < 1.0 < part.band[1]
+
+
+def test_props_that_are_added_later_touch_the_parts():
+    """A stepper that starts without props and gets a floor moves as one that starts with it."""
+    model = replace(Model.of(read_figure("male50")), contact=contact_of("male50"))
+    plan = Plan(free_root=True, height=0.0)
+    late, early = Stepper(model, plan), Stepper(model, replace(plan, scene=Scene.floor()))
+    late.set_scene(Scene.floor())
+    heights = []
+    for stepper in (late, early):
+        stepper.advance(0.3)
+        assert stepper.agreement_with_exudyn() < 1e-8
+        heights.append(stepper.poses["head"][1, 3])
+    assert heights[0] == pytest.approx(heights[1], abs=1e-6)

@@ -155,7 +155,7 @@ def test_props_are_as_far_from_the_toes_of_all_people(kind: str):
 @pytest.mark.parametrize(
     ("figure", "kind", "message"),
     [
-        ("male50", "fant", "there is no kind of fall `fant`; did you mean `faint`?"),
+        ("male50", "fant", "unknown kind of fall `fant`; did you mean `faint`?"),
         ("pendulum", "faint", "only a person falls so: the figure has no joint `left_hip_joint`"),
     ],
 )
