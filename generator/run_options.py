@@ -300,14 +300,14 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             "Time from the start at which tone begins to rise. [default: 0s, there from the start]",
             "0.1s",
             in_study=False,
-            needs=("tone", "right", "hold"),
+            needs=("tone", "right", "hold", "fall"),
         ),
         RunOption(
             Text("release"),
             "Time from the start at which tone begins to fall. [default: never]",
             "0.3s",
             in_study=False,
-            needs=("tone", "right", "hold"),
+            needs=("tone", "right", "hold", "fall"),
         ),
         RunOption(
             Choice("integrator", tuple(Integrator)),

@@ -120,10 +120,6 @@ class Tone:
             found = {name: others for name in joints if name not in righted} | found
         return {name: share for name, share in found.items() if share > 0.0}
 
-    def is_named(self, joint: str) -> bool:
-        """Return whether the joint is named itself, so that its strength must be known."""
-        return joint in self.hold or joint in self.righting
-
 
 def _shares(verb: str, table: Mapping[str, float]) -> str:
     some = ", ".join(f"{name} {share:g}" for name, share in table.items() if share > 0.0)

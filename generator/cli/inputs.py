@@ -205,20 +205,25 @@ def fall_from_options(
 
 
 def with_tone(plan: Plan, figure: Figure, settings: Mapping[str, Any]) -> Plan:
-    """Return the plan with the tone of the options that are given; without any, unchanged.
+    """Return the plan with the tone of the options that are given, which add to its own.
 
     Raises:
         UsageError: a value cannot be read, or names no joint or group of the figure.
         InputError: the tone file is missing or has errors.
     """
-    if not settings.keys() & {"tone", "right", "hold"}:
+    stated = settings.keys() & {"tone", "right", "hold", "delay", "release"}
+    if not stated:
         return plan
+    if not stated & {"tone", "right", "hold"} and plan.tone is None:
+        flags = " and ".join(RUN_OPTIONS[key].flag for key in sorted(stated))
+        raise UsageError(f"{flags}: this fall is of a limp body; give it --tone, --right or --hold")
     tone = tone_from_options(
         settings.get("tone"),
         settings.get("right", ()),
         settings.get("hold", ()),
         settings.get("delay"),
         settings.get("release"),
+        plan.tone,
     )
     try:
         tone.righting_shares(figure.joints)

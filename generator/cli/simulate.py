@@ -40,7 +40,7 @@ from generator.cli.progress import (
     no_monitor,
     progress_bar,
 )
-from generator.diagnostics import InputError, UsageError
+from generator.diagnostics import InputError, ModelError, UsageError, warning
 from generator.input_files.loads import LOADS_FILE
 from generator.model import Model, contact_of_figure
 from generator.motion_files import motion_from_recording
@@ -247,6 +247,12 @@ def simulate(
             else {},
         )
     unscaled_model = Model(figure, spring_set, contact_of_figure(figure))
+    if plan.tone and not settings.keys() & {"tone", "right", "hold"}:
+        try:
+            tone_of_model(unscaled_model, plan.tone)
+        except ModelError as failure:  # the tone of the kind of fall, which was not asked for
+            plan = replace(plan, tone=None)
+            diagnostics += (warning(f"the body is limp in this fall: {failure}"),)
     unscaled_plan = plan
     scaled = inputs.scale_parameters(unscaled_model, unscaled_plan, scales or ())
     model, plan = scaled.model, scaled.plan

@@ -128,6 +128,7 @@ def tone_from_options(
     hold: Iterable[str] = (),
     delay: str | None = None,
     release: str | None = None,
+    base: Tone | None = None,
 ) -> Tone:
     """Return the tone that options of a command state.
 
@@ -137,12 +138,13 @@ def tone_from_options(
         hold: Shares of joints or groups, as `knee=0.1`.
         delay: Time at which tone begins to rise, as `0.1s`.
         release: Time at which it begins to fall, as `0.3s`.
+        base: Tone to which the others add where `tone` is None; None for no tone.
 
     Raises:
         UsageError: A value cannot be read.
         InputError: The file is missing or has errors.
     """
-    base = Tone() if tone is None else _named_tone(tone)
+    base = (base or Tone()) if tone is None else _named_tone(tone)
     times: dict[str, Any] = {
         "delay": base.delay if delay is None else _time("--delay", delay),
         "release": base.release if release is None else _time("--release", release),

@@ -40,8 +40,8 @@ def test_tone_is_in_the_summary_and_in_the_balance():
         (("--right", "neck,trnk=0.5"), "no joint or group `trnk`; did you mean `trunk`?"),
         (("--hold", "left_kne=0.5"), "no joint or group `left_kne`; did you mean `left_knee`?"),
         (("--tone", "1.5"), "a share of the strength is from 0 to 1"),
-        (("--release", "0.3s"), "--release needs --tone, --right or --hold"),
-        (("--delay", "0.1s"), "--delay needs --tone, --right or --hold"),
+        (("--release", "0.3s"), "--release needs --tone, --right, --hold or --fall"),
+        (("--delay", "0.1s"), "--delay needs --tone, --right, --hold or --fall"),
         (("--tone", "fal"), "did you mean `fall`?"),
     ],
 )
@@ -68,3 +68,21 @@ def test_tone_file_is_checked(tmp_path: Path):
     assert result.exit_code == 1
     assert "must be from 0 to 1, not 5" in result.output
     assert "the tone cannot be used" in result.output
+
+
+def test_options_add_to_the_tone_of_a_fall():
+    words = ("simulate", "male50", "--fall", "push", "--stop", 0.02)
+    said = answer(*words, "--hold", "legs=0.1", "--right", "neck=0.2", "--release", "15ms")
+    assert said["tone"].startswith(
+        "fall; holding legs 0.1; righting neck 0.2, trunk 0.4; until 0.015 s; "
+    )
+    assert "tone" not in answer(*words, "--tone", "0")
+    result = mover("simulate", "male50", "--fall", "faint", "--release", "15ms")
+    assert result.exit_code != 0
+    assert "--release: this fall is of a limp body; give it --tone, --right or" in result.output
+
+
+def test_a_fall_without_known_strengths_is_limp_and_says_so():
+    result = run("simulate", "male50", "--fall", "push", "--stop", 0.02, "--springs", "none")
+    assert "warning: the body is limp in this fall: " in result.stderr
+    assert "righting" not in result.stdout
