@@ -147,12 +147,14 @@ class ContactSphere:
     Attributes:
         centre: Centre in the segment frame [m].
         radius: Radius [m].
-        part: Name of the part of the segment that it belongs to; empty for the segment itself.
+        part: Name of the part of the body that it belongs to; empty for none.
+        region: Name of the firmer region of this part that it is in; empty for none.
     """
 
     centre: Vector
     radius: float
     part: str = ""
+    region: str = ""
 
     def __post_init__(self) -> None:
         """Check the numbers."""

@@ -14,6 +14,10 @@ normal force of a sphere
 F = dPsi/dD is piecewise linear but for smooth transitions: from the depth x_j on its slope is k_j.
 Each stage adds (k_j - k_(j-1)) q(D - x_j), with q of `springs.contact.Surface`. Where a further
 sphere touches, the force has two continuous derivatives.
+
+A region of a part may be firmer than the rest, as the buttocks are within the pelvis. Its spheres
+have the law of the part with the others, and beside it what the law of the region adds to that of
+the part, by the compression of the region's own spheres. A second spring would double the force.
 """
 
 from collections.abc import Iterator
@@ -41,11 +45,14 @@ class PartLaw:
             and from 0 on [m, N/m].
         damping: a, zero for an elastic impact [s/m].
         source: Where the numbers are from.
+        within: Law of the part of which this is a firmer region. Forces and energy are then what
+            the region adds to those of the part.
     """
 
     stages: tuple[tuple[float, float], ...]
     damping: float = 1.0
     source: str = field(default="", compare=False)
+    within: "PartLaw | None" = None
 
     def __post_init__(self) -> None:
         """Check the numbers. Raises ValueError."""
@@ -57,10 +64,20 @@ class PartLaw:
         if not (isfinite(self.damping) and self.damping >= 0.0):
             raise ValueError(f"the damping must not be negative, and finite, not {self.damping:g}")
 
+    def is_softer_than(self, other: "PartLaw") -> bool:
+        """Return whether the tangent stiffness is below that of another law at some compression."""
+        begins = {begin for begin, _ in (*self.stages, *other.stages)}
+        return any(self._stiffness(begin) < other._stiffness(begin) for begin in begins)
+
+    def _stiffness(self, depth: float) -> float:
+        """Return the tangent stiffness of the stage at a depth, without transitions [N/m]."""
+        return [k for begin, k in self.stages if begin <= depth][-1]
+
     def scaled(self, stiffness: float, damping: float = 1.0) -> "PartLaw":
         """Return the part with factors of its stiffness and its damping."""
         stages = tuple((depth, stiffness * k) for depth, k in self.stages)
-        return replace(self, stages=stages, damping=damping * self.damping)
+        within = self.within and self.within.scaled(stiffness, damping)
+        return replace(self, stages=stages, damping=damping * self.damping, within=within)
 
     def on(self, stiffness: float) -> "PartLaw":
         """Return the law of the part in series with a floor.
@@ -80,15 +97,22 @@ class PartLaw:
             stages.append((begin + force / stiffness, k * stiffness / (k + stiffness)))
             depth, before = begin, k
         share = stiffness / (before + stiffness)
-        return replace(self, stages=tuple(stages), damping=self.damping * share)
+        within = self.within and self.within.on(stiffness)
+        return replace(self, stages=tuple(stages), damping=self.damping * share, within=within)
 
     @property
     def increments(self) -> Iterator[tuple[float, float, float]]:
         """Beginning [m], added stiffness [N/m] and transition [m] of each stage."""
-        before = 0.0
-        for number, (begin, k) in enumerate(self.stages):
-            yield begin, k - before, LATER_TRANSITION if number else FIRST_TRANSITION
-            before = k
+        added: dict[tuple[float, float], float] = {}
+        for law, sign in ((self, 1.0), (self.within, -1.0)):
+            before = 0.0
+            for number, (begin, k) in enumerate(law.stages if law else ()):
+                place = begin, LATER_TRANSITION if number else FIRST_TRANSITION
+                added[place] = added.get(place, 0.0) + sign * (k - before)
+                before = k
+        for (begin, transition), k in added.items():
+            if k != 0.0:
+                yield begin, k, transition
 
     def elastic_force(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """F [N] at a compression [m]."""

@@ -190,8 +190,10 @@ def evaluate_contacts(
     depths, rates = np.full((count, len(radii)), -np.inf), np.zeros((count, len(radii)))
     forces, moments = np.zeros_like(centres), np.zeros_like(centres)
     energy, impact, friction = (np.zeros(count) for _ in range(3))
-    parts = np.array([one.part for some in contacts.spheres.values() for one in some])
-    spheres_of = {name: np.flatnonzero(parts == name) for name in contacts.laws}
+    named = [(one.part, one.region) for some in contacts.spheres.values() for one in some]
+    spheres_of = {
+        name: np.flatnonzero([name in names for names in named]) for name in contacts.laws
+    }
     for prop in contacts.scene.props:
         pose = prop.shape.pose
         turn = pose[:3, :3]
@@ -207,7 +209,10 @@ def evaluate_contacts(
             part = part_forces(
                 law.on(prop.surface.own_stiffness), force.depth[:, own], force.rate[:, own]
             )
-            normal[:, own], elastic[:, own], stored[:, own] = part.normal, part.elastic, 0.0
+            if law.within is None:
+                normal[:, own], elastic[:, own], stored[:, own] = 0.0, 0.0, 0.0
+            normal[:, own] += part.normal
+            elastic[:, own] += part.elastic
             energy += part.energy
         on_sphere, about_centre = (
             np.stack([np.broadcast_to(normal * part, normal.shape) for part in parts], axis=-1)

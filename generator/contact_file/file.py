@@ -22,6 +22,7 @@ PART_ROWS = TableRows(
     (
         Text("name", example='"pelvis"'),
         Names("spheres", example='["lower_torso 0", "left_upper_leg 0"]'),
+        Text("within"),
         Numbers(
             "from_m",
             example="[0, 0.03]",
@@ -69,6 +70,7 @@ def _lines(part: BodyPart) -> list[str]:
     values = {
         "name": part.name,
         "spheres": tuple(f"{segment} {number}" for segment, number in part.spheres),
+        "within": part.within,
         "from_m": tuple(depth for depth, _ in part.law.stages),
         "stiffness_N_m": tuple(stiffness for _, stiffness in part.law.stages),
         "damping_s_m": part.law.damping,
@@ -76,7 +78,7 @@ def _lines(part: BodyPart) -> list[str]:
         "class": part.evidence,
         "source": part.law.source,
     }
-    return [row.write(values[row.key]) for row in PART_ROWS.rows]
+    return [row.write(values[row.key]) for row in PART_ROWS.rows if values[row.key] != ""]
 
 
 def _parse_contact(source: Source, diagnostics: Diagnostics) -> BodyContact | None:
@@ -128,4 +130,5 @@ def _parse_part(table: TableReader) -> BodyPart | None:
         table.error("from_m", str(fault))
         return None
     band = values.get("band", (1.0, 1.0))
-    return BodyPart(values["name"], law, tuple(spheres), band, values["class"])
+    within = values.get("within", "")
+    return BodyPart(values["name"], law, tuple(spheres), band, values["class"], within)

@@ -2,7 +2,8 @@
 
 A part holds the contact spheres in regions of segments. A region is an interval of the place along
 the segment's long axis: 0 is the segment's origin, 1 the sphere that is farthest from it. A sphere
-belongs to the first part in whose region it is; of paired parts there is one on each side.
+belongs to the first part in whose region it is; of paired parts there is one on each side. A part
+within another has those of its spheres that are in its region.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,7 +18,8 @@ from springs.contact_part import PartLaw
 _DATA_FILE = "contact_parts"
 
 _ASIDE = 0.5
-"""Distance from the middle of the body over the largest one, from which a sphere is at a side."""
+"""Distance from the middle of the segment over the largest one, from which a sphere is at a side or
+behind."""
 
 
 def person_contact(spheres: Mapping[str, Sequence[ContactSphere]]) -> BodyContact:
@@ -28,15 +30,22 @@ def person_contact(spheres: Mapping[str, Sequence[ContactSphere]]) -> BodyContac
         for name, region in _regions(row):
             rows[name] = row
             for segment, number in _spheres_in(region, name, spheres):
-                if not any((segment, number) in some for some in owned.values()):
-                    owned.setdefault(name, []).append((segment, number))
+                sphere = segment, number
+                within = row.get("within")
+                if (
+                    sphere in owned[within]
+                    if within
+                    else not any(sphere in some for some in owned.values())
+                ):
+                    owned.setdefault(name, []).append(sphere)
     parts: list[BodyPart] = []
     for name, own in owned.items():
         row = rows[name]
         stages = tuple(zip(row["from_m"], row["stiffness_N_m"], strict=True))
         law = PartLaw(stages, row["damping_s_m"], row["source"])
         low, high = row["band"]
-        parts.append(BodyPart(name, law, tuple(own), (low, high), Evidence(row["class"])))
+        evidence, within = Evidence(row["class"]), row.get("within", "")
+        parts.append(BodyPart(name, law, tuple(own), (low, high), evidence, within))
     return BodyContact(tuple(parts))
 
 
@@ -62,11 +71,14 @@ def _spheres_in(
             continue
         farthest = max(sphere.centre[2] for sphere in some)
         widest = max(abs(sphere.centre[1]) for sphere in some)
+        deepest = max(abs(sphere.centre[0]) for sphere in some)
         for number, sphere in enumerate(some):
-            _, y, z = sphere.centre
+            x, y, z = sphere.centre
             if not low <= z / farthest <= high:
                 continue
             is_on_side = y > 0.0 if side == "left" else y < 0.0
             if region.get("aside") and not (is_on_side and abs(y) > _ASIDE * widest):
+                continue
+            if region.get("behind") and not x < -_ASIDE * deepest:
                 continue
             yield segment, number

@@ -13,6 +13,7 @@ from springs.contact_part import NORM, PartLaw, compression_of, part_forces
 
 PELVIS = PartLaw(((0.0, 30e3), (0.03, 71e3)), 1.0)
 HEAD = PartLaw(((0.0, 150e3), (0.005, 2e6)), 0.3)
+BUTTOCKS = PartLaw(((0.0, 30e3), (0.03, 180e3)), 1.5, within=PELVIS)
 
 DEPTHS = st.lists(st.floats(-0.02, 0.06), min_size=1, max_size=6).filter(lambda d: max(d) > 1e-4)
 
@@ -21,7 +22,7 @@ def energy(law: PartLaw, depths: np.ndarray) -> float:
     return float(part_forces(law, depths, np.zeros_like(depths)).energy)
 
 
-@pytest.mark.parametrize("law", [PELVIS, HEAD])
+@pytest.mark.parametrize("law", [PELVIS, HEAD, BUTTOCKS])
 @given(depths=DEPTHS)
 def test_the_forces_are_the_gradient_of_the_energy(law, depths):
     depths = np.array(depths)
@@ -71,6 +72,22 @@ def test_a_floor_in_series_has_the_common_force(floor):
         own = brentq(surplus, 0.0, whole, (whole,))
         assert made.elastic_force(whole) == pytest.approx(PELVIS.elastic_force(own), rel=0.012)
     assert PELVIS.on(np.inf) is PELVIS
+
+
+@pytest.mark.parametrize("floor", [np.inf, 400e3, 59e3])
+@given(depth=st.floats(-0.01, 0.1))
+def test_a_region_adds_what_it_has_more_than_its_part(floor, depth):
+    whole = PartLaw(BUTTOCKS.stages).on(floor)
+    added = BUTTOCKS.on(floor).elastic_force(depth)
+    assert PELVIS.on(floor).elastic_force(depth) + added == pytest.approx(
+        whole.elastic_force(depth), abs=1e-9
+    )
+    assert added >= -1e-9
+    if depth < 0.03:
+        assert added == 0.0
+    assert BUTTOCKS.scaled(2.0).elastic_force(depth) == pytest.approx(
+        2.0 * BUTTOCKS.elastic_force(depth)
+    )
 
 
 @pytest.mark.parametrize("spheres", [1, 3])

@@ -148,25 +148,32 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
     touches, where, sums = scratch.touches, scratch.touch_places, scratch.part_sums
     table, parts = mechanism.part_parameters, mechanism.sphere_parts
     for t in range(count):
-        for k in range(PART_SUM_COLUMNS):
-            sums[parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP], k] = 0.0
+        for layer in range(2):
+            part, d = parts[where[t, TOUCH_SPHERE], layer], where[t, TOUCH_PROP]
+            for k in range(PART_SUM_COLUMNS if part >= 0 else 0):
+                sums[part, d, k] = 0.0
     for t in range(count):
-        part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
-        sums[part, d, PART_LARGEST] = max(sums[part, d, PART_LARGEST], touches[t, TOUCH_DEPTH])
+        for layer in range(2):
+            part, d = parts[where[t, TOUCH_SPHERE], layer], where[t, TOUCH_PROP]
+            if part >= 0:
+                deepest = max(sums[part, d, PART_LARGEST], touches[t, TOUCH_DEPTH])
+                sums[part, d, PART_LARGEST] = deepest
     for t in range(count):
-        part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
-        if sums[part, d, PART_LARGEST] > 0.0:
-            share = max(touches[t, TOUCH_DEPTH], 0.0) / sums[part, d, PART_LARGEST]
-            weight = _one_power_less(share)
-            sums[part, d, PART_SUM] += weight * share
-            sums[part, d, PART_RATES] += weight * touches[t, TOUCH_RATE]
-            sums[part, d, PART_WEIGHTS] += weight
+        for layer in range(2):
+            part, d = parts[where[t, TOUCH_SPHERE], layer], where[t, TOUCH_PROP]
+            if part >= 0 and sums[part, d, PART_LARGEST] > 0.0:
+                share = max(touches[t, TOUCH_DEPTH], 0.0) / sums[part, d, PART_LARGEST]
+                weight = _one_power_less(share)
+                sums[part, d, PART_SUM] += weight * share
+                sums[part, d, PART_RATES] += weight * touches[t, TOUCH_RATE]
+                sums[part, d, PART_WEIGHTS] += weight
     for t in range(count):
-        part, d = parts[where[t, TOUCH_SPHERE]], where[t, TOUCH_PROP]
-        largest, at = sums[part, d, PART_LARGEST], mechanism.part_offsets[part, d]
-        factor, normal, stiffness, damping = 0.0, 0.0, 0.0, 0.0
-        elastic = 0.0
-        if largest > 0.0:
+        normal, elastic, stiffness, damping = 0.0, 0.0, 0.0, 0.0
+        for layer in range(2):
+            part, d = parts[where[t, TOUCH_SPHERE], layer], where[t, TOUCH_PROP]
+            if part < 0 or sums[part, d, PART_LARGEST] <= 0.0:
+                continue
+            largest, at = sums[part, d, PART_LARGEST], mechanism.part_offsets[part, d]
             root = float(sums[part, d, PART_SUM]) ** (1.0 / NORM)
             scale = 1.0 / _one_power_less(root)
             weight = scale * _one_power_less(max(touches[t, TOUCH_DEPTH], 0.0) / largest)
@@ -178,15 +185,14 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
                 force += scratch.contact_work[0]
                 slope += scratch.contact_work[1]
             impact = 1.0 + table[at + PART_DAMPING] * scale * sums[part, d, PART_RATES]
-            elastic = force * weight
+            elastic += force * weight
             others = scale * sums[part, d, PART_WEIGHTS]
             if impact > 0.0:
-                normal = elastic * impact
-                stiffness = slope * impact * weight * others
-                damping = elastic * table[at + PART_DAMPING] * others
-            own = dot(vector(touches, t, TOUCH_FORCE), vector(touches, t, TOUCH_NORMAL))
-            if own > 0.0:
-                factor = normal / own
+                normal += force * weight * impact
+                stiffness += slope * impact * weight * others
+                damping += force * weight * table[at + PART_DAMPING] * others
+        own = dot(vector(touches, t, TOUCH_FORCE), vector(touches, t, TOUCH_NORMAL))
+        factor = normal / own if own > 0.0 else 0.0
         touches[t, TOUCH_IMPACT] = (normal - elastic) * touches[t, TOUCH_RATE]
         touches[t, TOUCH_FRICTION_POWER] *= factor
         touches[t, TOUCH_STIFFNESS], touches[t, TOUCH_DAMPING] = stiffness, damping

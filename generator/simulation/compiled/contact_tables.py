@@ -224,20 +224,21 @@ def contact_tables(
 def _part_tables(
     scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]], laws: Mapping[str, PartLaw]
 ) -> tuple[IndexArray, IndexArray, Array]:
-    """Return the part of each sphere, and the constants of each part and prop.
+    """Return the part and region of each sphere, and the constants of each of these and prop.
 
     A sphere of no part with a law is a part of its own, with the surface of the prop.
     """
     if not laws:
-        return np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64), np.zeros(0)
+        return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 0), dtype=np.int64), np.zeros(0)
     numbers = {name: number for number, name in enumerate(laws)}
-    parts: list[int] = []
+    parts: list[tuple[int, int]] = []
     made: list[PartLaw | None] = list(laws.values())
     for some in spheres.values():
         for sphere in some:
             if sphere.part not in numbers:
                 made.append(None)
-            parts.append(numbers.get(sphere.part, len(made) - 1))
+            part = numbers.get(sphere.part, len(made) - 1)
+            parts.append((part, numbers.get(sphere.region, -1)))
     offsets = np.zeros((len(made), len(scene.props)), dtype=np.int64)
     table: list[float] = []
     known: dict[tuple[PartLaw | None, Surface], int] = {}

@@ -211,8 +211,8 @@ class Mechanism(NamedTuple):
         prop_constants: their numbers, shape (d, PROP_COLUMNS).
         contact_parameters: constants of the law of contact.
         contact_offsets: first of these for each sphere and prop, shape (c, d).
-        sphere_parts: part of the body to which each sphere belongs, shape (c,); (0,) where each
-            sphere resists by itself.
+        sphere_parts: part of the body to which each sphere belongs, and firmer region of it or -1,
+            shape (c, 2); (0, 2) where each sphere resists by itself.
         part_offsets: first of `part_parameters` for each part and prop, shape (parts, d).
         part_parameters: their constants; see `PART_DAMPING`.
         pairs: links of pairs of capsules, shape (a, 2).
@@ -243,7 +243,7 @@ class Mechanism(NamedTuple):
     prop_constants: Matrix
     contact_parameters: Vector
     contact_offsets: IndexTable
-    sphere_parts: Indices
+    sphere_parts: IndexTable
     part_offsets: IndexTable
     part_parameters: Vector
     pairs: IndexTable

@@ -1,5 +1,6 @@
 """Contact files: read as written, and errors that name the line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -27,7 +28,11 @@ def contacts(draw: st.DrawFn) -> BodyContact:
         law = PartLaw(tuple(stages), draw(st.floats(0.0, 1e3)), draw(WORDS))
         low = draw(st.floats(0.1, 1.0))
         band = (low, draw(st.floats(1.0, 9.0)))
-        parts.append(BodyPart(name, law, (next(spheres),), band, draw(st.sampled_from(Evidence))))
+        evidence = draw(st.sampled_from(Evidence))
+        parts.append(BodyPart(name, law, (next(spheres),), band, evidence))
+    if draw(st.booleans()):
+        outer = parts[0]
+        parts.append(replace(outer, name=outer.name + "+", within=outer.name))
     return BodyContact(tuple(parts))
 
 

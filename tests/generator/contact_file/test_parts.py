@@ -31,6 +31,32 @@ def test_a_sphere_that_is_not_there_is_named():
         contact.assign(SPHERES)
 
 
+def test_a_region_is_within_a_part():
+    leg = BodyPart("leg", LAW, (("thigh", 0), ("thigh", 1)))
+    knee = BodyPart("knee", PartLaw(((0.0, 3e4), (0.01, 6e4))), (("thigh", 1),), within="leg")
+    contact = BodyContact((leg, knee))
+    made = contact.assign(SPHERES)["thigh"]
+    assert [(one.part, one.region) for one in made] == [("leg", ""), ("leg", "knee")]
+    assert contact.laws["knee"].within == LAW
+    assert contact.laws["leg"].within is None
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "sphere", "within", "message"),
+    [
+        (6e4, ("thigh", 1), "arm", "`knee` is within `arm`, which is no other part"),
+        (6e4, ("thigh", 1), "knee", "`knee` is within `knee`, which is no other part"),
+        (6e4, ("thigh", 0), "leg", "sphere 0 of segment `thigh`, which `leg`, that it is within"),
+        (2e4, ("thigh", 1), "leg", "`knee` is softer than `leg`"),
+    ],
+)
+def test_a_region_fits_its_part(stiffness, sphere, within, message):
+    leg = BodyPart("leg", LAW, (("thigh", 1),))
+    knee = BodyPart("knee", PartLaw(((0.0, stiffness),)), (sphere,), within=within)
+    with pytest.raises(ModelError, match=message):
+        BodyContact((leg, knee))
+
+
 def test_parts_share_neither_names_nor_spheres():
     knee = BodyPart("knee", LAW, (("thigh", 1),))
     with pytest.raises(ModelError, match="two parts of the body are called `knee`"):

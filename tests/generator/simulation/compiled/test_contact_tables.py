@@ -192,7 +192,7 @@ def test_tables_of_parts() -> None:
     soft = replace(DIFFERENT, own_stiffness=6e4)
     scene = Scene((TILTED, Prop("soft", CRATE.shape, soft)))
     *_, parts, offsets, table = contact_tables(scene, knee, LINKS, POINTS, {"knee": law})
-    assert parts.tolist() == [1, 0, 0]
+    assert parts.tolist() == [[1, -1], [0, -1], [0, -1]]
     assert offsets.shape == (2, 2)
 
     def constants(part: int, prop: int, size: int) -> list[float]:
@@ -208,11 +208,11 @@ def test_tables_of_parts() -> None:
 def test_tables_without_spheres_or_props() -> None:
     without_props = contact_tables(Scene(), SPHERES, LINKS, POINTS)
     assert [table.shape for table in without_props] == [
-        (2, 3), (2,), (3, 4), (0, 1), (0, 18), (0,), (3, 0), (0,), (0, 0), (0,)
+        (2, 3), (2,), (3, 4), (0, 1), (0, 18), (0,), (3, 0), (0, 2), (0, 0), (0,)
     ]  # fmt: skip
     without_spheres = contact_tables(SLOPE_AND_CRATE, {}, {}, POINTS)
     assert [table.shape for table in without_spheres] == [
-        (0, 3), (0,), (0, 4), (2, 1), (2, 18), (0,), (0, 2), (0,), (0, 0), (0,)
+        (0, 3), (0,), (0, 4), (2, 1), (2, 18), (0,), (0, 2), (0, 2), (0, 0), (0,)
     ]  # fmt: skip
 
 
