@@ -154,7 +154,6 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             Text("fall"),
             "Start of a fall of a person, with a floor and for 2 s (docs/falls.md).",
             "faint|push|slip|trip|stairs|bed|seat",
-            in_study=False,
             excludes=("scene", "friction", "pose", "set", "velocity", "spread"),
             reason="a kind of fall has its own start and props",
         ),
@@ -278,7 +277,6 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             "Share of their strength by which muscles hold all joints, or a tone file "
             "(docs/tone.md).",
             "0.03|NAME|FILE",
-            in_study=False,
         ),
         RunOption(
             Text("right"),

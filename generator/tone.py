@@ -1,7 +1,7 @@
 """Tone of muscles that a run asks for: which joints, with how much of their strength, and when."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite
 
 from generator.diagnostics import ModelError, spelling_hint
@@ -92,6 +92,15 @@ class Tone:
         if self.release < inf:
             parts.append(f"until {self.release:g} s")
         return "; ".join(part for part in parts if part)
+
+    def scaled(self, factor: float) -> "Tone":
+        """Return the tone with all shares of strength times a factor. Raises ValueError."""
+        shares = (
+            {name: factor * share for name, share in table.items()}
+            for table in (self.hold, self.righting)
+        )
+        hold, righting = shares
+        return replace(self, hold=hold, righting=righting)
 
     def activation(self, start: float) -> Activation:
         """Return the activation in a run from a start [s]."""

@@ -51,7 +51,7 @@ from generator.motion_files.drives import read_drives_with_warnings
 from generator.motion_files.motion import FigureMotion, Header, file_sha256
 from generator.rotations import Array
 from generator.run_options import RUN_OPTIONS
-from generator.simulation.plan import STANDARD_GRAVITY, Plan, option_faults, plan_fields
+from generator.simulation.plan import Plan, option_faults, plan_fields
 from generator.simulation.preconditions import (
     chain_obstacles,
     model_obstacles,
@@ -192,9 +192,6 @@ def fall_from_options(
     seed = settings.get("seed", 0)
     if seed < 0:
         raise UsageError(f"--seed {seed}: the seed must not be negative")
-    x, y, z = settings.get("gravity", STANDARD_GRAVITY)
-    if (x, z) != (0.0, 0.0) or y > 0.0:
-        raise UsageError("--gravity points down with --fall, as 0,-9.81,0: its floor is level")
     try:
         plan = fall_plan(figure, settings["fall"], seed)
     except ModelError as failure:

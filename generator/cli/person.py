@@ -171,10 +171,10 @@ def person(
     contact: Annotated[
         PersonContact,
         typer.Option(
-            help="Contact with props: each sphere resists by itself (spheres), or parts of the "
-            "body have laws of their own (parts)."
+            help="Contact with props: parts of the body have laws of their own (parts), or each "
+            "sphere resists by itself, with the stiffness of pelvic flesh (spheres)."
         ),
-    ] = PersonContact.SPHERES,
+    ] = PersonContact.PARTS,
     output: Annotated[
         Path | None,
         typer.Option(

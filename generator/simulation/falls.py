@@ -153,6 +153,14 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
     )
 
 
+def with_start(plan: Plan, figure: Figure, kind: str, seed: int) -> Plan:
+    """Return a plan with the start and the props of one fall; see `fall_plan`."""
+    start = fall_plan(figure, kind, seed)
+    return replace(
+        plan, displacements=start.displacements, velocities=start.velocities, scene=start.scene
+    )
+
+
 def _tone(figure: Figure, name: str) -> Tone | None:
     """Return a shipped tone; None for a figure without its joints."""
     if not name:

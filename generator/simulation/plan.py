@@ -234,6 +234,10 @@ def option_faults(
     if settings.keys() & {"floor", "fall"} and height < 0.0:
         sentence = f"at {name('height')} {height:g} the figure would start below the floor"
         yield OptionFault(("height",), f"{sentence}; 0 is on the floor")
+    x, y, z = values.get("gravity", STANDARD_GRAVITY)
+    if "fall" in settings and ((x, z) != (0.0, 0.0) or y > 0.0):
+        sentence = f"{name('gravity')} points down with {name('fall')}"
+        yield OptionFault(("gravity",), f"{sentence}: its floor is level")
     start, stop, frame = (values.get(key, getattr(Plan, key)) for key in ("start", "stop", "frame"))
     if frame > 0.0 and (stop - start) / frame > MAX_FRAMES:
         hint = f"use a longer {name('frame')} or an earlier {name('stop')}"

@@ -9,6 +9,7 @@
     springs.JOINT[.AXIS].viscous_Nms_rad
     springs.JOINT[.AXIS].coulomb_Nm
     springs.coupled.scale                laws over several joints
+    springs[.JOINT[.AXIS]].stop_scale    torques of the stops
     segments.NAME.mass                   [kg]; the radius of gyration stays
     segments[.NAME].mass_scale           also of all segments
     segments[.NAME].inertia_scale
@@ -16,6 +17,11 @@
     gravity                              factor of its size
     height                               [m]
     floor.friction, floor.stiffness      or another prop of the scene
+    contact[.PART].stiffness_scale       of the parts of the body, or of one with its regions
+    contact[.PART].damping_scale
+    tone.scale                           shares of strength of the tone of muscles
+    fall.seed                            of the start of a kind of fall, rounded down
+    person                               number of the person, of several, from 1
     person.stature, person.mass          [m, kg]
     person.mass_index                    [kg/m2]
     person.DIMENSION                     [m]
@@ -93,6 +99,7 @@ class Quantity(StrEnum):
     VISCOUS = "viscous"
     COULOMB = "coulomb"
     COUPLED_SCALE = "coupled scale"
+    STOP_SCALE = "stop_scale"
     MASS = "mass"
     MASS_SCALE = "mass_scale"
     INERTIA_SCALE = "inertia_scale"
@@ -102,7 +109,12 @@ class Quantity(StrEnum):
     OPTION = "option"
     FRICTION = "friction"
     STIFFNESS = "stiffness"
+    PART_STIFFNESS = "stiffness_scale"
+    PART_DAMPING = "part damping_scale"
+    TONE_SCALE = "tone scale"
+    SEED = "seed"
     PERSON = "person"
+    PERSON_NUMBER = "person number"
 
 
 @dataclass(frozen=True)
@@ -110,7 +122,7 @@ class Target:
     """A number of a case.
 
     Attributes:
-        name: name of the joint, segment, prop or dimension.
+        name: name of the joint, segment, prop, part or dimension.
         direction: direction of a spring's axis; None for all axes of the joint.
         slides: whether that axis is of a slide.
         index: index of a displacement, in the chain of the joint.
@@ -158,6 +170,7 @@ Number = tuple[Quantity, Target | None]
 _SPRING_WORDS: Mapping[str, tuple[Quantity, str, bool | None]] = {
     "scale": (Quantity.SCALE, "", None),
     "damping_scale": (Quantity.DAMPING_SCALE, "", None),
+    "stop_scale": (Quantity.STOP_SCALE, "", None),
     "offset_deg": (Quantity.OFFSET, "deg", False),
     "viscous_Nms_rad": (Quantity.VISCOUS, "N m s/rad", False),
     "coulomb_Nm": (Quantity.COULOMB, "N m", False),
@@ -173,6 +186,10 @@ _SEGMENT_WORDS: Mapping[str, tuple[Quantity, str]] = {
     "inertia_scale": (Quantity.INERTIA_SCALE, ""),
 }
 _SURFACE_WORDS: Mapping[str, str] = {"friction": "", "stiffness": "N/m"}
+_PART_WORDS: Mapping[str, Quantity] = {
+    "stiffness_scale": Quantity.PART_STIFFNESS,
+    "damping_scale": Quantity.PART_DAMPING,
+}
 
 MASS_INDEX = "mass_index"
 """Mass of a person over the squared stature, in place of the mass: it hardly depends on stature."""
@@ -186,15 +203,18 @@ _SIDE = re.compile(r"(?:left|right)_?|_(?:left|right)$")
 _JOINT_SUFFIX = "_joint"
 
 
-def parse_path(text: str, case: Case, person: PersonArguments | None = None) -> ParameterPath:
+def parse_path(
+    text: str, case: Case, persons: Sequence[PersonArguments] = (), *, falls: bool = False
+) -> ParameterPath:
     """Return the quantity of a path. Raises UnknownPathError.
 
     Args:
         text: the path.
         case: its figure, springs and scene.
-        person: arguments of the figure, where it is a person.
+        persons: arguments of the figure, where it is a person, or of all that it may be.
+        falls: Whether each run has the start of a kind of fall.
     """
-    return _PathParser(text, case, person).parse()
+    return _PathParser(text, case, persons, falls).parse()
 
 
 @dataclass(frozen=True)
@@ -242,11 +262,14 @@ def _joint_axes(case: Case, joint: Joint) -> list[_Axis]:
 class _PathParser:
     """Reader of one path."""
 
-    def __init__(self, text: str, case: Case, person: PersonArguments | None) -> None:
+    def __init__(
+        self, text: str, case: Case, persons: Sequence[PersonArguments], falls: bool
+    ) -> None:
         self._text = text
         self._words = text.split(".")
         self._case = case
-        self._person = person
+        self._persons = persons
+        self._falls = falls
         self._figure = case.figure
 
     def parse(self) -> ParameterPath:
@@ -255,10 +278,13 @@ class _PathParser:
         readers: dict[str, Callable[[], ParameterPath]] = {
             "springs": self._parse_springs,
             "segments": self._parse_segments,
+            "contact": self._parse_parts,
             "pose": self._parse_motion,
             "velocity": self._parse_motion,
             "gravity": self._parse_gravity,
             **dict.fromkeys(VARYING_OPTIONS, self._parse_option),
+            "tone": self._parse_tone,
+            "fall": self._parse_fall,
             "person": self._parse_person,
             **dict.fromkeys(props, self._parse_prop),
         }
@@ -305,13 +331,14 @@ class _PathParser:
         last = len(self._words) - 1
         joints = self._figure.joints
         if last == 1:
-            if self._words[1] not in ("scale", "damping_scale"):
+            if self._words[1] not in ("scale", "damping_scale", "stop_scale"):
                 if self._words[1] not in _SPRING_WORDS:
                     self._names(1, "joint", joints)
                     self._fail(f"the quantity is missing; `{self._text}.scale`, for example")
-                self._fail("all joints together have a `scale` and a `damping_scale` only")
-            quantity = Quantity(self._words[1])
-            return ParameterPath(self._text, "", quantity)
+                self._fail(
+                    "all joints together have a `scale`, a `damping_scale` and a `stop_scale` only"
+                )
+            return ParameterPath(self._text, "", Quantity(self._words[1]))
         if self._words[1] == "coupled" and self._case.springs.coupled:
             if self._words[2:] != ["scale"]:
                 self._fail("laws over several joints have a scale only", last, ("scale",))
@@ -339,6 +366,8 @@ class _PathParser:
         if len(self._words) == 4:
             axes = [self._named_axis(joint, axes)]
         needs_law = quantity in (Quantity.SCALE, Quantity.OFFSET)
+        if quantity is Quantity.STOP_SCALE:
+            return self._stopped_axes(joint, axes)
         found = [axis for axis in axes if self._has_law(joint, axis, needs_law)]
         if quantity in (Quantity.VISCOUS, Quantity.COULOMB) and not found:
             found = axes
@@ -352,6 +381,16 @@ class _PathParser:
                 f"`{joint.name}` has {len(found)} axes, of which the path names one: `{example}`"
             )
         return tuple(Target(joint.name, axis.direction, axis.slides) for axis in found)
+
+    def _stopped_axes(self, joint: Joint, axes: Sequence[_Axis]) -> tuple[Target, ...]:
+        found = tuple(
+            Target(joint.name, axis.direction, axis.slides)
+            for axis in axes
+            if axis.spring and any(isinstance(law, Stop) for law in axis.spring.elastic)
+        )
+        if not found:
+            self._fail(f"`{joint.name}` has no stop here, so that it cannot be changed")
+        return found
 
     def _has_law(self, joint: Joint, axis: _Axis, needs_law: bool) -> bool:
         """Return whether an axis has a spring, with an elastic law if one is needed."""
@@ -409,6 +448,24 @@ class _PathParser:
         quantity, unit = _SEGMENT_WORDS[self._words[last]]
         return ParameterPath(self._text, unit, quantity, tuple(map(Target, names)))
 
+    def _parse_parts(self) -> ParameterPath:
+        self._check_length(2, 3, form="contact.PART.stiffness_scale")
+        contact = self._case.model.contact
+        if contact is None:
+            self._fail("the figure has no parts of the body (docs/contact-parts.md)")
+        word = self._words[-1]
+        if word not in _PART_WORDS:
+            self._fail(f"unknown quantity `{shorten(word)}`", len(self._words) - 1, _PART_WORDS)
+        parts = [part.name for part in contact.parts]
+        names = self._names(1, "part", parts) if len(self._words) == 3 else parts
+        targets = {
+            Target(part.name)
+            for part in contact.parts
+            if part.name in names or part.within in names
+        }
+        ordered = sorted(targets, key=lambda target: parts.index(target.name))
+        return ParameterPath(self._text, "", _PART_WORDS[word], tuple(ordered))
+
     def _parse_motion(self) -> ParameterPath:
         quantity = Quantity(self._words[0])
         self._check_length(2, 3, form=f"{quantity}.JOINT[.NUMBER]")
@@ -464,11 +521,27 @@ class _PathParser:
         target = Target(self._words[0])
         return ParameterPath(self._text, _SURFACE_WORDS[word], Quantity(word), (target,))
 
+    def _parse_tone(self) -> ParameterPath:
+        if self._words != ["tone", "scale"]:
+            self._fail("the path is written `tone.scale`")
+        if not self._case.plan.tone:
+            self._fail("the runs have no tone; the option `tone` gives it")
+        return ParameterPath(self._text, "", Quantity.TONE_SCALE)
+
+    def _parse_fall(self) -> ParameterPath:
+        if self._words != ["fall", "seed"]:
+            self._fail("the path is written `fall.seed`")
+        if not self._falls:
+            self._fail("the runs have no random start; the option `fall` of a study gives it")
+        return ParameterPath(self._text, "", Quantity.SEED)
+
     def _parse_person(self) -> ParameterPath:
-        self._check_length(2, form="person.stature")
-        person, word = self._person, self._words[1]
-        if person is None:
+        self._check_length(1, 2, form="person.stature")
+        if not self._persons:
             self._fail("the figure is a file; a study has a person in its own table, `[person]`")
+        if len(self._words) == 1:
+            return ParameterPath(self._text, "", Quantity.PERSON_NUMBER)
+        person, word = self._persons[0], self._words[1]
         from generator.person.measures import estimate_measures
 
         measures = estimate_measures(person.sex, person.stature, person.mass)

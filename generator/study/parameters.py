@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
-from math import degrees, isfinite, nan, radians
+from functools import lru_cache, partial
+from math import degrees, inf, isfinite, nan, radians
 
 from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.figure import Segment
 from generator.model import Model
 from generator.run_options import RUN_OPTIONS
+from generator.simulation.falls import with_start
 from generator.simulation.plan import Plan
 from generator.springs_file.axes import parallel_sign
 from generator.study.parameter_paths import (
@@ -24,9 +25,9 @@ from generator.study.parameter_paths import (
     parse_path,
 )
 from generator.study.person_figure import make_person
-from generator.study.study import Study
+from generator.study.study import PersonArguments, Study
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
-from springs import AxisSpring, CoupledSpring, JointSprings, Stop
+from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, Stop
 from springs.axis import transform
 
 
@@ -57,6 +58,8 @@ def nominal_value(path: ParameterPath, case: Case) -> float:
             return float(getattr(surface, path.quantity))
         case Quantity.PERSON:
             return path.person_value
+        case Quantity.SEED:
+            return 0.0
         case _:
             return 1.0
 
@@ -112,6 +115,10 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
     match path.quantity:
         case Quantity.SCALE | Quantity.DAMPING_SCALE | Quantity.COUPLED_SCALE:
             return _scale_springs(case, path, value)
+        case Quantity.STOP_SCALE:
+            return _scale_stops(case, path, value)
+        case Quantity.PART_STIFFNESS | Quantity.PART_DAMPING:
+            return _scale_parts(case, path, value)
         case Quantity.OFFSET:
             return _shift_springs(case, path, _units(path).si_value(value))
         case Quantity.VISCOUS | Quantity.COULOMB:
@@ -146,8 +153,11 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
                 for prop in plan.scene.props
             )
             return replace(case, plan=replace(plan, scene=replace(plan.scene, props=props)))
-        case Quantity.PERSON:
-            raise ValueError("a person is built anew for it, by build_case")
+        case Quantity.TONE_SCALE:
+            tone = plan.tone and plan.tone.scaled(value)
+            return replace(case, plan=replace(plan, tone=tone or None))
+        case Quantity.PERSON | Quantity.PERSON_NUMBER | Quantity.SEED:
+            raise ValueError("it is of the start of a case, which build_case makes")
 
 
 _SIGNED = {Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY, Quantity.OPTION}
@@ -224,6 +234,47 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
         }
         springs = replace(springs, joints=joints)
     return case.with_springs(springs)
+
+
+def _scale_stops(case: Case, path: ParameterPath, value: float) -> Case:
+    """Return the case with a factor of the torques of stops."""
+
+    def scale(spring: AxisSpring) -> AxisSpring:
+        return replace(
+            spring,
+            elastic=tuple(
+                replace(law, stiffness=value * law.stiffness) if isinstance(law, Stop) else law
+                for law in spring.elastic
+            ),
+        )
+
+    for target in path.targets:
+        case = _change_axis(case, target, scale)
+    if path.targets:
+        return case
+    joints = {
+        name: replace(
+            joint,
+            axes=tuple(map(scale, joint.axes)),
+            translations=tuple(map(scale, joint.translations)),
+        )
+        for name, joint in case.springs.joints.items()
+    }
+    return case.with_springs(replace(case.springs, joints=joints))
+
+
+def _scale_parts(case: Case, path: ParameterPath, value: float) -> Case:
+    """Return the case with a factor of the stiffness, or of the damping, of parts of the body."""
+    assert case.model.contact is not None
+    is_stiffness = path.quantity is Quantity.PART_STIFFNESS
+    factors = (value, 1.0) if is_stiffness else (1.0, value)
+    names = {target.name for target in path.targets}
+    parts = tuple(
+        replace(part, law=part.law.scaled(*factors)) if part.name in names else part
+        for part in case.model.contact.parts
+    )
+    contact = replace(case.model.contact, parts=parts)
+    return replace(case, model=replace(case.model, contact=contact))
 
 
 def _with_reach(joint: JointSprings, change: Callable[[AxisSpring], AxisSpring]) -> JointSprings:
@@ -314,7 +365,7 @@ def _set_displacement(case: Case, path: ParameterPath, value: float) -> Case:
     return replace(case, plan=replace(case.plan, **{field: changed}))
 
 
-_PATHS_OF_MODELS = ("springs", "segments")
+_PATHS_OF_MODELS = ("springs", "segments", "contact")
 """First words of the paths of quantities of a model."""
 
 
@@ -344,7 +395,7 @@ def study_paths(study: Study) -> tuple[tuple[int, ParameterPath], ...]:
             return paths
     base = Case(study.model, study.plan)
     paths = tuple(
-        (number, parse_path(text, base, study.person))
+        (number, parse_path(text, base, study.persons, falls=bool(study.fall)))
         for number, parameter in enumerate(study.parameters.values())
         for text in parameter.paths
     )
@@ -355,25 +406,53 @@ def study_paths(study: Study) -> tuple[tuple[int, ParameterPath], ...]:
 def build_case(study: Study, values: Sequence[float]) -> Case:
     """Return the case of a study for values of its parameters, in their order.
 
-    A person is built anew where a `person.*` path varies; all other paths apply to the result.
+    A person is built anew where a `person.*` path varies, and falls from a start of its own; all
+    other paths apply to the result.
 
     Raises MoverError for values that a quantity cannot have.
     """
     assigned = [(path, float(values[number])) for number, path in study_paths(study)]
+    case = Case(_person_model(study, assigned), study.plan)
+    if study.fall:
+        seeds = (value for path, value in assigned if path.quantity is Quantity.SEED)
+        seed = next(seeds, 0.0)
+        if not 0.0 <= seed < inf:
+            raise ModelError(f"`fall.seed` cannot be {seed:g}: it must not be negative")
+        case = replace(case, plan=with_start(case.plan, case.figure, study.fall, int(seed)))
+    return apply_values(case, [each for each in assigned if each[0].quantity not in _OF_THE_START])
+
+
+_OF_THE_START = {Quantity.PERSON, Quantity.PERSON_NUMBER, Quantity.SEED}
+
+
+def _person_model(study: Study, assigned: Sequence[tuple[ParameterPath, float]]) -> Model:
+    """Return the model of a case: that of the study, or of the person that the values describe."""
     own = {
         path.targets[0].name: value for path, value in assigned if path.quantity is Quantity.PERSON
     }
-    case = Case(study.model, study.plan)
-    if own and study.person is not None:
-        stature = own.pop("stature", study.person.stature)
-        mass = own.pop("mass", study.person.mass)
-        if any(path.unit == MASS_INDEX_UNIT for path, _ in assigned):
-            mass *= stature**2
-        datum = radians(own.pop("hip_datum", degrees(study.person.hip_datum)))
-        person = replace(study.person, stature=stature, mass=mass, hip_datum=datum)
-        model = make_person(
-            person, own, case.springs.law, with_spheres=bool(study.plan.scene.props)
-        )
-        case = Case(model, study.plan)
-    others = [each for each in assigned if each[0].quantity is not Quantity.PERSON]
-    return apply_values(case, others)
+    numbers = [value for path, value in assigned if path.quantity is Quantity.PERSON_NUMBER]
+    if not own and not numbers:
+        return study.model
+    count, number = len(study.persons), numbers[0] if numbers else 1.0
+    if number not in range(1, count + 1):
+        raise ModelError(f"`person` cannot be {number:g}: they are numbered from 1 to {count}")
+    person = study.persons[int(number) - 1]
+    stature = own.pop("stature", person.stature)
+    mass = own.pop("mass", person.mass)
+    if any(path.unit == MASS_INDEX_UNIT for path, _ in assigned):
+        mass *= stature**2
+    datum = radians(own.pop("hip_datum", degrees(person.hip_datum)))
+    person = replace(person, stature=stature, mass=mass, hip_datum=datum)
+    law, with_spheres = study.model.springs.law, bool(study.plan.scene.props)
+    return _known_person(person, tuple(own.items()), law, with_spheres)
+
+
+@lru_cache(maxsize=8)
+def _known_person(
+    person: PersonArguments,
+    measured: tuple[tuple[str, float], ...],
+    law: SphericalLaw | None,
+    with_spheres: bool,
+) -> Model:
+    """Return the model of a person, which several runs may have in common."""
+    return make_person(person, dict(measured), law, with_spheres=with_spheres)

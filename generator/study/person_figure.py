@@ -33,7 +33,7 @@ def make_person(
     """Return the model of a person.
 
     Figure and springs are those that `mover person` writes, but for the rounding of its files. The
-    figure has contact spheres in place of psurfs.
+    figure has contact spheres in place of psurfs, and these belong to parts of the body.
 
     Args:
         person: sex, stature, mass, springs and hip datum.
@@ -60,6 +60,7 @@ def make_person(
     if not with_spheres:
         return Model(figure, loaded.springs)
     from generator.contact.spheres import fit_spheres
+    from generator.person.contact_parts import person_contact
     from generator.person.shape import body_surfaces
 
     segments = [
@@ -68,4 +69,7 @@ def make_person(
         for segment in side_names(name)
         if not figure.segments[segment].contact_spheres
     ]
-    return Model(figure.with_parts(*segments), loaded.springs)
+    figure = figure.with_parts(*segments)
+    spheres = {name: one.contact_spheres for name, one in figure.segments.items()}
+    contact = person_contact({name: some for name, some in spheres.items() if some})
+    return Model(figure, loaded.springs, contact)

@@ -2,27 +2,32 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from generator.contact.scene import Scene
-from generator.diagnostics import ModelError, shorten, spelling_hint
+from generator.diagnostics import ModelError, MoverError, shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.values import displacement_bound
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
+from generator.input_files.tone import TONE_FILE
 from generator.kinematics.free_root import Chains, settable_chains
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.motion_files.action import LENGTH_UNIT
 from generator.run_options import STUDY_OPTIONS
+from generator.simulation.falls import FALLS, fall_plan
 from generator.simulation.plan import Plan, option_faults, plan_fields
 from generator.study.study_tables import RUN_KEYS, parse_table, relative_path, value_of_file
 from generator.text_io import is_file
 from generator.toml_file.reader import TableReader
+from generator.toml_file.rows import Number
+from generator.tone import ALL, Tone
 
 
 def parse_plan(top: TableReader, figure: Figure | None, folder: Path) -> Plan | None:
@@ -38,6 +43,8 @@ def parse_plan(top: TableReader, figure: Figure | None, folder: Path) -> Plan | 
     rows = [one.row for one in STUDY_OPTIONS if not one.is_text and one.key != "law"]
     read = {row.key: row.read(top) for row in rows}  # the springs have read their law
     read["scene"] = _parse_scene(top, folder)
+    base = _parse_fall(top, figure)
+    of_fall = () if base is None else ("floor", "free_root")
     settings = {key: read.get(key) for key in RUN_KEYS if top.content.get(key, False) is not False}
     if None in (settings.get("start", 0.0), settings.get("stop", 0.0)):
         settings |= dict.fromkeys(_TIMES)
@@ -46,24 +53,27 @@ def parse_plan(top: TableReader, figure: Figure | None, folder: Path) -> Plan | 
         _note(top, fault.keys, fault.sentence)
     options: dict[str, Any] = {}
     try:
-        options = plan_fields(settings)
+        options = plan_fields({key: settings[key] for key in settings if key not in of_fall})
         if not any("stop" in fault.keys for fault in faults):
             Plan(**{key: options[key] for key in _TIMES if key in options})
     except ModelError as failure:
         _note(top, ("floor",), f"{failure}; leave out one of them")
     except ValueError as failure:
         _note(top, _TIMES, str(failure))
-    if figure is not None:
+    if figure is None:  # only whether they are tables
+        for name in ("set", "velocity"):
+            parse_table(top, name)
+        return None
+    if base is None and "fall" in top.content:
+        return None
+    if base is None:
         options["displacements"] = _parse_start(top, figure, folder)
         free_root = options.get("free_root", False)
         options["velocities"] = _parse_velocities(top, figure, free_root=free_root)
-    else:  # only whether they are tables
-        for name in ("set", "velocity"):
-            parse_table(top, name)
-    if figure is None:
-        return None
+    if "tone" in top.content:
+        options["tone"] = _parse_tone(top, figure, folder)
     try:
-        return Plan(**options)
+        return replace(base or Plan(), **options)
     except ValueError as failure:
         if not top.diagnostics.has_errors:
             _note(top, RUN_KEYS, str(failure))
@@ -78,6 +88,48 @@ def _note(top: TableReader, keys: Sequence[str], sentence: str) -> None:
     message, hint = re.split("[:;] ", f"{sentence}; ", maxsplit=1)
     key = next(key for key in keys if key in top.content)
     top.error(key, message, hint.removesuffix("; "))
+
+
+def _parse_fall(top: TableReader, figure: Figure | None) -> Plan | None:
+    """Return the plan of a fall of the kind that is stated; None, with an error noted, or without.
+
+    Each run has a start of its own.
+    """
+    kind = top.text("fall") if "fall" in top.content else None
+    if kind is None or figure is None:
+        return None
+    if kind not in FALLS:
+        top.error("fall", f"unknown kind of fall `{shorten(kind)}`", spelling_hint(kind, FALLS))
+        return None
+    try:
+        return fall_plan(figure, kind)
+    except MoverError as failure:
+        message, _, hint = str(failure).partition("; ")
+        top.error("fall", message, hint)
+        return None
+
+
+def _parse_tone(top: TableReader, figure: Figure, folder: Path) -> Tone | None:
+    """Return the tone of a share, a file or a shipped name; None for a share of 0, or an error."""
+    value: Any = top.content["tone"]
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        share = Number("tone", 0.0, 1.0).read(top)
+        tone = None if share is None else Tone({ALL: share})
+    else:
+        name = top.text("tone")
+        path = relative_path(name or "", folder)
+        tone = name and value_of_file(
+            top, "tone", TONE_FILE.parse_file(path if is_file(path) else name)
+        )
+    if not tone:
+        return None
+    try:
+        tone.righting_shares(figure.joints)
+        tone.hold_shares(figure.joints)
+    except ModelError as failure:
+        message, _, hint = str(failure).partition("; ")
+        top.error("tone", message, hint)
+    return tone
 
 
 def _parse_scene(top: TableReader, folder: Path) -> Scene | None:

@@ -186,7 +186,9 @@ class Study:
         parameters: what varies, by name, in the order of the file.
         design: choice of their values.
         measures: numbers of each run, by name, in the order of the file.
-        person: arguments of the figure, where it is a person; None for a figure's file.
+        persons: arguments of the figure, where it is a person; of several, of which a parameter
+            chooses one, the first is that of the model. Empty for a figure's file.
+        fall: kind of fall of which each run has its own start; "" for the start of the plan.
         sensitivity: indices that are asked for; None without any.
         method: integration of its runs.
         text: text of its file.
@@ -198,7 +200,8 @@ class Study:
     parameters: Mapping[str, Parameter]
     design: Design
     measures: Mapping[str, Measure]
-    person: PersonArguments | None = None
+    persons: tuple[PersonArguments, ...] = ()
+    fall: str = ""
     sensitivity: Sensitivity | None = None
     method: RunMethod = RunMethod.FAST
     text: str = field(default="", compare=False, repr=False)

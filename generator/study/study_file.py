@@ -4,7 +4,7 @@ A study names its figure, the options of its runs as `mover simulate` has them, 
 the runs, and what is measured in each. Paths in it are relative to its folder.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import radians
@@ -91,11 +91,11 @@ _PLACEHOLDER = Design(DesignKind.LIST)
 
 
 class _Subject(NamedTuple):
-    """Model of a study; a person also has its arguments."""
+    """Model of a study; persons also have their arguments."""
 
     name: str
     model: Model
-    person: PersonArguments | None = None
+    persons: tuple[PersonArguments, ...] = ()
 
 
 def read_study(path_or_name: str | Path) -> Study:
@@ -136,7 +136,8 @@ def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
         parameters={name: one for name, one in parameters.items() if one is not None},
         design=design or _PLACEHOLDER,
         measures={name: one for name, one in measures.items() if one is not None},
-        person=subject.person,
+        persons=subject.persons,
+        fall=str(document.get("fall", "")),
         sensitivity=sensitivity,
         text=source.text,
     )
@@ -156,14 +157,13 @@ STUDY_FILE = FileKind("study", STUDY_SUFFIX, _parse_study, is_shipped=True)
 def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
     """Return the figure of the file, or of its person."""
     law = RUN_OPTIONS["law"].row.read(top)
-    person = _parse_person(top, law)
     if "person" in top.content:
         for key in ("figure", "springs"):
             if key in top.content:
                 hint = {"figure": "leave out one of them", "springs": "write it below `[person]`"}
                 message = f"a study of a person has no `{key}`"
                 top.diagnostics.error(message, top.spans.key("", 0, key), hint[key])
-        return person
+        return _parse_persons(top, law)
     if "figure" not in top.content:
         hint = 'write `figure = "NAME"`, or `[person]`'
         top.diagnostics.error("this study has no figure", top.header_span, hint)
@@ -201,11 +201,26 @@ def _springs_choice(top: TableReader, folder: Path) -> str | Path | None:
     return path if is_path or is_file(path) else choice
 
 
-def _parse_person(top: TableReader, law: SphericalLaw | None) -> _Subject | None:
-    """Return the person of `[person]`; None if it is absent or, with errors, wrong."""
-    table = parse_table(top, "person")
-    if table is None:
+def _parse_persons(top: TableReader, law: SphericalLaw | None) -> _Subject | None:
+    """Return the person of `[person]`, or those of `[[person]]`; None if one of them is wrong."""
+    if isinstance(top.content["person"], list):
+        tables: Sequence[TableReader | None] = top.tables("person", "persons")
+    else:
+        tables = [parse_table(top, "person")]
+    found = [None if table is None else _parse_person(table, top, law) for table in tables]
+    subjects = [subject for subject in found if subject is not None]
+    if not subjects or len(subjects) < len(found):
         return None
+    persons = tuple(person for subject in subjects for person in subject.persons)
+    if len(persons) == 1:
+        return subjects[0]
+    return _Subject(f"{len(persons)} persons", subjects[0].model, persons)
+
+
+def _parse_person(
+    table: TableReader, top: TableReader, law: SphericalLaw | None
+) -> _Subject | None:
+    """Return a person; None, with errors noted, if it is wrong."""
     table.reject_unknown_keys(PERSON_ROWS.keys, PERSON_ROWS.noun)
     require_keys(table, PERSON_ROWS.examples, PERSON_ROWS.noun)
     values = PERSON_ROWS.read(table)
@@ -219,12 +234,13 @@ def _parse_person(top: TableReader, law: SphericalLaw | None) -> _Subject | None
         keys = (key for start, key in words.items() if str(failure).startswith(start))
         table.error(next(keys, "mass_kg"), str(failure))
         return None
-    return _Subject(f"{person.sex}, {person.stature:g} m, {person.mass:g} kg", model, person)
+    name = f"{person.sex}, {person.stature:g} m, {person.mass:g} kg"
+    return _Subject(name, model, (person,))
 
 
 def _has_props(top: TableReader) -> bool:
     """Return whether the runs have a floor or a scene."""
-    return top.content.get("floor") is True or "scene" in top.content
+    return top.content.get("floor") is True or bool(top.content.keys() & {"scene", "fall"})
 
 
 # Measures and sensitivity
@@ -277,7 +293,7 @@ def _check_paths(study: Study, top: TableReader) -> None:
         for k, text in enumerate(parameter.paths):
             span = top.spans.value(place, 0, "path", k)
             try:
-                path = parse_path(text, case, study.person)
+                path = parse_path(text, case, study.persons, falls=bool(study.fall))
             except MoverError as failure:
                 _note_failure(top, failure, span)
                 continue
@@ -298,8 +314,11 @@ def _check_values(
     """
     for value, span, is_rare in _sample_values(study, parameter, top):
         try:
-            if path.quantity is Quantity.PERSON and study.person is not None:
-                _check_person(study.person, path, value)
+            if path.quantity is Quantity.PERSON:
+                for person in study.persons:
+                    _check_person(person, path, value)
+            elif path.quantity in (Quantity.PERSON_NUMBER, Quantity.SEED):
+                _check_start(study, path, value)
             else:
                 apply_values(Case(study.model, study.plan), [(path, value)])
         except MoverError as failure:
@@ -309,6 +328,12 @@ def _check_values(
             else:
                 _note_failure(top, failure, span)
             return
+
+
+def _check_start(study: Study, path: ParameterPath, value: float) -> None:
+    """Raise ModelError for a number of no person, and for an impossible seed."""
+    alone = Parameter("", (path.text,), None)
+    build_case(replace(study, parameters={"": alone}), [value])
 
 
 def _check_person(person: PersonArguments, path: ParameterPath, value: float) -> None:
@@ -368,7 +393,7 @@ def _check_measures(study: Study, top: TableReader) -> None:
             return
         study = _first_run(study)  # a parameter may set what the figure by itself lacks
         if _start_obstacles(study):
-            key = "person" if study.person else "figure"
+            key = "person" if study.persons else "figure"
             value_of_file(top, key, Parsed[Study](None, obstacles))
             return
     for one in check_measures(study):

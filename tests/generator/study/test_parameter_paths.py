@@ -9,13 +9,15 @@ from generator.person.survey import Sex
 from generator.simulation.plan import Plan
 from generator.study.parameter_paths import Case, UnknownPathError, parse_path
 from generator.study.study import PersonArguments
+from generator.tone import Tone
 
-PERSON = PersonArguments(Sex.MALE, 1.75, 75.0)
+PERSONS = (PersonArguments(Sex.MALE, 1.75, 75.0), PersonArguments(Sex.FEMALE, 1.6, 60.0))
 
 
 def case(name: str = "male50", choice: str | None = None, floor: bool = True) -> Case:
     figure = read_figure(name)
-    plan = Plan(scene=Scene.floor(), free_root=True) if floor else Plan()
+    tone = Tone({"knee": 0.1})
+    plan = Plan(scene=Scene.floor(), free_root=True, tone=tone) if floor else Plan()
     return Case(Model.of(figure, choice), plan)
 
 
@@ -40,13 +42,21 @@ def case(name: str = "male50", choice: str | None = None, floor: bool = True) ->
         ("height", "m", []),
         ("floor.friction", "", ["floor"]),
         ("floor.stiffness", "N/m", ["floor"]),
+        ("springs.stop_scale", "", []),
+        ("springs.knee.stop_scale", "", ["left_knee", "right_knee"]),
+        ("contact.head.stiffness_scale", "", ["head"]),
+        ("contact.pelvis.stiffness_scale", "", ["pelvis", "buttocks"]),
+        ("contact.knee.damping_scale", "", ["left_knee", "right_knee"]),
+        ("tone.scale", "", []),
+        ("fall.seed", "", []),
+        ("person", "", []),
         ("person.stature", "m", ["stature"]),
         ("person.mass", "kg", ["mass"]),
         ("person.waist_circumference", "m", ["waist_circumference"]),
     ],
 )
 def test_meaning(path: str, unit: str, names: list[str]) -> None:
-    parsed = parse_path(path, case(), PERSON)
+    parsed = parse_path(path, case(), PERSONS, falls=True)
     found = list(dict.fromkeys(target.name for target in parsed.targets))
     assert (str(parsed), parsed.unit, found) == (path, unit, names)
 
@@ -72,7 +82,14 @@ def test_all_segments() -> None:
         ("springs.knee.offset", "did you mean `springs.knee.offset_deg`?"),
         ("springs.hip.flexon.scale", "did you mean `springs.hip.flexion.scale`?"),
         ("springs.hip.offset_deg", "`springs.hip.medial_rotation.offset_deg`"),
-        ("springs.offset_deg", "a `scale` and a `damping_scale` only"),
+        ("springs.offset_deg", "a `scale`, a `damping_scale` and a `stop_scale` only"),
+        ("springs.shoulder.stop_scale", "`left_shoulder` has no stop"),
+        ("contact.hed.stiffness_scale", "did you mean `contact.head.stiffness_scale`?"),
+        ("contact.head.stiffness", "did you mean `contact.head.stiffness_scale`?"),
+        ("contact.head", "unknown quantity `head`"),
+        ("tone", "the path is written `tone.scale`"),
+        ("fall.start", "the path is written `fall.seed`"),
+        ("fall.seed", "the option `fall` of a study gives it"),
         ("springs.knee", "`springs.knee.scale`, for example"),
         ("springs.knee.offset_cm", "`left_knee` does not slide"),
         ("springs.root_torso.scale", "`root_torso` has no elastic law"),
@@ -85,12 +102,12 @@ def test_all_segments() -> None:
         ("floor.roughness", "known here: friction, stiffness"),
         ("person.statur", "did you mean `person.stature`?"),
         ("person.hip_bredth", "did you mean `person.hip_breadth`?"),
-        ("", "known here: floor, gravity"),
+        ("", "known here: contact, fall, floor, gravity"),
     ],
 )
 def test_unknown_path(path: str, sentence: str) -> None:
     with pytest.raises(UnknownPathError) as failure:
-        parse_path(path, case(), PERSON)
+        parse_path(path, case(), PERSONS)
     assert f"`{path}`: " in str(failure.value)
     assert sentence in str(failure.value)
     assert "\n" not in str(failure.value)
@@ -100,8 +117,10 @@ def test_paths_that_need_something_else() -> None:
     bare = case(floor=False)
     for path, sentence in (
         ("floor.friction", "the option `floor` adds one"),
-        ("height", "needs `free_root`, `floor` or `scene`"),
+        ("height", "needs `free_root`, `floor`, `scene` or `fall`"),
         ("person.mass", "`[person]`"),
+        ("person", "`[person]`"),
+        ("tone.scale", "the option `tone` gives it"),
         ("velocity.head.1", "no joint `head`"),
     ):
         with pytest.raises(UnknownPathError, match="`") as failure:

@@ -348,7 +348,8 @@ def study(person: PersonArguments | None, **paths: str) -> Study:
     parameters = {
         name: Parameter(name, tuple(texts), Uniform(0.0, 1.0)) for name, texts in names.items()
     }
-    return Study("test", model, plan, parameters, Design(DesignKind.SOBOL, 1), {}, person)
+    persons = () if person is None else (person,)
+    return Study("test", model, plan, parameters, Design(DesignKind.SOBOL, 1), {}, persons)
 
 
 def test_case_of_a_study() -> None:
@@ -379,7 +380,7 @@ def test_case_of_a_person() -> None:
 def test_hip_datum_of_a_person() -> None:
     person = PersonArguments(Sex.MALE, 1.756, 85.5, hip_datum=radians(5.0))
     one = study(person, datum="person.hip_datum")
-    path = parse_path("person.hip_datum", Case(one.model, one.plan), person)
+    path = parse_path("person.hip_datum", Case(one.model, one.plan), [person])
     assert (path.unit, nominal_value(path, Case(one.model, one.plan))) == (
         "deg",
         pytest.approx(5.0),

@@ -10,6 +10,7 @@ from generator.diagnostics import InputError, Severity
 from generator.figure_file import read_figure
 from generator.model import Model
 from generator.person.survey import Sex
+from generator.simulation.falls import fall_plan
 from generator.simulation.plan import Plan
 from generator.springs_file.read import read_springs
 from generator.study.designs import design_points, run_count
@@ -30,6 +31,7 @@ from generator.study.study import (
 )
 from generator.study.study_file import read_study
 from generator.study.study_tables import MAX_RUNS
+from springs import Stop
 from tests.paths import FIGURES
 from tests.study_runs import parse_study_text
 
@@ -67,7 +69,8 @@ def test_a_study_is_its_figure_its_runs_its_parameters_and_its_measures():
     assert study.parameters == {"gravity_scale": gravity}
     swing = Measure("swing", "shoulder.2 [deg]", Statistic.LARGEST)
     assert study.measures == {"swing": swing, "end": Measure("end", "kinetic [J]", Statistic.LAST)}
-    assert study.person is None
+    assert study.persons == ()
+    assert study.fall == ""
     assert study.sensitivity is None
     assert study.text == EXAMPLE
     points = design_points(study)
@@ -185,10 +188,92 @@ def test_a_person_takes_the_place_of_a_figure():
     study = read(
         text.replace("0.8", "55").replace("1.2", "70").replace("person.mass_scale", "mass")
     )
-    assert study.person == PersonArguments(Sex.FEMALE, 1.63, 62.0, "published")
+    assert study.persons == (PersonArguments(Sex.FEMALE, 1.63, 62.0, "published"),)
     assert study.model.figure.total_mass == pytest.approx(62.0)
     assert study.name == "female, 1.63 m, 62 kg"
     assert build_case(study, [65.0]).figure.total_mass == pytest.approx(65.0)
+
+
+FALLS = """\
+fall = "push"
+tone = "fall"
+[[person]]
+sex = "male"
+stature_m = 1.756
+mass_kg = 85.5
+[[person]]
+sex = "female"
+stature_m = 1.55
+mass_kg = 80
+[design]
+kind = "latin-hypercube"
+runs = 8
+[parameters]
+body = { path = "person", values = [1, 2] }
+start = { path = "fall.seed", low = 0, high = 1e6 }
+tone = { path = "tone.scale", values = [0, 0.5] }
+head = { path = "contact.head.stiffness_scale", low = 0.5, high = 2 }
+stops = { path = "springs.stop_scale", low = 0.3, high = 3 }
+[measures]
+pelvis = { column = "lower_torso.contact_force [N]", take = "largest" }
+"""
+
+
+def test_falls_of_several_persons_have_their_own_starts():
+    study = read(FALLS)
+    assert [person.mass for person in study.persons] == [85.5, 80.0]
+    assert study.name == "2 persons"
+    first, again, other, woman = (
+        build_case(study, values)
+        for values in (
+            [1, 3, 0.5, 2.0, 1.0],
+            [1, 3.7, 0.5, 2.0, 1.0],
+            [1, 4, 0, 1.0, 1.0],
+            [2, 3, 1.0, 1.0, 3.0],
+        )
+    )
+    assert first.model == again.model
+    assert first.plan == again.plan
+    assert first.plan.displacements == fall_plan(first.figure, "push", 3).displacements
+    assert first.plan.displacements != other.plan.displacements
+    assert other.plan.tone is None
+    assert first.plan.tone is not None
+    assert first.plan.tone.righting == {"neck": 0.2, "trunk": 0.2}
+    assert woman.figure.total_mass == pytest.approx(80.0)
+    assert woman.plan.scene == first.plan.scene
+    for case, factor in ((first, 2.0), (other, 1.0)):
+        assert case.model.contact is not None
+        assert case.model.contact.laws["head"].stages[0] == (0.0, factor * 150e3)
+    stops = [
+        next(
+            law for law in case.springs.joints["left_knee"].axes[0].elastic if isinstance(law, Stop)
+        )
+        for case in (first, woman)
+    ]
+    assert stops[1].stiffness == 3.0 * stops[0].stiffness
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ('"push"', '"pish"', 1, "unknown kind of fall `pish`"),
+        ('tone = "fall"', 'tone = "fell"', 2, "fell"),
+        ('tone = "fall"', "tone = 2", 2, "from 0 to 1"),
+        ('tone = "fall"', "gravity = [0, 0, -9.81]", 2, "`gravity` points down with `fall`"),
+        ('tone = "fall"', 'scene = "bed"', 2, "exclude each other"),
+        ("[1, 2]", "[1, 3]", 15, "`person` cannot be 3: they are numbered from 1 to 2"),
+        ("[1, 2]", "[1, 1.5]", 15, "`person` cannot be 1.5"),
+        ("low = 0, high = 1e6", "low = -1, high = 1", 16, "must not be negative"),
+        ("stature_m = 1.55", "stature_m = 15", 9, "stature"),
+        ("low = 0.5, high = 2", "low = 0, high = 2", 18, "stiffness of a stage must be positive"),
+    ],
+)
+def test_errors_of_falls_name_the_line(old: str, new: str, line: int, message: str):
+    errors = parse_study_text(FALLS.replace(old, new), FIGURES).diagnostics
+    found = [one for one in errors if message in str(one)]
+    assert found, errors
+    assert found[0].span is not None
+    assert found[0].span.line == line
 
 
 def test_files_are_searched_in_the_folder_of_the_study(
