@@ -13,7 +13,8 @@ from tests.command import Result, answer, mover, run
 
 ME = ("person", "--sex", "female", "--stature", "1.65m", "--mass", "62kg")
 
-NAMES = ["me.fig", "me.riener.springs.toml", "me.sources.csv", "me.springs.toml", "me_geometry"]
+BESIDE = ["me.riener.springs.toml", "me.sources.csv", "me.springs.toml", "me_geometry"]
+NAMES = ["me.contact.toml", "me.fig", *BESIDE]
 
 
 def names(folder: Path) -> list[str]:
@@ -117,7 +118,7 @@ def test_the_answer_fits_a_screen_and_says_what_to_do_next(tmp_path: Path):
     lines = run(*ME, "-o", path).stdout.splitlines()
     assert len(lines) < 32
     assert lines[0].startswith("female, 1.65 m, 62 kg: 16 segments, ")
-    assert sum(line.startswith("wrote ") for line in lines) == 5
+    assert sum(line.startswith("wrote ") for line in lines) == 6
     assert f"wrote 10 files in {tmp_path / 'my own_geometry'}" in lines
     assert lines[-1] == f"next: mover simulate '{path}' --floor --stop 2 -o fall.html"
     assert any(line.startswith("springs: ") for line in lines)
@@ -151,7 +152,7 @@ def test_a_person_without_springs_warns_of_older_ones(tmp_path: Path):
     path = tmp_path / "me.fig"
     result = run(*ME, "--springs", "none", "-o", path)
     assert "springs: none" in result.stdout.splitlines()
-    assert names(tmp_path) == ["me.fig", "me.sources.csv", "me_geometry"]
+    assert names(tmp_path) == ["me.contact.toml", "me.fig", "me.sources.csv", "me_geometry"]
     assert "springs" not in result.stderr
     run(*ME, "-o", path)
     before = springs_path(path).read_bytes()
@@ -239,7 +240,7 @@ def lines_of(result: Result) -> list[str]:
     return [line.rstrip() for line in result.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv", "me.springs.toml"])
+@pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv", "me.contact.toml"])
 def test_nothing_is_written_where_one_file_cannot_be(taken: str, tmp_path: Path):
     if taken == "me_geometry":
         (tmp_path / taken).write_text("mine", encoding="utf-8")

@@ -96,7 +96,7 @@ def test_a_fall_of_parts_keeps_its_energy_and_rests_with_its_weight(integrator):
 def test_a_person_with_parts_is_written_read_and_run(tmp_path):
     path = tmp_path / "me.fig"
     made = ["person", "--sex", "female", "--stature", "1.7m", "--mass", "60kg"]
-    run_command(*made, "--contact", "parts", "-o", path)
+    run_command(*made, "-o", path)
     contact = contact_of_figure(read_figure(path))
     assert contact is not None
     fits = fit_contact_spheres(read_figure(path))
@@ -107,13 +107,13 @@ def test_a_person_with_parts_is_written_read_and_run(tmp_path):
     assert "the parts can be used" in checked
     done = run_command("simulate", path, "--floor", "--stop", "0.02")
     assert f"spheres of {len(contact.parts)} parts" in done.stdout
-    again = run_command(*made, "-o", path)
+    again = run_command(*made, "--contact", "spheres", "-o", path)
     assert "an older contact file stands beside the figure" in again.stderr
     (tmp_path / "me.contact.toml").write_text("# mine\n")
     broken = mover("simulate", path, "--floor", "--stop", "0.02")
     assert broken.exit_code == 1
     assert "me.contact.toml:1:1: error: this file states no part" in broken.stderr
-    refused = mover(*made, "--contact", "parts", "-o", path)
+    refused = mover(*made, "-o", path)
     assert refused.exit_code != 0
     assert "exists with other parts and would be replaced" in refused.stderr
 

@@ -46,7 +46,7 @@ CHANGED = {
     "other drive": changed_plan(drives={"shoulder": Drive([0.0, 1.0], np.full((2, 3), 1e-9))}),
     "mass": heavier(),
     "points": pendulum_study(((0.9,), (1.0,), (nextafter(1.1, 2.0),))),
-    "person": replace(pendulum_study(), person=PersonArguments(Sex.MALE, 1.8, 80.0)),
+    "persons": replace(pendulum_study(), persons=(PersonArguments(Sex.MALE, 1.8, 80.0),)),
     "measure": replace(
         pendulum_study(),
         measures={
