@@ -112,6 +112,9 @@ class RecordingPart(Enum):
     """Contact record, without the sensitivity."""
     CONTACT_SENSITIVITY = "contact sensitivity"
     """Difference from a run whose start is disturbed, which is one more run."""
+    AGREEMENT = "agreement"
+    """Comparison of accelerations of the compiled method with Exudyn's; a run that disagrees is
+    repeated by Exudyn's integrator."""
 
 
 WHOLE_RECORDING = frozenset(RecordingPart)

@@ -183,11 +183,13 @@ def _try_compiled(runner: "_Runner", max_steps_per_second: float | None = None) 
     except (BranchingLawError, StiffMotionError) as failure:
         return str(failure)
     recording = _build_recording(runner, refined)
+    integrator = runner.model.plan.integrator
+    if RecordingPart.AGREEMENT not in runner.record:
+        return replace(recording, integrator=integrator)
     trace = refined.trace.first_frames(len(recording.times))  # a recording may be cut
     agreement = agreement_with_exudyn(runner.model, trace, recording.displacements)
     if not agreement <= MAX_DISAGREEMENT:
         return f"the compiled accelerations differ from Exudyn's by {agreement:.1e}"
-    integrator = runner.model.plan.integrator
     return replace(recording, agreement_with_exudyn=agreement, integrator=integrator)
 
 

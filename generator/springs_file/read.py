@@ -184,6 +184,7 @@ def load_springs(
     *,
     with_base: bool = True,
     text: str | None = None,
+    content: SpringsFile | None = None,
 ) -> Parsed[LoadedSprings]:
     """The passive springs of a figure, with all faults; bad input raises nothing.
 
@@ -204,6 +205,7 @@ def load_springs(
             conservative.
         with_base: whether the springs of an extended file and of the figure's fields stay.
         text: text of the springs file `choice`, which need not exist; None to read the file.
+        content: content of that file, in place of a text.
     """
     if choice is not None and str(choice) == NO_SPRINGS:
         none = SpringSet({}, law or SphericalLaw.CONSERVATIVE, NO_SPRINGS)
@@ -223,7 +225,8 @@ def load_springs(
     with suppress(TooManyErrors):
         if path is not None:
             is_printed = str(choice) == PRINTED_SPRINGS
-            binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts)
+            contents = {} if content is None else {path: content}
+            binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts, contents)
             bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
         fields = figure if with_base else _without_fields(figure)
         springs = _build_spring_set(fields, bound, law, diagnostics)
@@ -318,6 +321,7 @@ class _FileBinder:
         use_printed_values: use printed values as for `bind_optional_records`.
         diagnostics: diagnostics for faults.
         texts: texts of files that are not read, by path.
+        contents: contents of springs files that are not read, by path.
     """
 
     figure: Figure
@@ -326,6 +330,7 @@ class _FileBinder:
     use_printed_values: bool
     diagnostics: Diagnostics
     texts: Mapping[Path, Source]
+    contents: Mapping[Path, SpringsFile]
 
     def bind(self, path: Path, extended_by: tuple[Path, ...] = ()) -> FileSprings:
         """Return the springs of a file and of those that it extends; faults are noted.
@@ -351,6 +356,8 @@ class _FileBinder:
 
     def bind_alone(self, path: Path) -> tuple[FileSprings, SpringsFile | None]:
         """Return the springs of a file, and its content if it is a springs file without faults."""
+        if path in self.contents:
+            return self._bind_content(path, self.contents[path])
         known = self.texts.get(path)
         source, fault = load_text(path, str(path)) if known is None else (known, None)
         if fault is not None:
@@ -365,6 +372,9 @@ class _FileBinder:
         content = _parse_content(source, self.stem, self.diagnostics)
         if content is None:
             return FileSprings(path.name), None
+        return self._bind_content(path, content)
+
+    def _bind_content(self, path: Path, content: SpringsFile) -> tuple[FileSprings, SpringsFile]:
         springs = FileSprings(
             path.name,
             tuple(bind_springs_file(self.figure, content, self.diagnostics)),

@@ -18,7 +18,6 @@ from generator.person.passive_joints import (
 )
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
-from generator.springs_file.write import write_springs
 from generator.study.study import PersonArguments
 from springs import SphericalLaw
 
@@ -49,14 +48,14 @@ def make_person(
         raise UsageError(f"a person has no springs `{person.springs}`; there are {known}")
     body = build_body(estimate_measures(person.sex, person.stature, person.mass, measured))
     figure = person_figure(body)
-    file, text = None, None
+    file, content = None, None
     if person.springs != "none":
         axes = passive_axes(body)
         kind = "riener" if person.springs == "riener" else "published"
         leg = leg_springs(body, axes, kind, person.hip_datum)
+        file = Path(f"person{SPRINGS_FILE.suffix}")
         content = person_springs(axes, leg, reach_springs(body, axes))
-        file, text = Path(f"person{SPRINGS_FILE.suffix}"), write_springs(content)
-    loaded = load_springs(figure, choice=file, law=law, text=text).require_value()
+    loaded = load_springs(figure, choice=file, law=law, content=content).require_value()
     if not with_spheres:
         return Model(figure, loaded.springs)
     from generator.contact.spheres import fit_spheres

@@ -13,7 +13,7 @@ from generator.diagnostics import MoverError, WallLimitError
 from generator.kinematics.tree import build_tree
 from generator.motion_files import npz
 from generator.motion_files.motion import motion_from_recording
-from generator.recording import WHOLE_RECORDING, Ending, Integrator
+from generator.recording import WHOLE_RECORDING, Ending, Integrator, RecordingPart
 from generator.simulation.plan import Plan
 from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
 from generator.study.parameter_paths import Case
@@ -68,6 +68,8 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
         if moving or keep is not None or not measures:
             parts = WHOLE_RECORDING if keep is not None else parts_of_measures(case.figure, moving)
             plan = _fast_plan(case) if study.method is RunMethod.FAST else case.plan
+            if plan.integrator is not Integrator.IMPLICIT:
+                parts |= {RecordingPart.AGREEMENT}
             recording = simulate(case.model, plan, record=parts, threads=threads)
             if recording.outcome.ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
