@@ -74,6 +74,12 @@ _MORRIS_REFERENCES = (
     "doi:10.1016/j.envsoft.2006.10.004",
 )
 
+_CORRELATION_REFERENCES = (
+    "J. C. Helton, F. J. Davis, Latin hypercube sampling and the propagation of uncertainty in "
+    "analyses of complex systems. Reliability Engineering & System Safety 81 (2003) 23-69; "
+    "doi:10.1016/S0951-8320(03)00058-9",
+)
+
 
 @dataclass(frozen=True)
 class _Ranking:
@@ -100,6 +106,13 @@ _RANKINGS = {
         "mu*: mean size of the effects",
         "sigma: their standard deviation (bends, interactions)",
         _MORRIS_REFERENCES,
+    ),
+    DesignKind.LATIN_HYPERCUBE: _Ranking(
+        IndexKind.RANK,
+        IndexKind.REGRESSION,
+        "Spearman's rank correlation",
+        "coefficient of a linear regression, each number over its deviation",
+        _CORRELATION_REFERENCES,
     ),
 }
 
@@ -162,7 +175,7 @@ def draw_rankings(indices: StudyIndices) -> Figure:
     panels = [row[0] for row in grid]
     for axes, (title, measure) in zip(panels, indices.measures.items(), strict=True):
         _draw_ranking(axes, title, measure, ranked[title], rule)
-    if indices.kind is DesignKind.SOBOL:
+    if indices.kind is not DesignKind.MORRIS:
         _share_limits(panels)
     main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
     beside = Line2D(
@@ -174,11 +187,13 @@ def draw_rankings(indices: StudyIndices) -> Figure:
 
 def rankings_caption(indices: StudyIndices) -> str:
     """Return the text below the rankings of all measures."""
-    is_sobol = indices.kind is DesignKind.SOBOL
+    index, samples = {
+        DesignKind.SOBOL: ("total index", "base samples"),
+        DesignKind.MORRIS: ("mean size of the effects", "trajectories"),
+    }.get(indices.kind, ("size of the rank correlation", "runs"))
     left_out = [f"{name}: {one.message}" for name, one in indices.measures.items() if one.message]
     caption = (
-        f"Parameters ranked by the {'total index' if is_sobol else 'mean size of the effects'} of "
-        f"each measure, from {indices.samples} {'base samples' if is_sobol else 'trajectories'}. "
+        f"Parameters ranked by the {index} of each measure, from {indices.samples} {samples}. "
         f"Bars are intervals of {_percent(indices)} from {indices.resamples} bootstrap samples."
     )
     return " ".join([caption, *left_out])
@@ -190,8 +205,7 @@ def _percent(indices: StudyIndices) -> str:
 
 def _ranked(measure: MeasureIndices, rule: _Ranking) -> list[str]:
     """Return the parameters of a measure from the largest main index to the smallest."""
-    found = measure.parameters
-    return sorted(found, key=lambda name: -found[name][rule.main].value)
+    return measure.ranked(rule.main)
 
 
 def _draw_ranking(
@@ -230,10 +244,12 @@ def _draw_ranking(
     axes.axvline(0.0, color=BLACK, lw=0.8)
     notes = [measure.message] if measure.message else []
     if len(order) > len(shown):
-        largest = measure.parameters[order[MAX_RANKED]][rule.main].value
+        largest = abs(measure.parameters[order[MAX_RANKED]][rule.main].value)
         notes.append(f"{len(order) - len(shown)} more parameters: at most {largest:.2g}.")
     unit = measure_unit(measure.column, measure.take)
     label = "share of the variance"
+    if measure.r2 is not None:
+        label = f"correlation; the regression explains {measure.r2.value:.2f} of the variance"
     if rule.main is IndexKind.MU_STAR:
         label = f"change over a parameter's range{f' [{unit}]' if unit else ''}"
     axes.set_xlabel("\n".join(map(_wrapped, [label, *notes])), fontsize=8.0, parse_math=False)

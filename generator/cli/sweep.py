@@ -483,7 +483,7 @@ def _failures(rows: RunResults) -> Iterator[str]:
 
 def _rankings(indices: "StudyIndices") -> Iterator[str]:
     """Yield for each measure its parameters, the one with the largest effect first."""
-    from generator.study.sensitivity import IndexKind
+    from generator.study.sensitivity import MAIN_KINDS
 
     for name, measure in indices.measures.items():
         note = f"\n{measure.message}" if measure.message else ""
@@ -491,15 +491,16 @@ def _rankings(indices: "StudyIndices") -> Iterator[str]:
             yield f"sensitivity of {name}: {measure.message}"
             continue
         kinds = list(next(iter(measure.parameters.values())))
-        main = IndexKind.TOTAL if IndexKind.TOTAL in kinds else IndexKind.MU_STAR
+        main = MAIN_KINDS[indices.kind]
         kinds.sort(key=lambda kind: kind is not main)
-        ranked = sorted(measure.parameters.items(), key=lambda each: -each[1][main].value)
         rows = [["parameter", *(kind.value for kind in kinds)]]
         rows += [
-            [parameter, *(_format_estimate(found[kind]) for kind in kinds)]
-            for parameter, found in ranked[:MAX_ROWS]
+            [parameter, *(_format_estimate(measure.parameters[parameter][kind]) for kind in kinds)]
+            for parameter in measure.ranked(main)[:MAX_ROWS]
         ]
         title = f"sensitivity of {name}, {100.0 * indices.confidence:g} % intervals"
+        if measure.r2 is not None:
+            title += f", R2 of the regression {_format_estimate(measure.r2)}"
         yield f"{title}\n{answer.Table(rows)}{note}"
 
 

@@ -2,8 +2,9 @@
 
 The variance of a measure is divided among the parameters: the first-order index of a parameter is
 the share that it has alone, its total index the share with all interactions. Trajectories give the
-effects of one parameter at a time instead. Intervals are the quantiles of bootstrap samples of
-whole base samples or trajectories; with runs that failed, all runs of that sample are left out.
+effects of one parameter at a time instead, and a Latin hypercube correlations. Intervals are the
+quantiles of bootstrap samples of whole base samples, trajectories or runs; with runs that failed,
+all runs of that sample are left out.
 
 References:
     Sobol, Math. Comput. Simul. 55 (2001) 271: indices.
@@ -11,6 +12,7 @@ References:
     Jansen, Comput. Phys. Commun. 117 (1999) 35: total index.
     Morris, Technometrics 33 (1991) 161: elementary effects.
     Campolongo, Cariboni & Saltelli, Environ. Model. Softw. 22 (2007) 1509: mu*.
+    Helton & Davis, Reliab. Eng. Syst. Saf. 81 (2003) 23: ranks and regressions of Latin hypercubes.
     Archer, Saltelli & Sobol, J. Stat. Comput. Simul. 58 (1997) 99: bootstrap of indices.
 """
 
@@ -25,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from generator.diagnostics import Diagnostics, ModelError, Source
-from generator.study.designs import unit_points
+from generator.study.designs import design_points, unit_points
 from generator.study.study import DesignKind, Measure, RunResult, Sensitivity, Study
 from generator.text_io import parse_file, write_atomic
 from springs.backends import Array
@@ -56,6 +58,10 @@ class IndexKind(StrEnum):
     """Mean of the elementary effects."""
     SIGMA = "sigma"
     """Standard deviation of the elementary effects: curvature and interactions."""
+    RANK = "rank"
+    """Spearman's correlation of the ranks, from -1 to 1."""
+    REGRESSION = "regression"
+    """Coefficient of a linear regression on all parameters, each number over its deviation."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +76,16 @@ class Estimate:
 _KINDS = {
     DesignKind.SOBOL: (IndexKind.FIRST, IndexKind.TOTAL),
     DesignKind.MORRIS: (IndexKind.MU_STAR, IndexKind.MU, IndexKind.SIGMA),
+    DesignKind.LATIN_HYPERCUBE: (IndexKind.RANK, IndexKind.REGRESSION),
 }
 """Indices of each design."""
+
+MAIN_KINDS: Mapping[DesignKind, IndexKind] = {
+    DesignKind.SOBOL: IndexKind.TOTAL,
+    DesignKind.MORRIS: IndexKind.MU_STAR,
+    DesignKind.LATIN_HYPERCUBE: IndexKind.RANK,
+}
+"""Index of each design by whose size the parameters are ranked."""
 
 Indices = Mapping[str, Mapping[IndexKind, Estimate]]
 """Indices of a measure, by parameter."""
@@ -87,6 +101,7 @@ class MeasureIndices:
         samples: base samples or trajectories that are complete.
         parameters: indices by parameter; empty where they cannot be estimated.
         message: sentence about samples that are left out, or about missing indices; "" otherwise.
+        r2: Share of the variance that the linear regression explains; None without one.
     """
 
     column: str
@@ -94,6 +109,11 @@ class MeasureIndices:
     samples: int
     parameters: Indices
     message: str = ""
+    r2: Estimate | None = None
+
+    def ranked(self, kind: IndexKind) -> list[str]:
+        """Return the parameters from the largest size of an index to the smallest."""
+        return sorted(self.parameters, key=lambda name: -abs(self.parameters[name][kind].value))
 
 
 @dataclass(frozen=True)
@@ -102,8 +122,8 @@ class StudyIndices:
 
     Attributes:
         name: name of the study's figure.
-        kind: kind of its design, Sobol or Morris.
-        samples: base samples or trajectories of the design.
+        kind: kind of its design, Sobol, Morris or Latin hypercube.
+        samples: base samples, trajectories or points of the design.
         confidence: level of the intervals.
         resamples: number of bootstrap samples.
         paths: paths of the quantities that get the value of a parameter, by parameter.
@@ -131,20 +151,20 @@ class StudyIndices:
         }
 
 
+def _estimate_json(estimate: Estimate) -> dict[str, float | None]:
+    return {key: number if isfinite(number) else None for key, number in vars(estimate).items()}
+
+
 def _measure_json(measure: MeasureIndices) -> dict[str, Any]:
+    r2 = {} if measure.r2 is None else {"r2": _estimate_json(measure.r2)}
     return {
         "column": measure.column,
         "take": measure.take,
         "samples": measure.samples,
         "message": measure.message,
+        **r2,
         "indices": {
-            parameter: {
-                kind.value: {
-                    key: number if isfinite(number) else None
-                    for key, number in vars(estimate).items()
-                }
-                for kind, estimate in kinds.items()
-            }
+            parameter: {kind.value: _estimate_json(one) for kind, one in kinds.items()}
             for parameter, kinds in measure.parameters.items()
         },
     }
@@ -186,17 +206,15 @@ def _measure(data: Any, paths: Container[str], expected: Collection[IndexKind]) 
     for parameter, kinds in data["indices"].items():
         if parameter not in paths or set(kinds) != set(expected):
             raise ValueError
-        parameters[parameter] = {
-            kind: Estimate(
-                *(
-                    nan if kinds[kind][key] is None else float(kinds[kind][key])
-                    for key in ("value", "low", "high")
-                )
-            )
-            for kind in expected
-        }
+        parameters[parameter] = {kind: _read_estimate(kinds[kind]) for kind in expected}
     column, take, message = (str(data[key]) for key in ("column", "take", "message"))
-    return MeasureIndices(column, take, int(data["samples"]), parameters, message)
+    r2 = _read_estimate(data["r2"]) if "r2" in data else None
+    return MeasureIndices(column, take, int(data["samples"]), parameters, message, r2)
+
+
+def _read_estimate(data: Any) -> Estimate:
+    numbers = (data[key] for key in ("value", "low", "high"))
+    return Estimate(*(nan if number is None else float(number) for number in numbers))
 
 
 def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices:
@@ -216,22 +234,26 @@ def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices
         outputs = outputs.reshape(samples, points)
         complete = np.isfinite(outputs).all(axis=1)
         count = int(complete.sum())
-        is_sobol = study.design.kind is DesignKind.SOBOL
+        kind, seed = study.design.kind, study.design.seed
+        is_sobol = kind is DesignKind.SOBOL
         message = _obstacle(outputs[complete, :2] if is_sobol else outputs[complete], samples)
+        if not message and kind is DesignKind.LATIN_HYPERCUBE and count < len(study.parameters) + 2:
+            message = f"{count} of {samples} runs are complete: a regression needs more."
         parameters: Indices = {}
+        r2 = None
         if not message:
             if is_sobol:
-                found = sobol_indices(outputs[complete], settings, study.design.seed)
+                found = sobol_indices(outputs[complete], settings, seed)
+            elif kind is DesignKind.MORRIS:
+                found = morris_effects(unit[complete], outputs[complete], settings, seed)
             else:
-                found = morris_effects(
-                    unit[complete], outputs[complete], settings, study.design.seed
-                )
+                found, r2 = correlations(unit[complete, 0], outputs[complete, 0], settings, seed)
             parameters = dict(zip(study.parameters, found, strict=True))
             if count < samples:
                 message = (
                     f"Left out because of failed runs: {samples - count} of {samples} samples."
                 )
-        return MeasureIndices(measure.column, measure.take.value, count, parameters, message)
+        return MeasureIndices(measure.column, measure.take.value, count, parameters, message, r2)
 
     return StudyIndices(
         name=study.name,
@@ -245,14 +267,20 @@ def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices
 
 
 def _sampled_points(study: Study) -> Array:
-    """Return the probabilities of the runs, shape (samples, points of a sample, parameters)."""
+    """Return the probabilities of the runs, shape (samples, points of a sample, parameters).
+
+    Of a Latin hypercube, values of the parameters.
+    """
     dimension = len(study.parameters)
     if study.design.kind is DesignKind.MORRIS:
         return unit_points(study).reshape(-1, dimension + 1, dimension)
     if study.design.kind is DesignKind.SOBOL and study.sensitivity is not None:
         return unit_points(study).reshape(-1, dimension + 2, dimension)
+    if study.design.kind is DesignKind.LATIN_HYPERCUBE:
+        return design_points(study)[:, None]
     raise ModelError(
-        f"the design `{study.design.kind}` has no sensitivity indices: use sobol or morris"
+        f"the design `{study.design.kind}` has no sensitivity indices: use sobol, morris or "
+        "latin-hypercube"
     )
 
 
@@ -338,6 +366,66 @@ def morris_effects(
 
     value, low, high = _estimate(terms, moments, settings, seed)
     return _by_parameter(_KINDS[DesignKind.MORRIS], value, low, high, dimension)
+
+
+def correlations(
+    values: Array, outputs: Array, settings: Sensitivity, seed: int
+) -> tuple[list[Mapping[IndexKind, Estimate]], Estimate]:
+    """Estimate Spearman's rank correlations, and a linear regression on all parameters.
+
+    Args:
+        values: values of the parameters, shape (runs, parameters).
+        outputs: shape (runs,).
+        settings: settings of the intervals.
+        seed: seed of the bootstrap.
+
+    Returns:
+        The estimates of each parameter, and the share of the variance that the regression explains.
+    """
+    count, dimension = values.shape
+    together = np.column_stack([values, outputs])
+    random = np.random.default_rng(seed)
+    sampled: list[Array] = []
+    left = settings.resamples
+    while left:
+        size = min(left, max(1, _MAX_WEIGHTS // (count * dimension)))
+        sampled.append(_correlate(together[random.integers(count, size=(size, count))]))
+        left -= size
+    value = _correlate(together[None])[0]
+    tail = (1.0 - settings.confidence) / 2.0
+    low, high = np.nanquantile(np.concatenate(sampled), [tail, 1.0 - tail], axis=0)
+    kinds = _KINDS[DesignKind.LATIN_HYPERCUBE]
+    found = _by_parameter(kinds, value[:, :-1], low[:, :-1], high[:, :-1], dimension)
+    return found, Estimate(float(value[1, -1]), float(low[1, -1]), float(high[1, -1]))
+
+
+def _correlate(together: Array) -> Array:
+    """Return correlations and regressions of parameters and outputs.
+
+    Args:
+        together: samples, shape (n, runs, parameters + 1), the outputs last.
+
+    Returns:
+        Of the ranks, and of the regression with its r2 last, shape (n, 2, parameters + 1).
+    """
+    from scipy.stats import rankdata
+
+    ranks = _correlation_matrices(rankdata(together, axis=1))[:, -1]
+    of_values = _correlation_matrices(together)
+    with_output = of_values[:, :-1, -1]
+    # A parameter that is constant in a bootstrap sample has no part in its regression.
+    inverse = np.linalg.pinv(np.nan_to_num(of_values[:, :-1, :-1]), hermitian=True)
+    beta = np.einsum("nij,nj->ni", inverse, np.nan_to_num(with_output))
+    r2 = np.einsum("ni,ni->n", beta, np.nan_to_num(with_output))
+    return np.stack([ranks, np.column_stack([beta, r2])], axis=1)
+
+
+def _correlation_matrices(numbers: Array) -> Array:
+    """Return the correlations of columns, shape (n, runs, k) to (n, k, k)."""
+    centred = numbers - numbers.mean(axis=1, keepdims=True)
+    length = np.sqrt(np.sum(centred**2, axis=1, keepdims=True))
+    unit = centred / np.where(length > 0.0, length, nan)
+    return np.einsum("nri,nrj->nij", unit, unit)
 
 
 def _estimate(

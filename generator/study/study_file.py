@@ -84,7 +84,7 @@ _FILE_KIND = "study file"
 _OTHER_OPTIONS = tuple(key for key, option in RUN_OPTIONS.items() if not option.in_study)
 """Options of `mover simulate` that a study does not have."""
 
-_INDEX_KINDS = (DesignKind.SOBOL, DesignKind.MORRIS)
+_INDEX_KINDS = (DesignKind.SOBOL, DesignKind.MORRIS, DesignKind.LATIN_HYPERCUBE)
 
 _PLACEHOLDER = Design(DesignKind.LIST)
 """Stands for a design with errors, so that the rest of the file is checked."""

@@ -116,6 +116,7 @@ def bars(axes: Axes) -> list[tuple[float, ...]]:
     [
         (DesignKind.SOBOL, IndexKind.TOTAL, IndexKind.FIRST),
         (DesignKind.MORRIS, IndexKind.MU_STAR, IndexKind.SIGMA),
+        (DesignKind.LATIN_HYPERCUBE, IndexKind.RANK, IndexKind.REGRESSION),
     ],
 )
 def test_each_measure_ranks_the_parameters(

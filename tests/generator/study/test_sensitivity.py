@@ -20,6 +20,7 @@ from generator.study.sensitivity import (
     MIN_SAMPLES,
     IndexKind,
     StudyIndices,
+    correlations,
     estimate_indices,
     read_indices,
     sobol_indices,
@@ -231,14 +232,69 @@ def test_measure_that_is_mostly_constant_has_an_interval() -> None:
     assert np.isfinite(values(found, IndexKind.TOTAL)).all()
 
 
+def test_correlations_of_a_linear_function_are_known() -> None:
+    made = known_study(SOBOL_G, DesignKind.LATIN_HYPERCUBE, 400)
+    points = design_points(made)
+    weights = np.array([3.0, -2.0, 1.0, *np.zeros(points.shape[1] - 3)])
+    found = estimate_indices(made, results(points @ weights + 7.0))
+    spread = np.std(points @ weights)
+    regression = values(found, IndexKind.REGRESSION)[0]
+    assert regression == pytest.approx(weights * points.std(axis=0) / spread, abs=1e-9)
+    measure = found.measures["swing"]
+    assert measure.r2 is not None
+    assert vars(measure.r2) == pytest.approx({"value": 1.0, "low": 1.0, "high": 1.0})
+    theirs = [stats.spearmanr(column, points @ weights)[0] for column in points.T]
+    value, low, high = values(found, IndexKind.RANK)
+    assert value == pytest.approx(theirs, abs=1e-12)
+    assert ((low < value) & (value < high)).all()
+    assert measure.ranked(IndexKind.RANK)[:3] == ["p0", "p1", "p2"]
+
+
+def test_ranks_know_a_monotone_function_and_a_regression_does_not() -> None:
+    made = known_study(SOBOL_G, DesignKind.LATIN_HYPERCUBE, 100)
+    found = estimate_indices(made, results(np.exp(20.0 * design_points(made)[:, 0])))
+    measure = found.measures["swing"]
+    assert measure.parameters["p0"][IndexKind.RANK].value == pytest.approx(1.0)
+    assert measure.r2 is not None
+    assert measure.r2.value < 0.7
+
+
+def test_intervals_of_rank_correlations_contain_the_true_one() -> None:
+    """Of 200 studies with noise, 95 % intervals contain the correlation of very many runs."""
+    rng = np.random.default_rng(1)
+
+    def sample(count: int) -> tuple[Array, Array]:
+        x = rng.random((count, 2))
+        return x, x[:, 0] ** 2 + 0.3 * rng.normal(size=count)
+
+    truth = stats.spearmanr(*(each.T[0] if each.ndim > 1 else each for each in sample(200_000)))[0]
+    hits = 0
+    for seed in range(200):
+        found, _ = correlations(*sample(60), Sensitivity(0.95, 200), seed)
+        one = found[0][IndexKind.RANK]
+        hits += one.low <= truth <= one.high
+    assert 0.89 <= hits / 200 <= 0.99
+
+
+def test_few_runs_and_constant_samples_have_no_warning() -> None:
+    made = known_study(ISHIGAMI, DesignKind.LATIN_HYPERCUBE, 8)
+    outputs = np.zeros(8)
+    outputs[0] = 1.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = estimate_indices(made, results(outputs))
+    assert np.isfinite(values(found, IndexKind.RANK)).all()
+    many = known_study(SOBOL_G, DesignKind.LATIN_HYPERCUBE, 8)
+    few = estimate_indices(many, results(np.arange(8.0)))
+    assert len(SOBOL_G.first) + 2 <= 8 or "a regression needs more" in few.measures["swing"].message
+
+
 def test_same_runs_have_the_same_indices() -> None:
     made = known_study(SOBOL_G, DesignKind.SOBOL, 32)
     assert estimate(SOBOL_G, made) == estimate(SOBOL_G, made)
 
 
-@pytest.mark.parametrize(
-    "kind", [DesignKind.GRID, DesignKind.LATIN_HYPERCUBE, DesignKind.LIST, DesignKind.SOBOL]
-)
+@pytest.mark.parametrize("kind", [DesignKind.GRID, DesignKind.LIST, DesignKind.SOBOL])
 def test_other_designs_have_no_indices(kind: DesignKind) -> None:
     made = replace(known_study(SOBOL_G, kind, 8), sensitivity=None)
     with pytest.raises(ModelError, match="has no sensitivity indices"):
@@ -250,7 +306,7 @@ def test_indices_need_all_runs() -> None:
         estimate_indices(known_study(SOBOL_G, DesignKind.SOBOL, 16), results(np.zeros(1)))
 
 
-@pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS])
+@pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS, DesignKind.LATIN_HYPERCUBE])
 def test_file_has_the_indices(kind: DesignKind, tmp_path: Path) -> None:
     made = estimate(ISHIGAMI, known_study(ISHIGAMI, kind, 16))
     path = tmp_path / INDICES_NAME
