@@ -32,6 +32,8 @@ _TITLES = {
     "hand_lead_ms": "hand before pelvis [ms]",
     "hip_force_N": "force on the pelvis [N]",
     "hip_force_body_weights": "force on the pelvis [body weights]",
+    "head_force_N": "force on the head [N]",
+    "head_acceleration_g": "acceleration of the head [g]",
 }
 
 
@@ -159,7 +161,7 @@ def simulate_falls(
     seconds = time.perf_counter() - begin
     for k, path in enumerate(files):
         with writing(path, before=files[:k]):
-            write_run_table(path, falls.study, falls.seeds, falls.rows)
+            write_run_table(path, falls.study, falls.starts, falls.rows)
     failed = [row for row in falls.rows if not row.succeeded]
     sentence = f"{len(failed)} of {answer.format_count(len(falls), 'fall')} failed"
     return FallsResult(

@@ -118,6 +118,8 @@ class ContactRecord:
         extreme_forces: extreme forces of the total force along each axis, over all steps, the time
             [s] and size [N] of the largest and of the smallest, shape (3, 4); None in files of
             older versions.
+        head_accelerations: Peak acceleration of the centre of mass of each head, over all steps
+            [m/s^2]; empty in files of older versions.
     """
 
     forces: Mapping[str, Array]
@@ -138,6 +140,7 @@ class ContactRecord:
     head_injury: Mapping[str, float] = field(default_factory=dict[str, float])
     extreme_forces: Array | None = None
     max_depth_part: str = ""
+    head_accelerations: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def chaotic_from(self, times: Array) -> float | None:
         """Return the time from which poses are chaotic [s]; None if they are not, or unknown.

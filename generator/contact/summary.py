@@ -1,6 +1,6 @@
 """The contact record of a run: frames from its trace, extremes over all its steps."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,7 @@ def build_contact_record(
         impact_shift=_impact_shift(names, owners, segments, contact),
         overlap=deepest_overlap(model.spheres, poses, figure, frame_times),
         head_injury=_head_injury(figure, contact),
+        head_accelerations=_head_accelerations(figure, contact),
         extreme_forces=np.array([extremes_of(times, along) for along in ground_forces.T]),
     )
 
@@ -125,10 +126,22 @@ def _impact_shift(
 
 def _head_injury(figure: Figure, contact: ContactTrace) -> dict[str, float]:
     """Head injury criterion of each segment that is a head."""
-    bodies = list(figure.bodies)
     return {
-        name: head_injury_criterion(
-            contact.steps.times, contact.steps.accelerations[:, bodies.index(name)]
-        )
-        for name in head_segments(bodies)
+        name: head_injury_criterion(contact.steps.times, accelerations)
+        for name, accelerations in _head_motions(figure, contact)
     }
+
+
+def _head_accelerations(figure: Figure, contact: ContactTrace) -> dict[str, float]:
+    """Peak acceleration of each segment that is a head [m/s^2]."""
+    return {
+        name: peak_of(contact.steps.times, np.linalg.norm(accelerations, axis=1))[1]
+        for name, accelerations in _head_motions(figure, contact)
+    }
+
+
+def _head_motions(figure: Figure, contact: ContactTrace) -> Iterator[tuple[str, Array]]:
+    """Yield each head with the accelerations of its centre of mass, shape (m, 3) [m/s^2]."""
+    bodies = list(figure.bodies)
+    for name in head_segments(bodies):
+        yield name, contact.steps.accelerations[:, bodies.index(name)]

@@ -177,11 +177,15 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
         "overlap": None
         if overlap is None
         else [_json_number(overlap.depth), *overlap[1:3], _json_number(overlap.time)],
-        "head_injury": {name: _json_number(value) for name, value in contact.head_injury.items()},
+        **{
+            field: {name: _json_number(value) for name, value in getattr(contact, field).items()}
+            for field in _HEAD_NUMBERS
+        },
     }
 
 
 _SEGMENT_NUMBERS = ("impact_speed", "peak_force", "peak_time")
+_HEAD_NUMBERS = ("head_injury", "head_accelerations")
 _CONTACT_NUMBERS = ("max_force", "max_force_time", "max_depth", "creep", "dissipated")
 
 
@@ -481,7 +485,10 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
         height_sensitivity=height_sensitivity,
         extreme_forces=arrays.get(EXTREME_FORCE_FIELD),
         overlap=overlap,
-        head_injury={name: float(value) for name, value in about["head_injury"].items()},
+        **{
+            field: {name: float(value) for name, value in about.get(field, {}).items()}
+            for field in _HEAD_NUMBERS
+        },
     )
 
 

@@ -107,6 +107,25 @@ FALLS: NamedMapping[Fall] = NamedMapping(
 """Kinds of fall, by name."""
 
 
+def fall_direction(kind: str, seed: int = 0) -> float:
+    """Return the direction of lean and speed of one fall, 0 forward and pi/2 to the left [rad].
+
+    Args:
+        kind: Kind of the fall, a name of `FALLS`.
+        seed: Seed of the random numbers.
+
+    Raises UnknownNameError for an unknown kind.
+    """
+    return _drawn_start(FALLS[kind], seed)[0]
+
+
+def _drawn_start(fall: Fall, seed: int) -> tuple[float, ...]:
+    """Return direction, lean, speed, speed of the feet, and flexions of the knees of a seed."""
+    ranges = (fall.direction, fall.lean, fall.speed, fall.feet_speed, fall.knees, fall.knees)
+    generator = np.random.default_rng(seed)
+    return tuple(generator.uniform(*one) for one in ranges)
+
+
 def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
     """Return the plan of one fall of a person who stands.
 
@@ -125,9 +144,7 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
     """
     fall = FALLS[kind]
     root = _standing_joint(figure)
-    generator = np.random.default_rng(seed)
-    ranges = (fall.direction, fall.lean, fall.speed, fall.feet_speed, fall.knees, fall.knees)
-    direction, lean, speed, feet_speed, left, right = (generator.uniform(*one) for one in ranges)
+    direction, lean, speed, feet_speed, left, right = _drawn_start(fall, seed)
     ahead = np.array([sin(direction), 0.0, cos(direction)])
     across = np.cross(_UP, ahead)
     tree = build_tree(figure)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
-from math import hypot
+from math import degrees, hypot
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.model import Model
 from generator.rotations import Array
-from generator.simulation.falls import fall_plan
+from generator.simulation.falls import fall_direction, fall_plan
 from generator.simulation.plan import Plan
 from generator.study.parameter_paths import Case
 from generator.study.parameters import apply_parameters
@@ -43,7 +43,7 @@ from springs.short_repr import short_repr
 PELVIS, HEAD, HANDS = "lower_torso", "head", ("left_hand", "right_hand")
 """Segments that are measured."""
 
-_SEED = "seed"
+_SEED, _DIRECTION = "seed", "direction_deg"
 
 _COLUMNS = (
     ("touch_s", ".first_touch [s]", Statistic.LAST),
@@ -51,6 +51,9 @@ _COLUMNS = (
     ("force_N", ".contact_force [N]", Statistic.LARGEST),
 )
 """Measures of a segment: end of their names, end of their columns, and the number taken."""
+
+_HEAD_PEAK = Measure(f"{HEAD}_acceleration_g", f"{HEAD}.peak_acceleration [g]", Statistic.LAST)
+"""Measure of the head alone."""
 
 Scales = Sequence[tuple[str, float]]
 """Paths of parameters with their values."""
@@ -72,13 +75,14 @@ class Falls:
 
     Attributes:
         study: Model, plan and measures of the falls.
-        seeds: Seed of each start, shape (N, 1).
+        starts: Seed and direction of each start, 0 forward and 90 to the left, shape (N, 2)
+            [1, deg].
         rows: Result of each fall, with the measures of each part.
         weight: Weight of the figure [N].
     """
 
     study: Study
-    seeds: Array
+    starts: Array
     rows: RunResults
     weight: float
 
@@ -97,6 +101,16 @@ class Falls:
     def is_done(self) -> NDArray[np.bool_]:
         """Return whether each fall reached its stop time, shape (N,)."""
         return np.array([row.succeeded for row in self.rows], bool)
+
+    @property
+    def seeds(self) -> Array:
+        """Return the seed of each start, shape (N,)."""
+        return self.starts[:, 0]
+
+    @property
+    def direction(self) -> Array:
+        """Return the direction of lean and speed, 0 forward, 90 to the left, shape (N,) [deg]."""
+        return self.starts[:, 1]
 
     @property
     def pelvis_speed(self) -> Array:
@@ -129,16 +143,40 @@ class Falls:
     @property
     def hip_force(self) -> Array:
         """Return the peak force on the pelvis, where it touches, shape (N,) [N]."""
-        touches = np.isfinite(self.measure(f"{PELVIS}_touch_s"))
-        return np.where(touches, self.measure(f"{PELVIS}_force_N"), np.nan)
+        return np.where(self.hits(PELVIS), self.measure(f"{PELVIS}_force_N"), np.nan)
+
+    @property
+    def head_force(self) -> Array:
+        """Return the peak force on the head, where it touches, shape (N,) [N]."""
+        return np.where(self.hits(HEAD), self.measure(f"{HEAD}_force_N"), np.nan)
+
+    @property
+    def head_acceleration(self) -> Array:
+        """Return the peak acceleration of the head's centre of mass, where it touches, shape (N,).
+
+        It is in multiples of g.
+        """
+        return np.where(self.hits(HEAD), self.measure(_HEAD_PEAK.name), np.nan)
+
+    def hits(self, *parts: str) -> NDArray[np.bool_]:
+        """Return whether one of some segments touches a prop in each fall, shape (N,)."""
+        touches = [np.isfinite(self.measure(f"{part}_touch_s")) for part in parts]
+        return np.any(touches, axis=0)
+
+    def hit_share(self, *parts: str) -> float:
+        """Return the share of falls in which one of some segments touches.
+
+        It is NaN for a figure without any of them, and without a fall.
+        """
+        if not any(f"{part}_touch_s" in self.study.measures for part in parts):
+            return np.nan
+        hits = self.hits(*parts)[self.is_done]
+        return float(hits.mean()) if hits.size else np.nan
 
     @property
     def head_hit_share(self) -> float:
         """Return the share of falls in which the head touches; NaN without a head or a fall."""
-        if f"{HEAD}_touch_s" not in self.study.measures:
-            return np.nan
-        hits = np.isfinite(self.measure(f"{HEAD}_touch_s"))[self.is_done]
-        return float(hits.mean()) if hits.size else np.nan
+        return self.hit_share(HEAD)
 
     def quantities(self) -> dict[str, Array]:
         """Return the numbers of the falls by the keys of `--json`, each of shape (N,)."""
@@ -150,6 +188,8 @@ class Falls:
             "hand_lead_ms": 1000.0 * self.hand_lead,
             "hip_force_N": self.hip_force,
             "hip_force_body_weights": self.hip_force / self.weight,
+            "head_force_N": self.head_force,
+            "head_acceleration_g": self.head_acceleration,
         }
 
     def summary(self) -> dict[str, int | float | Summary]:
@@ -158,6 +198,8 @@ class Falls:
             "n": int(self.is_done.sum()),
             **{name: summarize(values) for name, values in self.quantities().items()},
             "head_hit_share": self.head_hit_share,
+            "hand_hit_share": self.hit_share(*HANDS),
+            "pelvis_hit_share": self.hit_share(PELVIS),
         }
 
 
@@ -224,12 +266,15 @@ def _study(model: Model, kind: str, plan: Plan, count: int, seed: int, method: R
         for part in parts
         for name, column, take in _COLUMNS
     ]
-    rows = tuple((float(seed + number),) for number in range(count))
+    if HEAD in parts:
+        measures.append(_HEAD_PEAK)
+    seeds = range(seed, seed + count)
+    rows = tuple((float(one), degrees(fall_direction(kind, one))) for one in seeds)
     return Study(
         kind,
         model,
         plan,
-        {_SEED: Parameter(_SEED, (), None)},
+        {name: Parameter(name, (), None) for name in (_SEED, _DIRECTION)},
         Design(DesignKind.LIST, rows=rows),
         {each.name: each for each in measures},
         method=method,
@@ -250,7 +295,7 @@ def run_fall(
         kind: Kind of the fall.
         scales: Paths of parameters with values.
         study: Study of the falls.
-        values: Seed alone.
+        values: Seed, and the direction that follows from it.
         keep: `.npz` file for the motion; None to keep none.
         threads: 1 or 2.
     """

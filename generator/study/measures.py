@@ -9,11 +9,12 @@ A column is one of the table of the motion, or one of a few more:
     SEGMENT.first_touch [s]         time at which the segment first touches a prop
     SEGMENT.impact_speed [m/s]      normal speed of that touch
     SEGMENT.injury_criterion [1]    head injury criterion of the whole run, for heads
+    SEGMENT.peak_acceleration [g]   of the centre of mass of a head, over all steps of the run
 
 The largest and the smallest number are those of a parabola through the frame and its neighbours.
 Those of ground forces, and the largest contact force of a segment, are over all steps of the run,
 since a peak of contact is shorter than a frame; contact depths are from the frames. The last
-three columns are one number of the whole run, and without a touch there is none. The head injury
+four columns are one number of the whole run, and without a touch there is none. The head injury
 criterion depends on the assumed stiffness and damping: compare runs of one model only.
 """
 
@@ -25,7 +26,7 @@ from typing import TypeVar, assert_never
 
 import numpy as np
 
-from generator.contact.record import head_segments
+from generator.contact.record import STANDARD_ACCELERATION, head_segments
 from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.motion_files.action import LENGTH_UNIT
@@ -48,6 +49,7 @@ Measured = dict[str, float | None]
 T = TypeVar("T")
 
 _TOUCH, _SPEED, _INJURY = ".first_touch", ".impact_speed", ".injury_criterion"
+_PEAK = ".peak_acceleration"
 """Ends of the names of columns that are one number of the whole run."""
 
 
@@ -89,7 +91,7 @@ def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     if measure.take is Statistic.REST and not column.is_displacement:
         message = f"`{column.title}` has no value at rest"
         return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
-    if column.name.endswith((_TOUCH, _SPEED, _INJURY)) and measure.take not in (
+    if column.name.endswith((_TOUCH, _SPEED, _INJURY, _PEAK)) and measure.take not in (
         Statistic.LAST,
         Statistic.LARGEST,
     ):
@@ -147,6 +149,8 @@ def _more_columns(
             yield replace(single, may_be_undefined=True)
     for name in head_segments(contact_segments):
         yield Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
+        read = partial(_peak_acceleration, name)
+        yield Column(f"{name}{_PEAK}", "g", read, RecordingPart.CONTACT, may_be_undefined=True)
 
 
 def _load_columns(name: str, chain: Sequence[JointAxis]) -> Iterator[Column]:
@@ -183,6 +187,12 @@ def _impact_speed(segment: str, motion: FigureMotion) -> Array:
 
 def _injury(segment: str, motion: FigureMotion) -> Array:
     return np.full(len(motion.times), contact_of(motion).head_injury[segment])
+
+
+def _peak_acceleration(segment: str, motion: FigureMotion) -> Array:
+    accelerations = contact_of(motion).head_accelerations
+    peak = accelerations.get(segment, nan) / STANDARD_ACCELERATION
+    return np.full(len(motion.times), peak)
 
 
 def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]) -> Measured:
