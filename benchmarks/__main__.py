@@ -2,7 +2,8 @@
 
 The parts run one after another in one process and in the order below, so that the ratios of one
 run are fair. All from `verification` on write what they measured into `plots/data`, where
-the plates `verification`, `floor_falls`, `work_precision` and `exported_fall` find it; `pages`
+the plates `verification`, `floor_falls`, `work_precision`, `exported_fall` and
+`falls_of_people` find it; `pages`
 measures nothing and writes the tables of `docs/`.
 """
 
@@ -26,6 +27,7 @@ PARTS = {
     "contact-cost": "benchmarks.contact_cost",
     "fall-speed": "benchmarks.fall_speed",
     "live-page": "benchmarks.live_page",
+    "falls-of-people": "benchmarks.falls_of_people",
     "pages": "benchmarks.pages",
     "python-share": "benchmarks.python_share",
 }

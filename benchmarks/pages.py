@@ -11,7 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from plots.fall_facts import Direction, Falls
+from plots.fall_verdicts import Comparison, FallTables, read_fall_tables
 from plots.literature import Measurements, read_measurements
+from plots.plate import Outcome
+from plots.plates.falls_of_people import CAUSES, read_falls
 from plots.plates.floor_falls import (
     CARRIED,
     COLLAPSE,
@@ -26,7 +30,14 @@ from plots.plates.work_precision import cheapest_wall_time
 
 FOLDER = Path(__file__).parents[1] / "docs"
 
-PAGES = ("contact-validation.md", "model-formats.md", "speed.md", "verification.md", "view.md")
+PAGES = (
+    "contact-validation.md",
+    "falls-of-people.md",
+    "model-formats.md",
+    "speed.md",
+    "verification.md",
+    "view.md",
+)
 
 _TABLE = re.compile(r"(?<=<!-- measured: )([\w-]+)( -->\n\n).*?(?=<!-- end -->)", re.DOTALL)
 
@@ -207,6 +218,71 @@ def _mean(table: Measurements, header: str) -> str:
     return f"{np.mean(values):.{digits}f} ({spread:.{digits}f})"
 
 
+def _falls_of_people() -> Iterator[Line]:
+    """Each fact with the numbers and the verdict of each body; failing verdicts are bold."""
+    data = read_falls()
+    bodies = data.tables.names
+    yield "fact", "people or dummies", "use", *(head for body in bodies for head in (body, ""))
+    for group, facts in data.facts.grouped().items():
+        yield f"**{group.value}**", *[""] * (2 + 2 * len(bodies))
+        for fact in facts:
+            found = [one for one in data.comparisons if one.fact is fact]
+            source = f"[{data.facts.source_number(fact)}] {fact.sureness}"
+            cells = (cell for one in found for cell in (one.measured or "-", _verdict(one)))
+            yield fact.name, f"{fact.value_text} {source}", fact.use.value, *cells
+
+
+def _verdict(found: Comparison) -> str:
+    return f"**{found.verdict}**" if found.outcome is Outcome.DIFFERS else found.verdict
+
+
+def _falls_that_differ() -> Iterator[Line]:
+    """Each fact with the bodies and criteria that differ, and the likely reason."""
+    data = read_falls()
+    yield "fact", "differs", "likely reason"
+    for fact in data.facts.facts:
+        found = [one for one in data.comparisons if one.fact is fact and one.failing]
+        if not found:
+            continue
+        labels = "; ".join(f"{one.body}: {', '.join(one.failing)}" for one in found)
+        failing = dict.fromkeys(label for one in found for label in one.failing)
+        causes = [cause for label in failing if (cause := CAUSES.get((fact.key, label)))]
+        yield f"{fact.group.value}: {fact.name}", labels, "; ".join(causes) or "not known"
+
+
+def _falls_by_direction() -> Iterator[Line]:
+    """Falls of each body, awake and limp, by their direction."""
+    tables = read_fall_tables()
+    yield "falls", *(name for name, _, _ in _DIRECTION_COLUMNS), "falls in number"
+    for body in tables.names:
+        for falls in Falls:
+            for direction in Direction:
+                yield from _direction_row(tables, body, falls, direction)
+
+
+_DIRECTION_COLUMNS = (
+    ("head hits [%]", "head_hits", 100.0),
+    ("pelvis [m/s]", "pelvis_speed_m_per_s", 1.0),
+    ("hand before pelvis [ms]", "hand_lead_ms", 1.0),
+    ("force on the pelvis [kN]", "hip_force_N", 1e-3),
+    ("in body weights", "hip_force_body_weights", 1.0),
+)
+
+
+def _direction_row(
+    tables: FallTables, body: str, falls: Falls, direction: Direction
+) -> Iterator[Line]:
+    columns = tables.pushes_of(body, falls, direction)
+    means = (factor * float(np.nanmean(columns[name])) for _, name, factor in _DIRECTION_COLUMNS)
+    yield f"{body}, {falls.value}, {direction.value}", *means, len(columns["seed"])
+
+
+def _fall_sources() -> Iterator[Line]:
+    yield "", "source"
+    for number, source in enumerate(read_falls().facts.sources, start=1):
+        yield f"[{number}]", source.reference
+
+
 def _exports() -> Iterator[Line]:
     rows = read_measurements("exports").rows
     keys = [key for key in rows[0] if key not in ("warnings", "with springs [deg]")]
@@ -244,6 +320,10 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "contact-costs": _contact_costs,
     "engines": _engines,
     "exports": _exports,
+    "fall-sources": _fall_sources,
+    "falls-by-direction": _falls_by_direction,
+    "falls-of-people": _falls_of_people,
+    "falls-that-differ": _falls_that_differ,
     "floor-falls": _floor_falls,
     "hip-forces": _hip_forces,
     "live-page": _live_page,
