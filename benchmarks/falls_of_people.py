@@ -82,8 +82,11 @@ def _hits(falls: Falls) -> dict[str, np.ndarray]:
     return {name: np.where(done, falls.hits(*parts), nan) for name, parts in _HITS.items()}
 
 
-def fall_on(model: Model, stiffness: float) -> tuple[float, float]:
-    """Return speed of the pelvis [m/s] and peak force on the buttocks [N] on a floor [N/m]."""
+def fall_on(model: Model, stiffness: float) -> tuple[float, float, float]:
+    """Return the fall of a model on a floor [N/m].
+
+    It is the speed of the pelvis [m/s], the peak force on it, and that on pelvis and thighs [N].
+    """
     floor = floor_prop((0.0, 1.0, 0.0))
     floor = replace(floor, surface=replace(floor.surface, own_stiffness=stiffness))
     plan = Plan(
@@ -98,7 +101,8 @@ def fall_on(model: Model, stiffness: float) -> tuple[float, float]:
     contact = simulate(model, plan).contact
     assert contact is not None
     force = np.sum([contact.forces[name] for name in SEAT], axis=0)
-    return contact.segments[PELVIS].impact_speed, float(np.linalg.norm(force, axis=1).max())
+    pelvis = contact.segments[PELVIS]
+    return pelvis.impact_speed, pelvis.peak_force, float(np.linalg.norm(force, axis=1).max())
 
 
 def drop_head(law: PartLaw, speed: float) -> tuple[float, float]:
@@ -117,11 +121,12 @@ def floor_rows(body: str, model: Model) -> Iterator[tables.Row]:
     """Yield the falls of a body with parts on each floor of the facts, and on a hard one."""
     floors = [fact.floor * 1e3 for fact in fall_facts().facts if fact.floor is not None]
     for stiffness in (inf, *floors):
-        speed, force = fall_on(model, stiffness)
+        speed, pelvis_force, force = fall_on(model, stiffness)
         yield {
             "body": body,
             "floor_kN_m": f"{stiffness / 1e3:g}",
             "pelvis_speed_m_per_s": f"{speed:.6g}",
+            "pelvis_force_N": f"{pelvis_force:.6g}",
             "force_N": f"{force:.6g}",
             "floor_force_N": f"{force * FLOOR_SPEED / speed:.6g}",
         }

@@ -277,6 +277,24 @@ def _direction_row(
     yield f"{body}, {falls.value}, {direction.value}", *means, len(columns["seed"])
 
 
+def _falls_on_floors() -> Iterator[Line]:
+    """Backward falls on each floor: forces on the pelvis alone, and with the thighs."""
+    yield "body, floor [kN/m]", *(name for name, _, _ in _FLOOR_COLUMNS)
+    floors = read_fall_tables().floors
+    for row in () if floors is None else floors.rows:
+        floor = "hard" if row["floor_kN_m"] == "inf" else row["floor_kN_m"]
+        numbers = (factor * float(row[name]) for _, name, factor in _FLOOR_COLUMNS)
+        yield f"{row['body']}, {floor}", *numbers
+
+
+_FLOOR_COLUMNS = (
+    ("pelvis [m/s]", "pelvis_speed_m_per_s", 1.0),
+    ("force on the pelvis [kN]", "pelvis_force_N", 1e-3),
+    ("on pelvis and thighs [kN]", "force_N", 1e-3),
+    ("the same at 3.5 m/s [kN]", "floor_force_N", 1e-3),
+)
+
+
 def _fall_sources() -> Iterator[Line]:
     yield "", "source"
     for number, source in enumerate(read_falls().facts.sources, start=1):
@@ -323,6 +341,7 @@ TABLES: Mapping[str, Callable[[], Iterator[Line]]] = {
     "fall-sources": _fall_sources,
     "falls-by-direction": _falls_by_direction,
     "falls-of-people": _falls_of_people,
+    "falls-on-floors": _falls_on_floors,
     "falls-that-differ": _falls_that_differ,
     "floor-falls": _floor_falls,
     "hip-forces": _hip_forces,

@@ -47,6 +47,7 @@ def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> Contac
         extreme_forces=rng.normal(0.0, 500.0, (3, 4)),
         impact_shift=7e-4,
         head_injury={segments[0]: 321.0 / 7.0},
+        head_accelerations={segments[0]: 1234.5 / 7.0},
         overlap=Overlap(0.069, segments[0], segments[-1], 0.2),
     )
 

@@ -635,6 +635,7 @@ def contacts_of(draw: st.DrawFn, motion: FigureMotion) -> FigureMotion:
         height_sensitivity=draw(sensitivity),
         impact_shift=draw(number),
         head_injury=draw(st.dictionaries(PRINTED, ANY_FLOAT, max_size=2)),
+        head_accelerations=draw(st.dictionaries(PRINTED, ANY_FLOAT, max_size=2)),
         overlap=draw(st.none() | st.builds(Overlap, ANY_FLOAT, st.just(one), PRINTED, ANY_FLOAT)),
     )
     return replace(motion, recording=replace(motion.recording, contact=contact))

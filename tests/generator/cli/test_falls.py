@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from typer.testing import Result
 from generator import Ending, fall_plan, read_figure
 from generator.cli.falls import share_interval
 from generator.motion_files.npz import read_npz
+from generator.simulation.falls import fall_direction
 from generator.study.falls import HANDS, HEAD, PELVIS
 from tests.command import answer, mover, run
 
@@ -26,7 +28,10 @@ STATISTICS = {
     "hand_lead_ms",
     "hip_force_N",
     "hip_force_body_weights",
+    "head_force_N",
+    "head_acceleration_g",
 }
+SHARES = {"head_hit_share", "hand_hit_share", "pelvis_hit_share"}
 
 
 class Many:
@@ -54,6 +59,7 @@ def test_six_falls_are_six_single_runs(six: Many, singles: list[Any]):
     keys = ("first_contact_s", "impact_speed_m_per_s", "peak_force_N")
     for row, seed, single in zip(six.rows, SEEDS, singles, strict=True):
         assert float(row["seed"]) == seed
+        assert float(row["direction_deg"]) == pytest.approx(degrees(fall_direction("faint", seed)))
         assert single["fall"] == {"kind": "faint", "seed": seed}
         for part in (PELVIS, HEAD, *HANDS):
             touch, speed, force = (single["contact"][key][part] for key in keys)
@@ -64,7 +70,7 @@ def test_six_falls_are_six_single_runs(six: Many, singles: list[Any]):
 
 def test_the_json_has_the_means_of_the_single_runs(six: Many, singles: list[Any]):
     falls = six.data["falls"]
-    assert falls.keys() == {"n", "head_hit_share"} | STATISTICS
+    assert falls.keys() == {"n"} | SHARES | STATISTICS
     assert falls["n"] == 6
     assert all(falls[name].keys() == {"mean", "sd"} for name in STATISTICS)
     contacts = [single["contact"] for single in singles]
@@ -82,6 +88,10 @@ def test_the_json_has_the_means_of_the_single_runs(six: Many, singles: list[Any]
     weight = 9.81 * sum(body.mass or 0.0 for body in read_figure("male50").bodies.values())
     assert falls["hip_force_body_weights"]["mean"] == pytest.approx(np.mean(forces) / weight)
     assert falls["head_hit_share"] == np.mean([one[HEAD] is not None for one in touches])
+    assert falls["pelvis_hit_share"] == len(fell) / len(singles)
+    assert falls["hand_hit_share"] == np.mean(
+        [any(one[hand] is not None for hand in HANDS) for one in touches]
+    )
     said = {key: six.data[key] for key in ("figure", "fall", "seed", "starts", "outcomes")}
     assert said == {
         "figure": "male50",

@@ -309,6 +309,8 @@ def test_only_a_head_has_a_head_injury_criterion() -> None:
     accelerations = forces / MASS - np.array([0.0, GRAVITY, 0.0])
     assert value == pytest.approx(head_injury_criterion(run.times, accelerations), rel=1e-2)
     assert value > 1.0
+    sizes = np.linalg.norm(accelerations, axis=1)
+    assert contact_of(run).head_accelerations == {"head": pytest.approx(sizes.max(), rel=1e-3)}
 
 
 # Exudyn's integrator

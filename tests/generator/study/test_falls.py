@@ -38,7 +38,8 @@ def made(columns: Mapping[str, list[float]], start: float = 0.0) -> Falls:
         row = {name: None if np.isnan(column[k]) else column[k] for name, column in columns.items()}
         rows[k] = RunResult("done", "", row)
     rows[count] = failed_run(study, WRONG_INPUT, "inside a box")
-    return Falls(study, np.arange(count + 1.0)[:, None], rows, 800.0)
+    starts = np.column_stack([np.arange(count + 1.0), np.full(count + 1, 90.0)])
+    return Falls(study, starts, rows, 800.0)
 
 
 def same(values: Array, expected: list[float]) -> bool:
@@ -82,6 +83,32 @@ def test_the_force_counts_where_the_pelvis_touches_and_the_head_where_it_does():
     assert summary["hip_force_body_weights"] == pytest.approx((2.5, np.sqrt(0.5)))
 
 
+def test_the_head_s_force_and_acceleration_count_where_it_touches():
+    falls = made(
+        {
+            f"{HEAD}_touch_s": [NAN, 0.9],
+            f"{HEAD}_force_N": [0.0, 5e3],
+            f"{HEAD}_acceleration_g": [1.5, 80.0],
+        }
+    )
+    assert same(falls.head_force, [NAN, 5e3])
+    assert same(falls.head_acceleration, [NAN, 80.0])
+
+
+def test_a_hand_hits_if_either_does():
+    falls = made({f"{HANDS[0]}_touch_s": [0.4, NAN, NAN], f"{HANDS[1]}_touch_s": [0.5, 0.6, NAN]})
+    assert falls.hits(*HANDS).tolist() == [True, True, False, False]
+    assert falls.hit_share(*HANDS) == pytest.approx(2.0 / 3.0)
+    assert np.isnan(falls.hit_share(PELVIS))
+
+
+@pytest.mark.slow
+def test_a_fall_has_the_direction_of_its_speed(four: Falls):
+    for direction, seed in zip(four.direction, four.seeds, strict=True):
+        x, _, z = fall_plan(MAN, "push", int(seed)).velocities[PELVIS][3:]
+        assert np.degrees(np.arctan2(x, z)) == pytest.approx(direction)
+
+
 def test_a_figure_without_a_head_has_no_share():
     assert np.isnan(made({f"{PELVIS}_touch_s": [0.5]}).head_hit_share)
 
@@ -104,7 +131,7 @@ def four() -> Falls:
 
 @pytest.mark.slow
 def test_each_fall_is_a_run_of_its_own_bit_for_bit(four: Falls):
-    assert four.seeds.tolist() == [[5.0], [6.0], [7.0], [8.0]]
+    assert four.seeds.tolist() == [5.0, 6.0, 7.0, 8.0]
     for k, seed in enumerate((5, 6, 7, 8)):
         plan = replace(fall_plan(MAN, "push", seed), stop=0.6, integrator=Integrator.IMPLICIT)
         contact = simulate(MAN, plan).contact

@@ -195,11 +195,12 @@ def test_every_column_that_is_accepted_is_measured(take: Statistic, has_floor: b
     assert found.measures.keys() == {one.name for one in accepted}
 
 
-def test_the_injury_criterion_is_one_number() -> None:
+@pytest.mark.parametrize("column", ["injury_criterion [1]", "peak_acceleration [g]"])
+def test_numbers_of_the_head_are_of_the_whole_run(column: str) -> None:
     figure = read_figure("male50")
     plan = Plan(scene=FLOOR, free_root=True, height=0.1, springs=SpringSet())
     measures = [
-        Measure(take.name, "head.injury_criterion [1]", take)
+        Measure(take.name, f"head.{column}", take)
         for take in (Statistic.LAST, Statistic.LARGEST, Statistic.TIME_OF_LARGEST)
     ]
     faults = list(check_measures(study(figure, plan, *measures)))
