@@ -7,7 +7,7 @@ from enum import StrEnum
 from functools import cache
 from importlib.resources import files
 from math import isfinite
-from typing import Any
+from typing import Any, cast
 
 
 class FallFactError(ValueError):
@@ -354,10 +354,11 @@ def _check_fact(name: str, fact: FallFact, row: Mapping[str, Any]) -> None:
 def _check_keys(name: str, row: Any, needed: Collection[str], optional: Collection[str]) -> None:
     if not isinstance(row, Mapping):
         raise FallFactError(f"{name}: a table is needed, not {row!r}")
+    keys = [str(key) for key in cast("Mapping[str, Any]", row)]
     for key in needed:
-        if key not in row:
+        if key not in keys:
             raise FallFactError(f"{name}: `{key}` is missing")
-    for key in row:
+    for key in keys:
         if key not in needed and key not in optional:
             raise FallFactError(f"{name}: unknown key `{key}`")
 

@@ -311,8 +311,9 @@ def _claim(
 
 
 def _unjudged(fact: FallFact, body: str, words: str, obstacle: str, measured: str) -> Comparison:
-    said = f"{words}: {measured or 'no number'} (published: {fact.value_text})"
-    return Comparison(fact, body, [Criterion("", incomparable_claim(said, obstacle))], measured)
+    sentence = f"{words}: {measured or 'no number'} (published: {fact.value_text})"
+    claim = incomparable_claim(sentence, obstacle)
+    return Comparison(fact, body, [Criterion("", claim)], measured)
 
 
 def _compare_mean(tables: FallTables, fact: FallFact, body: str, words: str) -> Comparison:

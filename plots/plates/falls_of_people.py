@@ -273,7 +273,9 @@ def _sign(facts: FallFacts) -> str:
     for fact in facts.facts:
         if fact.use is Use.SETS:
             chosen.setdefault(fact.parameter, []).append(fact.name)
-    sets = "; ".join(f"{name}, by {' and '.join(some)}" for name, some in chosen.items())
+    sets = "; ".join(
+        f"{name} (by {', '.join(dict.fromkeys(some))})" for name, some in chosen.items()
+    )
     return (
         f"Violins: all falls, awake above and limp below; marks: means, medians beside "
         f"dummies, or estimates with 95 % "
