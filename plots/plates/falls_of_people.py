@@ -72,6 +72,9 @@ _MARKS = {Outcome.AGREES: "✓", Outcome.DIFFERS: "✗", Outcome.INCOMPARABLE: "
 _SMALL, _TINY = 6.6, 6.0
 """Sizes of text [points]."""
 
+_MARGIN = 0.1
+"""Margin at both sides, since text is of another width as SVG [inch]."""
+
 _ROW_HEIGHT, _GROUP_HEIGHT, _REST_HEIGHT = 0.37, 0.42, 3.1
 """Heights of a row, of title and axis of a group, and of all else [inch]."""
 
@@ -96,6 +99,7 @@ def _draw(data: FallsBesidePeople) -> Figure:
     rows = len(data.facts.facts)
     height = _ROW_HEIGHT * rows + _GROUP_HEIGHT * len(groups) + _REST_HEIGHT
     figure = create_canvas(height)
+    figure.set_layout_engine("constrained", w_pad=_MARGIN)
     heights = [_ROW_HEIGHT * len(some) for some in groups.values()]
     panels = figure.subplots(len(groups), 1, squeeze=False, height_ratios=heights)
     for axes, (group, facts) in zip(panels[:, 0], groups.items(), strict=True):
