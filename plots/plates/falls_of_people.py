@@ -40,6 +40,8 @@ from plots.plate import Claim, Outcome
 from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 
+_BUTTOCKS = "the firmer region of the buttocks touches in falls to the side as well"
+
 CAUSES = {
     ("head_speed", "mean"): "righting goes on until the head touches",
     ("hand_speed", "spread"): "arms hang limp in all falls",
@@ -51,9 +53,10 @@ CAUSES = {
     "has time to act",
     ("head_odds_backward", "odds"): "forward, hands land long before the pelvis, and righting "
     "has time to act; backward, nobody bends forward",
+    ("hip_force", "mean"): _BUTTOCKS,
+    ("hip_force", "spread"): _BUTTOCKS,
     ("hip_force_directions", "ratio"): "backward, nobody bends hips and knees to brace",
-    ("hip_force_predicted", "median"): "predicted from loads below 1 kN; the pelvis is stiffer "
-    "from 30 mm on",
+    ("hip_force_predicted", "median"): f"predicted from loads below 1 kN; {_BUTTOCKS}",
     ("dummy_head_acceleration", "median"): "the neck is a rigid joint, so that the trunk takes "
     "part in a blow",
 }
