@@ -383,15 +383,15 @@ def correlations(
         The estimates of each parameter, and the share of the variance that the regression explains.
     """
     count, dimension = values.shape
-    together = np.column_stack([values, outputs])
+    columns = np.column_stack([values, outputs])
     random = np.random.default_rng(seed)
     sampled: list[Array] = []
     left = settings.resamples
     while left:
         size = min(left, max(1, _MAX_WEIGHTS // (count * dimension)))
-        sampled.append(_correlate(together[random.integers(count, size=(size, count))]))
+        sampled.append(_correlate(columns[random.integers(count, size=(size, count))]))
         left -= size
-    value = _correlate(together[None])[0]
+    value = _correlate(columns[None])[0]
     tail = (1.0 - settings.confidence) / 2.0
     low, high = np.nanquantile(np.concatenate(sampled), [tail, 1.0 - tail], axis=0)
     kinds = _KINDS[DesignKind.LATIN_HYPERCUBE]
@@ -399,19 +399,19 @@ def correlations(
     return found, Estimate(float(value[1, -1]), float(low[1, -1]), float(high[1, -1]))
 
 
-def _correlate(together: Array) -> Array:
+def _correlate(columns: Array) -> Array:
     """Return correlations and regressions of parameters and outputs.
 
     Args:
-        together: samples, shape (n, runs, parameters + 1), the outputs last.
+        columns: samples, shape (n, runs, parameters + 1), the outputs last.
 
     Returns:
         Of the ranks, and of the regression with its r2 last, shape (n, 2, parameters + 1).
     """
     from scipy.stats import rankdata
 
-    ranks = _correlation_matrices(rankdata(together, axis=1))[:, -1]
-    of_values = _correlation_matrices(together)
+    ranks = _correlation_matrices(rankdata(columns, axis=1))[:, -1]
+    of_values = _correlation_matrices(columns)
     with_output = of_values[:, :-1, -1]
     # A parameter that is constant in a bootstrap sample has no part in its regression.
     inverse = np.linalg.pinv(np.nan_to_num(of_values[:, :-1, :-1]), hermitian=True)

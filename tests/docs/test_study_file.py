@@ -54,14 +54,18 @@ def paths() -> set[str]:
 
 
 def test_every_path_of_the_page_is_known():
-    head = 'floor = true\n[person]\nsex = "male"\nstature_m = 1.75\nmass_kg = 75\n'
+    head = 'fall = "push"\n[person]\nsex = "male"\nstature_m = 1.75\nmass_kg = 75\n'
     rest = '[design]\nkind = "latin-hypercube"\nruns = 2\n[measures.end]\n'
     rest += 'column = "kinetic [J]"\ntake = "last"\n[parameters]\n'
+
+    def distribution(path: str) -> str:
+        return "values = [1]" if path == "person" else "low = 1, high = 1.001"
+
     known = paths()
     assert len(known) > 15
     for springs in ("published", "coupled"):
         rows = "".join(
-            f'p{k} = {{ path = "{path}", low = 1, high = 1.001 }}\n'
+            f'p{k} = {{ path = "{path}", {distribution(path)} }}\n'
             for k, path in enumerate(sorted(known))
             if ("coupled" in path) is (springs == "coupled")
         )
