@@ -134,8 +134,8 @@ def _largest_error(vertices: bytes, spheres: bytes) -> float:
 
 
 @lru_cache(maxsize=4)
-def _directions(count: int) -> Array:
-    """Unit vectors, shape (count, 3), that are symmetric about the three coordinate planes.
+def directions(count: int) -> Array:
+    """Return unit vectors, shape (count, 3), that are symmetric about the three coordinate planes.
 
     A spiral with equal areas over one octant, and its mirror images: so the fit of a mirrored
     segment is the mirror image of the fit. `count` is a multiple of eight.
@@ -150,10 +150,10 @@ def _directions(count: int) -> Array:
     return (octant * signs).reshape(-1, 3)
 
 
-def _extents(vertices: Array, directions: Array) -> Array:
-    """Largest extent of vertices in each direction [m], shape (n,)."""
+def _extents(vertices: Array, along: Array) -> Array:
+    """Return the largest extent of vertices in each direction, shape (n,) [m]."""
     size = max(1, PRODUCTS_AT_ONCE // len(vertices))
-    parts = [directions[at : at + size] for at in range(0, len(directions), size)]
+    parts = [along[at : at + size] for at in range(0, len(along), size)]
     return np.concatenate([(vertices @ part.T).max(axis=0) for part in parts])
 
 
@@ -161,7 +161,7 @@ class _Ruler:
     """Measure of the largest difference of the extents of spheres and of vertices [m]."""
 
     def __init__(self, vertices: Array) -> None:
-        self._directions = _directions(MEASURED_DIRECTIONS)
+        self._directions = directions(MEASURED_DIRECTIONS)
         self._extents = _extents(vertices, self._directions)
 
     def largest_error(self, table: Array) -> float:
@@ -198,7 +198,7 @@ class _SupportFit:
 
     def __init__(self, vertices: Array) -> None:
         self._vertices = vertices
-        self._directions = _directions(FITTED_DIRECTIONS)
+        self._directions = directions(FITTED_DIRECTIONS)
         self._extents = _extents(vertices, self._directions)
         self._slopes = np.column_stack([self._directions, np.ones(len(self._directions))])
         self._products = np.einsum("ni,nj->nij", self._slopes, self._slopes).reshape(-1, 16)

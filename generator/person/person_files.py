@@ -1,16 +1,18 @@
 """The files of a person: figure, psurfs, springs, and a table of the sources of its numbers."""
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 
+from generator.contact.edges import add_limb_spheres, is_limb
 from generator.contact.spheres import fit_spheres
 from generator.contact_file.file import CONTACT_FILE, write_contact
-from generator.figure import ContactSphere
+from generator.figure import ContactSphere, Figure
 from generator.geometry.psurf import PSURF_FILE, format_psurf
+from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
 from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
 from generator.model_files.model_files import ModelFiles
@@ -77,13 +79,15 @@ def person_files(person: Person, path: Path, *, with_parts: bool = False) -> Mod
             comment = f"{first}\n\n{springs_comment()}"
             named = replace(springs, figure=path.stem)
             beside[springs_path(path, name)] = write_springs(named, comment)
+    figure = person.figure
     if with_parts:
         first = f"{contact_title(path)}, {who}, {MADE_BY}"
         comment = f"{first}\n\n{fill(load_data_file('contact_parts').note, _COMMENT_WIDTH)}"
-        contact = person_contact(_spheres_in_files(person))
+        figure = _with_limb_spheres(person)
+        contact = person_contact(_spheres_in_files(figure, person.surfaces))
         beside[CONTACT_FILE.beside(path)] = write_contact(contact, comment)
     files = figure_files(
-        person.figure,
+        figure,
         path,
         person.surfaces,
         beside,
@@ -105,13 +109,33 @@ def _older_parts_loss(path: Path) -> Loss | None:
     return Loss("an older contact file stands beside the figure and will be used", (str(beside),))
 
 
-def _spheres_in_files(person: Person) -> dict[str, tuple[ContactSphere, ...]]:
+def _with_limb_spheres(person: Person) -> Figure:
+    """Return the figure with spheres along its limbs; those of other segments are fitted to it."""
+    segments = dict(person.figure.segments)
+    for name, surface in person.surfaces.items():
+        for side in side_names(name):
+            segment = segments[side]
+            if not segment.contact_spheres and is_limb(person.figure, side, surface):
+                spheres = add_limb_spheres(surface, fit_spheres(surface))
+                segments[side] = replace(segment, contact_spheres=tuple(map(_rounded, spheres)))
+    return replace(person.figure, segments=segments)
+
+
+def _rounded(sphere: ContactSphere) -> ContactSphere:
+    """Return a sphere to a hundredth of a millimetre."""
+    x, y, z = (round(value, 5) for value in sphere.centre)
+    return ContactSphere((x, y, z), round(sphere.radius, 5))
+
+
+def _spheres_in_files(
+    figure: Figure, surfaces: Mapping[str, Surface]
+) -> dict[str, tuple[ContactSphere, ...]]:
     """Return the contact spheres of the segments: their own, or those fitted to written psurfs."""
     spheres: dict[str, tuple[ContactSphere, ...]] = {}
-    for name, surface in person.surfaces.items():
+    for name, surface in surfaces.items():
         written = PSURF_FILE.parse_text(format_psurf(surface)).require_value()
         for segment in side_names(name):
-            own = person.figure.segments[segment].contact_spheres
+            own = figure.segments[segment].contact_spheres
             spheres[segment] = own or fit_spheres(written)
     return spheres
 

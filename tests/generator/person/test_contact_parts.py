@@ -6,10 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from generator.contact.edges import is_limb, largest_edge_depth
 from generator.contact.scene import Scene
-from generator.contact.spheres import fit_contact_spheres
+from generator.contact.spheres import LARGEST_ERROR, fit_contact_spheres
 from generator.contact_file.parts import BodyContact
 from generator.figure_file.read import read_figure
+from generator.geometry.read import read_segment_surface
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.model import Model, contact_of_figure
@@ -57,19 +59,33 @@ def test_both_sides_have_the_same_parts(name):
     }
 
 
-@pytest.mark.parametrize("name", PERSONS)
-def test_a_part_on_a_plane_has_its_stiffness_in_any_pose(name):
+@pytest.fixture(scope="module")
+def with_limb_spheres(tmp_path_factory):
+    """Path of a man with parts, as it is written: further spheres along the limbs."""
+    path = tmp_path_factory.mktemp("person") / "man.fig"
+    made = ["person", "--sex", "male", "--stature", "1.756m", "--mass", "85.5kg"]
+    run_command(*made, "--contact", "parts", "-o", path)
+    return path
+
+
+@pytest.mark.parametrize("name", [*PERSONS, "written"])
+def test_a_part_on_a_plane_has_its_stiffness_in_any_pose(name, request):
     """In 200 directions, pressed in by 20 mm: within a fifth of the table, on the mean.
 
-    Single directions in which a flat sole meets the plane are stiffer by n^(1/6) for n spheres.
+    Single directions in which a flat sole or a whole limb meets the plane are stiffer by n^(1/6)
+    for n spheres.
     """
-    figure = read_figure(name)
+    if name == "written":
+        figure = read_figure(request.getfixturevalue("with_limb_spheres"))
+        parts = contact_of_figure(figure).parts
+    else:
+        figure, parts = read_figure(name), contact_of(name).parts
     fits = fit_contact_spheres(figure)
     tree = build_tree(figure)
     poses = forward_kinematics(tree, initial_displacements(tree)).poses
     directions = np.random.default_rng(1).normal(size=(200, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    for part in contact_of(name).parts:
+    for part in parts:
         own = [(segment, fits[segment].spheres[number]) for segment, number in part.spheres]
         centres = np.array([(poses[s] @ np.append(one.centre, 1.0))[:3] for s, one in own])
         heights = directions @ centres.T + np.array([one.radius for _, one in own])
@@ -78,6 +94,22 @@ def test_a_part_on_a_plane_has_its_stiffness_in_any_pose(name):
         ratios = totals / part.law.elastic_force(0.02)
         assert np.mean(ratios) == pytest.approx(1.0, abs=0.2)
         assert np.quantile(ratios, 0.9) < 1.25
+
+
+def test_limbs_of_a_written_person_stop_edges_and_keep_their_heights(with_limb_spheres):
+    figure = read_figure(with_limb_spheres)
+    fits = fit_contact_spheres(figure)
+    owned = {sphere for part in contact_of_figure(figure).parts for sphere in part.spheres}
+    assert owned == {(name, k) for name, fit in fits.items() for k in range(len(fit.spheres))}
+    limbs = 0
+    for name, fit in fits.items():
+        surface = read_segment_surface(figure, figure.segments[name])
+        assert fit.largest_error < LARGEST_ERROR
+        if is_limb(figure, name, surface):
+            limbs += 1
+            assert largest_edge_depth(surface, fit.spheres) < LARGEST_ERROR + 2e-4
+    assert limbs == 8
+    assert len(owned) < 130
 
 
 @pytest.mark.parametrize("integrator", [Integrator.COMPILED, Integrator.IMPLICIT])
