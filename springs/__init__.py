@@ -3,7 +3,7 @@
 from springs.axis import AxisSpring
 from springs.backends import FLOATS, NUMPY, Operations, Real
 from springs.contact import Surface
-from springs.contact_part import PartLaw
+from springs.contact_part import PartLaw, Series
 from springs.cubic import Coefficients, Cubic, NotRestoringError, passive_cubic, restoring_sense
 from springs.damping import Damping
 from springs.elastic import Elastic, total_energy, total_torque
@@ -15,6 +15,7 @@ from springs.joint import (
     SphericalLaw,
     SpringSet,
 )
+from springs.layer import Layer
 from springs.linear import Linear
 from springs.reach import Reach, ReachPoint, TurnRange
 from springs.spherical import (
@@ -41,6 +42,7 @@ __all__ = [
     "Damping",
     "Elastic",
     "JointSprings",
+    "Layer",
     "Linear",
     "NotRestoringError",
     "Operations",
@@ -50,6 +52,7 @@ __all__ = [
     "ReachPoint",
     "Real",
     "RotationLaw",
+    "Series",
     "Singularity",
     "SphericalLaw",
     "SpringSet",

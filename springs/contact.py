@@ -1,9 +1,10 @@
 """The resistance of a surface to what is pressed into it and slides on it."""
 
 from dataclasses import dataclass, field
-from math import inf, isfinite
+from math import isfinite
 
 from springs.backends import NUMPY, Operations, Real
+from springs.layer import Layer
 
 STIFFNESS_SOURCE = (
     "the pelvis of 7 men and 5 women has a secant stiffness of 24.6 to 35.6 kN/m as a whole "
@@ -54,9 +55,9 @@ class Surface:
         transition_depth: e, over which the stiffness grows [m].
         friction_speed: s [m/s]. The steps of an explicit integration are proportional to it below
             0.02 m/s.
-        own_stiffness: stiffness of what is below the surface, in series with a part of the body
-            that has a law of its own [N/m].
         source: where the numbers are from.
+        layer: what is below the surface, such as a mat, in series with a part of the body that has
+            a law of its own; None for what is hard.
     """
 
     stiffness: float = 3e4
@@ -65,7 +66,7 @@ class Surface:
     transition_depth: float = 5e-3
     friction_speed: float = 0.02
     source: str = field(default="", compare=False)
-    own_stiffness: float = inf
+    layer: Layer | None = None
 
     def __post_init__(self) -> None:
         """Check the numbers. Raises ValueError."""
@@ -74,8 +75,6 @@ class Surface:
                 raise ValueError(
                     f"the {name.replace('_', ' ')} must be positive and finite, not {value:g}"
                 )
-        if not self.own_stiffness > 0.0:
-            raise ValueError(f"the own stiffness must be positive, not {self.own_stiffness:g}")
         for name in ("damping", "friction"):
             if not (isfinite(value := getattr(self, name)) and value >= 0.0):
                 raise ValueError(f"the {name} must not be negative, and finite, not {value:g}")

@@ -22,18 +22,24 @@ the part, by the compression of the region's own spheres. A second spring would 
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite
+from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
 from springs.backends import NUMPY, Array, Operations, Real
 from springs.contact import rising_energy, rising_force, rising_slope
+from springs.layer import Layer, Stages, check_stages, series_stages
 
 NORM = 12
 """p of the norm over the spheres of a part."""
 
 FIRST_TRANSITION, LATER_TRANSITION = 5e-3, 2e-3
 """Depth over which the stiffness of the first stage, and of each later one, grows [m]."""
+
+_LATER_BEND = 0.5 * (FIRST_TRANSITION - LATER_TRANSITION)
+"""How much earlier than a later stage begins the lines beyond the transitions meet, where the first
+line starts at zero [m]: at e/2 into a transition."""
 
 
 @dataclass(frozen=True)
@@ -47,20 +53,18 @@ class PartLaw:
         source: Where the numbers are from.
         within: Law of the part of which this is a firmer region. Forces and energy are then what
             the region adds to those of the part.
+        cover: Layer over the part, such as a hip protector, which `on` puts in series.
     """
 
-    stages: tuple[tuple[float, float], ...]
+    stages: Stages
     damping: float = 1.0
     source: str = field(default="", compare=False)
     within: "PartLaw | None" = None
+    cover: Layer | None = None
 
     def __post_init__(self) -> None:
         """Check the numbers. Raises ValueError."""
-        depths, stiffnesses = zip(*self.stages, strict=True) if self.stages else ((), ())
-        if not depths or depths[0] != 0.0 or sorted(set(depths)) != list(depths):
-            raise ValueError("the stages of a part begin at 0 and follow each other")
-        if not all(isfinite(k) and k > 0.0 for k in stiffnesses) or not isfinite(depths[-1]):
-            raise ValueError("the stiffness of a stage must be positive and finite")
+        check_stages(self.stages, "part")
         if not (isfinite(self.damping) and self.damping >= 0.0):
             raise ValueError(f"the damping must not be negative, and finite, not {self.damping:g}")
 
@@ -79,26 +83,26 @@ class PartLaw:
         within = self.within and self.within.scaled(stiffness, damping)
         return replace(self, stages=stages, damping=damping * self.damping, within=within)
 
-    def on(self, stiffness: float) -> "PartLaw":
-        """Return the law of the part in series with a floor.
+    def on(self, layer: Layer | None) -> "PartLaw":
+        """Return the law of the part in series with its cover and a layer on the floor.
 
-        The stages of the series begin where those of the part do under the same force. The damping
-        acts on the part's own rate, that of its last stage.
+        Beyond its transitions F is piecewise linear, and so is the series of such curves, which
+        bends at the forces at which one of them does. The damping acts on the part's own rate,
+        that of its last stage with the first ones of the layers.
 
         Args:
-            stiffness: Stiffness of the floor, infinite for a hard one [N/m].
+            layer: Layer on the floor; None for a hard floor.
         """
-        if stiffness == inf:
+        layers = [each for each in (self.cover, layer) if each is not None]
+        if not layers:
             return self
-        stages: list[tuple[float, float]] = []
-        depth, before, force = 0.0, 0.0, 0.0
-        for begin, k in self.stages:
-            force += before * (begin - depth)
-            stages.append((begin + force / stiffness, k * stiffness / (k + stiffness)))
-            depth, before = begin, k
-        share = stiffness / (before + stiffness)
-        within = self.within and self.within.on(stiffness)
-        return replace(self, stages=tuple(stages), damping=self.damping * share, within=within)
+        own = tuple((max(x - _LATER_BEND, 0.25 * x), k) for x, k in self.stages)
+        (_, first), *later = series_stages([own, *(each.curve for each in layers)])
+        stages = ((0.0, first), *((x + _LATER_BEND, k) for x, k in later))
+        others = sum(1.0 / each.stages[0][1] for each in layers)
+        share = 1.0 / (1.0 + self.stages[-1][1] * others)
+        damping, within = self.damping * share, self.within and self.within.on(layer)
+        return replace(self, stages=stages, damping=damping, within=within, cover=None)
 
     @property
     def increments(self) -> Iterator[tuple[float, float, float]]:
@@ -125,6 +129,44 @@ class PartLaw:
     def energy(self, depth: Real, ops: Operations = NUMPY) -> Real:
         """Psi [J] at a compression [m]."""
         return sum(rising_energy(depth - x, k, e, ops) for x, k, e in self.increments)
+
+
+class Compressions(NamedTuple):
+    """Compressions of a part, of its cover and of a layer on the floor [m]."""
+
+    part: Array
+    cover: Array
+    floor: Array
+
+
+@dataclass(frozen=True)
+class Series:
+    """A part of the body, its cover and a layer on the floor, which carry one force.
+
+    Attributes:
+        part: Law of the part, with its cover.
+        floor: Layer on the floor; None for a hard floor.
+    """
+
+    part: PartLaw
+    floor: Layer | None = None
+
+    @property
+    def law(self) -> PartLaw:
+        """Law of all of it together."""
+        return self.part.on(self.floor)
+
+    def split(self, compression: Array) -> Compressions:
+        """Return whose compressions add to one, of any shape [m].
+
+        Those of the layers follow from the elastic force, and that of the part is the rest.
+        """
+        force = np.asarray(self.law.elastic_force(compression))
+        cover, floor = (
+            np.zeros_like(force) if layer is None else layer.compression(force)
+            for layer in (self.part.cover, self.floor)
+        )
+        return Compressions(compression - cover - floor, cover, floor)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ Doubts about the curves of the springs do not change the exit code: the figure c
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from math import degrees
+from math import degrees, inf
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,6 +35,7 @@ from generator.study.study_tables import STUDY_SUFFIX
 from generator.text_io import is_file, path_exists
 from springs import SpringSet
 from springs.axis import UNKNOWN_AXIS
+from springs.layer import Layer, Stages
 from springs.lint.finding import Finding
 from springs.lint.report import (
     CoupledReport,
@@ -199,7 +200,9 @@ def _check_scene(name: str) -> answer.CommandResult:
     reading = SCENE_FILE.parse_file(name)
     use = "the scene cannot be used" if reading.value is None else "the scene can be used"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
-    rows = [_prop_row(prop) for prop in (reading.value or Scene()).props]
+    scene = reading.value or Scene()
+    rows = [_prop_row(prop) for prop in scene.props]
+    rows += [(f"cover of {cover.part}", _layer_text(cover.layer), "") for cover in scene.covers]
     return CheckResult(verdict, reading.diagnostics, sections=[answer.Table(rows, 3)])
 
 
@@ -222,13 +225,26 @@ def _check_contact(name: str) -> answer.CommandResult:
 
 def _part_row(part: BodyPart) -> tuple[str, str, str, str, str, str]:
     """Return name, number of spheres, stages, damping, band and class of a part."""
-    (_, first), *later = part.law.stages
-    stages = [f"{1e-3 * first:g}", *(f"{1e-3 * k:g} from {1e3 * x:g} mm" for x, k in later)]
     low, high = part.band
     return (
-        *(part.name, str(len(part.spheres)), ", ".join(stages), f"{part.law.damping:g}"),
+        *(part.name, str(len(part.spheres)), _stages_text(part.law.stages)),
+        f"{part.law.damping:g}",
         *(f"{low:g} to {high:g}", part.evidence.value),
     )
+
+
+def _stages_text(stages: Stages) -> str:
+    """Return stiffnesses [kN/m] with the depths from which they hold."""
+    (_, first), *later = stages
+    return ", ".join(
+        [f"{1e-3 * first:g}", *(f"{1e-3 * k:g} from {1e3 * x:g} mm" for x, k in later)]
+    )
+
+
+def _layer_text(layer: Layer) -> str:
+    """Return stiffness and thickness of a layer."""
+    end = "" if layer.thickness == inf else f", pressed through at {1e3 * layer.thickness:g} mm"
+    return f"{_stages_text(layer.stages)} kN/m{end}"
 
 
 def _is_study(name: str) -> bool:
@@ -258,6 +274,8 @@ def _prop_row(prop: Prop) -> tuple[str, str, str]:
     """Return name, shape and surface of a prop."""
     surface = prop.surface
     numbers = f"{surface.stiffness:g} N/m, {surface.damping:g} s/m, friction {surface.friction:g}"
+    if surface.layer is not None:
+        numbers += f"; below, with parts of the body: {_layer_text(surface.layer)}"
     return prop.name, prop.shape.describe(), numbers
 
 

@@ -1,6 +1,6 @@
 """Contact on the command line: the options of repeated starts, and what a fall reports."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, pi
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,6 +14,7 @@ from generator.contact.record import (
     REST_DURATION,
     ContactRecord,
 )
+from generator.contact.scene import Cover
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure import Figure
 from generator.model import Model
@@ -56,8 +57,11 @@ def add_sphere_warnings(
 
 
 def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
-    """Warn of a run in which nothing was touched."""
+    """Warn of a run in which nothing was touched, or a layer was pressed through."""
     record = recording.contact
+    for layer, part, time in () if record is None else record.pressed_layers:
+        by = "" if layer.endswith(part) else f" by {part}"
+        yield warning(f"{layer} was pressed through{by} at {time:.3g} s: what is below is hard")
     if record is None or any(one.first_time is not None for one in record.segments.values()):
         return
     yield warning(
@@ -86,19 +90,26 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
         "height_sensitivity_m": None if heights is None else heights[-1],
         "impact_shift_s": record.impact_shift,
         "overlap": record.overlap,
+        **({"pressed_layers": record.pressed_layers} if record.pressed_layers else {}),
         "head_injury_criterion": record.head_injury,
     }
 
 
-def _parts_text(model: Model) -> str:
-    """Return in how many parts the spheres are; "" where each resists by itself."""
+def _parts_text(model: Model, covers: Sequence[Cover]) -> str:
+    """Return in how many parts the spheres are, and which are covered; "" without parts."""
     if model.contact is None:
         return ""
-    return f" of {format_count(len(model.contact.parts), 'part')}"
+    covered = ", ".join(cover.part for cover in covers)
+    text = f" of {format_count(len(model.contact.parts), 'part')}"
+    return f"{text}, {covered} covered" if covered else text
 
 
 def contact_rows(
-    recording: Recording, spheres: "Mapping[str, SegmentSpheres]", *, self_contact: bool = False
+    recording: Recording,
+    spheres: "Mapping[str, SegmentSpheres]",
+    *,
+    self_contact: bool = False,
+    covers: Sequence[Cover] = (),
 ) -> list[tuple[str, str]]:
     """Return the rows of a summary about a run with contact: title and text."""
     record = recording.contact
@@ -106,7 +117,7 @@ def contact_rows(
     count = sum(len(one.spheres) for one in spheres.values())
     errors = [one.largest_error for one in spheres.values() if one.largest_error is not None]
     fit = f"; error in height at most {1000.0 * max(errors):.0f} mm" if errors else ""
-    parts = "" if recording.model is None else _parts_text(recording.model)
+    parts = "" if recording.model is None else _parts_text(recording.model, covers)
     spheres_text = f"{format_count(count, 'sphere')}{parts}{fit}"
     rows = [("contact", spheres_text), *_touch_rows(recording, record)]
     if record.max_force > 0.0:

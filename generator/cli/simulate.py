@@ -329,7 +329,9 @@ def simulate(
         from generator.contact.spheres import fit_contact_spheres  # slow import
 
         spheres = fit_contact_spheres(figure)
-        contact = contact_rows(recording, spheres, self_contact=plan.self_contact)
+        contact = contact_rows(
+            recording, spheres, self_contact=plan.self_contact, covers=plan.scene.covers
+        )
         contact += sensitivity_rows(recording)
     accuracy, outcome = recording.accuracy, recording.outcome
     is_estimated = answer.finite_or_none(accuracy.estimate) is not None

@@ -85,6 +85,20 @@ class Overlap(NamedTuple):
     time: float
 
 
+class PressedLayer(NamedTuple):
+    """Layer that a part of the body pressed through.
+
+    Attributes:
+        layer: Name of the prop with the layer, or "cover of PART".
+        part: Name of the part.
+        time: When it first was [s].
+    """
+
+    layer: str
+    part: str
+    time: float
+
+
 @short_repr
 @dataclass(frozen=True, eq=False)
 class ContactRecord:
@@ -120,6 +134,8 @@ class ContactRecord:
             older versions.
         head_accelerations: Peak acceleration of the centre of mass of each head, over all steps
             [m/s^2]; empty in files of older versions.
+        pressed_layers: Layers of props and covers that parts of the body pressed through; none in
+            files.
     """
 
     forces: Mapping[str, Array]
@@ -141,6 +157,7 @@ class ContactRecord:
     extreme_forces: Array | None = None
     max_depth_part: str = ""
     head_accelerations: Mapping[str, float] = field(default_factory=dict[str, float])
+    pressed_layers: tuple[PressedLayer, ...] = ()
 
     def chaotic_from(self, times: Array) -> float | None:
         """Return the time from which poses are chaotic [s]; None if they are not, or unknown.

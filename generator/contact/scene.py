@@ -1,8 +1,8 @@
 """Props that a figure may touch."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,8 @@ from generator.contact.shape import Shape, Vector
 from generator.diagnostics import ModelError
 from generator.rotations import Array
 from springs.contact import DEFAULT_SURFACE, Surface
+from springs.contact_part import PartLaw
+from springs.layer import Layer
 from springs.short_repr import short_repr
 
 SHAPES: tuple[type[Shape], ...] = (Plane, Box)
@@ -34,10 +36,30 @@ class Prop:
 
 @short_repr
 @dataclass(frozen=True)
+class Cover:
+    """A layer over a part of the body, such as a helmet.
+
+    Attributes:
+        part: Name of the part.
+        layer: Its stiffness, in series with the part and with what this touches.
+        origin: File and line of the cover, for errors.
+    """
+
+    part: str
+    layer: Layer
+    origin: str = field(default="", compare=False)
+
+
+@short_repr
+@dataclass(frozen=True)
 class Scene:
-    """The props around a figure. Raises ModelError for two of one name."""
+    """The props around a figure, and the covers of parts of its body.
+
+    Raises ModelError for two props of one name, and for two covers of one part.
+    """
 
     props: tuple[Prop, ...] = ()
+    covers: tuple[Cover, ...] = ()
 
     @classmethod
     def floor(cls, up: Vector = (0.0, 1.0, 0.0), surface: Surface = DEFAULT_SURFACE) -> "Scene":
@@ -50,6 +72,32 @@ class Scene:
         for name, count in names.items():
             if count > 1:
                 raise ModelError(f"two props are called `{name}`")
+        parts = Counter(cover.part for cover in self.covers)
+        for part, count in parts.items():
+            if count > 1:
+                raise ModelError(f"two covers are over the part `{part}`")
+
+    def cover(self, laws: Mapping[str, PartLaw]) -> dict[str, PartLaw]:
+        """Return the laws of parts of the body by name, with the covers of this scene.
+
+        Raises:
+            ModelError: The body does not have a part that is covered.
+        """
+        covered = dict(laws)
+        for cover in self.covers:
+            place = f"{cover.origin}: " if cover.origin else ""
+            if not laws:
+                raise ModelError(
+                    f"{place}the scene covers the part `{cover.part}`, but the figure has no "
+                    "parts: a person made with `mover person --contact parts` has some"
+                )
+            if cover.part not in laws:
+                raise ModelError(
+                    f"{place}the scene covers the part `{cover.part}`, which the body does not "
+                    f"have; its parts are {', '.join(laws)}"
+                )
+            covered[cover.part] = replace(laws[cover.part], cover=cover.layer)
+        return covered
 
     @property
     def shape_numbers(self) -> list[int]:
@@ -80,7 +128,7 @@ def add_floor(scene: Scene, up: Vector, friction: float | None = None) -> Scene:
     if any(prop.name == FLOOR for prop in scene.props):
         raise ModelError(f"the scene has a prop `{FLOOR}` already")
     surface = DEFAULT_SURFACE if friction is None else replace(DEFAULT_SURFACE, friction=friction)
-    return Scene((floor_prop(up, surface), *scene.props))
+    return replace(scene, props=(floor_prop(up, surface), *scene.props))
 
 
 class Penetration(NamedTuple):

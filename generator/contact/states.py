@@ -206,9 +206,7 @@ def evaluate_contacts(
         stored = np.asarray(prop.surface.energy(force.depth))
         for name, law in contacts.laws.items():
             own = spheres_of[name]
-            part = part_forces(
-                law.on(prop.surface.own_stiffness), force.depth[:, own], force.rate[:, own]
-            )
+            part = part_forces(law.on(prop.surface.layer), force.depth[:, own], force.rate[:, own])
             if law.within is None:
                 normal[:, own], elastic[:, own], stored[:, own] = 0.0, 0.0, 0.0
             normal[:, own] += part.normal

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.contact.layers import pressed_layers
 from generator.contact.record import (
     REST_DURATION,
     ContactRecord,
@@ -79,6 +80,7 @@ def build_contact_record(
         head_injury=_head_injury(figure, contact),
         head_accelerations=_head_accelerations(figure, contact),
         extreme_forces=np.array([extremes_of(times, along) for along in ground_forces.T]),
+        pressed_layers=tuple(pressed_layers(model, steps, poses, frame_times)),
     )
 
 

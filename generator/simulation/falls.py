@@ -267,11 +267,12 @@ def _toes(placement: Placement) -> float:
 
 def _moved_ahead(scene: Scene, distance: float) -> Scene:
     """Return a scene whose boxes are moved along z [m]."""
-    return Scene(
-        tuple(
+    return replace(
+        scene,
+        props=tuple(
             replace(prop, shape=replace(prop.shape, centre=(x, y, z + distance)))
             for prop in scene.props
             if isinstance(prop.shape, Box)
             for x, y, z in [prop.shape.centre]
-        )
+        ),
     )

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from springs.contact_part import NORM, PartLaw, compression_of, part_forces
+from springs.contact_part import NORM, PartLaw, Series, compression_of, part_forces
+from springs.layer import Layer
 
 PELVIS = PartLaw(((0.0, 30e3), (0.03, 71e3)), 1.0)
 HEAD = PartLaw(((0.0, 150e3), (0.005, 2e6)), 0.3)
@@ -60,18 +61,90 @@ def test_compression_without_any_touch_is_zero():
     assert not weights.any()
 
 
-@pytest.mark.parametrize("floor", [400e3, 95e3, 67e3, 59e3])
-def test_a_floor_in_series_has_the_common_force(floor):
-    """The closed form against the equilibrium of both, beyond the transitions."""
-    made = PELVIS.on(floor)
+FLOORS = [
+    *(Layer(((0.0, k),)) for k in (400e3, 95e3, 67e3, 59e3)),
+    Layer(((0.0, 59e3), (0.08, 1e6))),
+    Layer(((0.0, 150e3),), thickness=0.028),
+    Layer(((0.0, 20e3), (0.01, 60e3)), thickness=0.03),
+]
+COVER = Layer(((0.0, 100e3), (0.006, 300e3)), thickness=0.012)
 
-    def surplus(own: float, whole: float) -> float:
-        return float(PELVIS.elastic_force(own)) - floor * (whole - own)
 
-    for whole in np.linspace(0.012, 0.12, 30):
-        own = brentq(surplus, 0.0, whole, (whole,))
-        assert made.elastic_force(whole) == pytest.approx(PELVIS.elastic_force(own), rel=0.012)
-    assert PELVIS.on(np.inf) is PELVIS
+def elastic(law, depth):
+    return float(law.elastic_force(depth))
+
+
+@pytest.mark.parametrize("cover", [None, COVER])
+@pytest.mark.parametrize("floor", [None, *FLOORS])
+def test_layers_in_series_have_the_common_force(floor, cover):
+    """The closed form against the equilibrium of all, beyond the transitions: compressions add."""
+    part = PartLaw(PELVIS.stages, 1.0, cover=cover)
+    made = part.on(floor)
+    layers = [each for each in (cover, floor) if each is not None]
+    if not layers:
+        assert made is part
+        return
+
+    def whole_less(own, whole):
+        force = elastic(PELVIS, own)
+        return own + sum(float(layer.compression(force)) for layer in layers) - whole
+
+    for whole in np.linspace(0.012, 0.15, 60):
+        own = brentq(whole_less, 0.0, whole, (whole,))
+        assert elastic(made, whole) == pytest.approx(elastic(PELVIS, own), rel=0.01)
+        split = Series(part, floor).split(np.array(whole))
+        assert sum(split) == pytest.approx(whole)
+        assert float(split.part) == pytest.approx(own, abs=0.003)
+        force = elastic(made, whole)
+        for layer, found in ((cover, split.cover), (floor, split.floor)):
+            expected = 0.0 if layer is None else float(layer.compression(force))
+            assert float(found) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("layer", [*FLOORS, COVER])
+def test_a_layer_is_as_stiff_as_its_stages_up_to_its_thickness(layer):
+    forces = np.linspace(0.0, 2e4, 2001)
+    depths = layer.compression(forces)
+    assert depths[0] == 0.0
+    assert np.all(np.diff(depths) >= 0.0)
+    assert np.max(depths) <= layer.thickness
+    is_through = forces >= layer.limit
+    assert depths[is_through] == pytest.approx(layer.thickness)
+    slopes = np.diff(depths) / np.diff(forces)
+    middles = 0.5 * (depths[1:] + depths[:-1])
+    for (begin, k), end in zip(
+        layer.stages, [*(x for x, _ in layer.stages[1:]), layer.thickness], strict=True
+    ):
+        inside = (middles > begin + 1e-3) & (middles < end - 1e-3)
+        assert slopes[inside] == pytest.approx(1.0 / k)
+
+
+def test_layers_split_and_merge_in_any_order():
+    """A floor in front of a cover is as a cover in front of a floor."""
+    one = PartLaw(PELVIS.stages, 1.0, cover=COVER).on(FLOORS[0])
+    other = PartLaw(PELVIS.stages, 1.0, cover=FLOORS[0]).on(COVER)
+    assert one.damping == pytest.approx(other.damping)
+    assert np.array(one.stages) == pytest.approx(np.array(other.stages))
+    assert one.on(None) is one
+
+
+def test_a_part_on_a_hard_floor_loses_as_much_as_the_damping_of_its_own_rate():
+    """Two springs of one stiffness: half of the rate is the part's."""
+    part = PartLaw(((0.0, 60e3),), 0.8)
+    assert part.on(Layer(((0.0, 60e3),))).damping == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("stages", "thickness", "message"),
+    [
+        ((), 0.1, "begin at 0"),
+        (((0.0, 1e4), (0.01, 0.0)), 0.1, "stiffness of a stage"),
+        (((0.0, 1e4), (0.01, 2e4)), 0.01, "thickness must be above"),
+    ],
+)
+def test_impossible_layers_are_refused(stages, thickness, message):
+    with pytest.raises(ValueError, match=message):
+        Layer(stages, thickness)
 
 
 @pytest.mark.parametrize("floor", [np.inf, 400e3, 59e3])

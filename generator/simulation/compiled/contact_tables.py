@@ -257,7 +257,7 @@ def _part_constants(law: PartLaw | None, surface: Surface) -> list[float]:
     if law is None:
         stage = (0.0, surface.stiffness, surface.transition_depth)
         return [surface.damping, 1.0, *stage]
-    law = law.on(surface.own_stiffness)
+    law = law.on(surface.layer)
     stages = list(law.increments)
     return [law.damping, float(len(stages)), *(x for stage in stages for x in stage)]
 

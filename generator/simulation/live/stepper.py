@@ -425,6 +425,7 @@ class Stepper:
             if self.contact is not None:
                 spheres, laws = self.contact.assign(spheres), self.contact.laws
             contacts = ContactModel(Scene(), spheres, laws=laws)
+        laws = scene.cover({} if self.contact is None else self.contact.laws)
         deepest = deepest_sphere(self.poses, scene, contacts.spheres)
         present = deepest_sphere(self.poses, contacts.scene, contacts.spheres)
         allowed = max(MAX_CHANGED_DEPTH, 0.0 if present is None else present.depth)
@@ -433,7 +434,7 @@ class Stepper:
                 f"segment {deepest.segment} is {100.0 * deepest.depth:.3g} cm inside "
                 f"{deepest.prop}: raise the figure, or move the prop"
             )
-        self._rebuild(replace(setting, contacts=replace(contacts, scene=scene)))
+        self._rebuild(replace(setting, contacts=replace(contacts, scene=scene, laws=laws)))
 
     def lock(self, *joints: str) -> None:
         """Lock joints at their present displacements, as by an inelastic impact."""

@@ -339,7 +339,8 @@ def hold_still(stepper: Stepper) -> Stepper:
 
 def _replace_surfaces(scene: Scene, change: Callable[[Surface], Surface]) -> Scene:
     """Return a scene with changed surfaces."""
-    return Scene(tuple(replace(prop, surface=change(prop.surface)) for prop in scene.props))
+    changed = tuple(replace(prop, surface=change(prop.surface)) for prop in scene.props)
+    return replace(scene, props=changed)
 
 
 def _damped(surface: Surface) -> Surface:

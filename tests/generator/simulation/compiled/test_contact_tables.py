@@ -33,6 +33,7 @@ from generator.simulation.compiled.layout import (
 from springs import FLOATS
 from springs.contact import DEFAULT_SURFACE, Surface
 from springs.contact_part import PartLaw
+from springs.layer import Layer
 from tests.contact_figures import CRATE, SLOPE_AND_CRATE, SOFT, TILTED, Touch, touches
 
 DIFFERENT = Surface(1e3, 0.3, 0.2, 0.01, 0.05)
@@ -189,7 +190,7 @@ def test_tables_of_parts() -> None:
     }
     knee["thigh"] = (SPHERES["thigh"][0], *knee["thigh"][1:])
     law = PartLaw(((0.0, 3e4), (0.02, 9e4)), 0.7)
-    soft = replace(DIFFERENT, own_stiffness=6e4)
+    soft = replace(DIFFERENT, layer=Layer(((0.0, 6e4),)))
     scene = Scene((TILTED, Prop("soft", CRATE.shape, soft)))
     *_, parts, offsets, table = contact_tables(scene, knee, LINKS, POINTS, {"knee": law})
     assert parts.tolist() == [[1, -1], [0, -1], [0, -1]]
@@ -200,7 +201,7 @@ def test_tables_of_parts() -> None:
         return table[at : at + size].tolist()
 
     assert constants(0, 0, 8) == [0.7, 2.0, 0.0, 3e4, 5e-3, 0.02, 6e4, 2e-3]
-    series = law.on(6e4)
+    series = law.on(soft.layer)
     assert constants(0, 1, 5) == [series.damping, 2.0, 0.0, 2e4, 5e-3]
     assert constants(1, 1, 5) == [soft.damping, 1.0, 0.0, soft.stiffness, soft.transition_depth]
 
