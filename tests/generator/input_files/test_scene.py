@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from generator.contact.box import Box
 from generator.contact.plane import Plane
-from generator.contact.scene import Prop, Scene, deepest_start
+from generator.contact.scene import Cover, Prop, Scene, deepest_start
 from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import Severity, Source
 from generator.figure_file import FIGURE_FILE, read_figure
@@ -19,6 +19,7 @@ from generator.kinematics.centre_of_mass import centre_of_mass
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from springs.contact import DEFAULT_SURFACE, Surface
+from springs.layer import Layer
 from tests.paths import FIGURES
 from tests.scenes import scenes
 
@@ -156,7 +157,9 @@ def test_no_text_breaks_the_reader(text: str):
 
 
 def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
-    assert set(SCENE_FILE.shipped()) == {"bed", "seat", "stairs", "step", "trip"}
+    assert set(SCENE_FILE.shipped()) == {
+        *("bath", "bed", "foam", "hip_protector", "mat", "seat", "stairs", "step", "trip")
+    }
     assert not SCENE_FILE.shipped().keys() & FIGURE_FILE.shipped().keys()
     assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
     own = tmp_path / "own.scene.toml"
@@ -178,6 +181,85 @@ def test_a_shipped_scene_is_valid_and_has_sources(name: str):
     reading = SCENE_FILE.parse_file(name)
     assert reading.diagnostics == ()
     assert all(prop.surface.source for prop in reading.value.props)
+    assert all(cover.layer.source for cover in reading.value.covers)
+
+
+LAYERS = """
+[[surface]]
+name = "mat"
+{surface}
+source = "assumed"
+[[plane]]
+name = "floor"
+normal = [0, 1, 0]
+surface = "mat"
+[[cover]]
+part = "head"
+{cover}
+source = "assumed"
+"""
+FIRM = "stiffness_N_m = 2e4"
+
+
+@pytest.mark.parametrize(
+    ("lines", "layer"),
+    [
+        ("own_stiffness_N_m = 59e3", Layer(((0.0, 59e3),))),
+        ("own_stiffness_N_m = 59e3\nthickness_m = 0.04", Layer(((0.0, 59e3),), 0.04)),
+        ("from_m = [0]\nown_stiffness_N_m = [59e3]", Layer(((0.0, 59e3),))),
+        (
+            "from_m = [0, 0.08]\nown_stiffness_N_m = [59e3, 1e6]\nthickness_m = 0.1",
+            Layer(((0.0, 59e3), (0.08, 1e6)), 0.1),
+        ),
+        ("friction = 0.2", None),
+    ],
+)
+def test_layers_of_surfaces_and_covers(lines, layer):
+    reading = SCENE_FILE.parse(
+        Source("my.scene.toml", LAYERS.format(surface=lines, cover="stiffness_N_m = 2e4"))
+    )
+    assert reading.diagnostics == ()
+    scene = reading.require_value()
+    assert scene.props[0].surface.layer == layer
+    assert scene.covers == (Cover("head", Layer(((0.0, 2e4),))),)
+    assert scene.covers[0].origin == f"my.scene.toml:{10 + len(lines.splitlines())}"
+    assert SCENE_FILE.parse_text(write_scene(scene)).require_value() == scene
+
+
+@pytest.mark.parametrize(
+    ("surface", "cover", "message"),
+    [
+        ("thickness_m = 0.1", FIRM, "`thickness_m` needs `own_stiffness_N_m`"),
+        ("from_m = [0, 0.1]", FIRM, "`from_m` needs `own_stiffness_N_m`"),
+        ("own_stiffness_N_m = 1e4\nfrom_m = [0]", FIRM, "`from_m` needs a list"),
+        ("own_stiffness_N_m = [1e4, 2e4]", FIRM, "begin nowhere"),
+        ("own_stiffness_N_m = [1e4]\nfrom_m = [0, 1]", FIRM, "has 2 instead of 1 number"),
+        ("own_stiffness_N_m = [1e4, 2e4]\nfrom_m = [0.1, 0.2]", FIRM, "begin at 0"),
+        ("own_stiffness_N_m = [1e4, -1]\nfrom_m = [0, 0.2]", FIRM, "must be above zero"),
+        ("own_stiffness_N_m = 0.5", FIRM, "must be from 1 to 1e+09 N/m"),
+        ("own_stiffness_N_m = 1e4\nthickness_m = 0", FIRM, "must be from 1e-06 to 1 m"),
+        (
+            "own_stiffness_N_m = [1e4, 2e4]\nfrom_m = [0, 0.2]\nthickness_m = 0.1",
+            FIRM,
+            "thickness must be above the beginning of the last stage",
+        ),
+        ("friction = 1", "thickness_m = 0.1", "this cover has no `stiffness_N_m`"),
+        ("friction = 1", f"{FIRM}\nfriction = 1", "unknown key `friction` in a cover"),
+    ],
+)
+def test_wrong_layers_are_refused_with_their_place(surface, cover, message):
+    reading = SCENE_FILE.parse_text(LAYERS.format(surface=surface, cover=cover))
+    assert reading.value is None
+    found = [one for one in reading.diagnostics if message in one.message]
+    assert found, [one.message for one in reading.diagnostics]
+    assert found[0].span is not None
+
+
+def test_two_covers_of_one_part_are_refused():
+    text = LAYERS.format(surface="friction = 1", cover=FIRM)
+    again = text + f'[[cover]]\npart = "head"\n{FIRM}\nsource = "assumed"\n'
+    (fault,) = SCENE_FILE.parse_text(again).diagnostics
+    assert "a second cover is over the part `head`" in fault.message
 
 
 def placed(**displacements: np.ndarray) -> Placement:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.contact.scene import Scene
+from generator.contact.scene import Cover, Scene
 from generator.contact.spheres import fit_contact_spheres
 from generator.contact.states import ContactStates, evaluate_contacts
 from generator.contact_file.parts import BodyContact, BodyPart
@@ -22,6 +22,7 @@ from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from springs import SpringSet
 from springs.contact_part import PartLaw
+from springs.layer import Layer
 from tests.compiled_models import SettableModel
 from tests.contact_figures import CRATE, FLOOR, SLOPE_AND_CRATE, TILTED, odd_body, two_segments
 from tests.poses import Pose, motion_matrix, random_pose
@@ -42,6 +43,7 @@ class Case:
     heights: tuple[float, float] = (-0.1, 0.5)
     states: int = 30
     contact: BodyContact | None = None
+    scene: Scene = SLOPE_AND_CRATE
 
 
 STAGES = ((0.0, 3e4), (0.03, 7.1e4))
@@ -72,6 +74,14 @@ OF_PROTOTYPE = parts_of(
 )
 """The other spheres of the figure are parts of their own."""
 
+MAT = Layer(((0.0, 4e4), (0.02, 9e4)), thickness=0.05)
+PAD = Layer(((0.0, 2e4),), thickness=0.012)
+COVERED = Scene(
+    (TILTED, replace(CRATE, surface=replace(CRATE.surface, layer=MAT))),
+    (Cover("center_torso", PAD), Cover("lower_torso and left_upper_leg and right_upper_leg", MAT)),
+)
+"""A crate on a mat, and a slope; both parts of the prototype have covers."""
+
 CASES = {
     "one body": Case(odd_body(), "pin", NONE),
     "two segments": Case(two_segments(), "root", NONE, (-0.1, 1.5)),
@@ -80,13 +90,17 @@ CASES = {
     "parts of the prototype": Case(
         read_figure("prototype"), "lower_torso", None, (0.2, 1.6), 15, OF_PROTOTYPE
     ),
+    "covered parts on a mat": Case(
+        read_figure("prototype"), "lower_torso", None, (0.2, 1.6), 15, OF_PROTOTYPE, COVERED
+    ),
 }
 
 
 @cache
-def settable(name: str, scene: Scene = SLOPE_AND_CRATE) -> tuple[SettableModel, ExudynEquations]:
-    """The model, built far above the scene."""
+def settable(name: str, scene: Scene | None = None) -> tuple[SettableModel, ExudynEquations]:
+    """The model, built far above a scene [default: that of the case]."""
     case = CASES[name]
+    scene = case.scene if scene is None else scene
     plan = Plan(scene=scene, free_root=case.springs is None)
     if plan.free_root:
         plan = replace(plan, height=20.0)
@@ -178,6 +192,26 @@ def test_far_spheres_cost_no_force(name: str) -> None:
         assert np.all(made.compiled.scratch.powers[[IMPACT, FRICTION]] == 0.0)
         free = without.accelerations(replace(pose, model=without.model))
         assert np.array_equal(found, free)
+
+
+def test_layers_soften_parts_and_leave_other_spheres_alone() -> None:
+    """In one state less energy is stored than without layers; limbs of no part feel the same."""
+    soft, _ = settable("covered parts on a mat")
+    hard, _ = settable("parts of the prototype")
+    assert soft.model.contacts is not None
+    ends = ("lower_arm", "upper_arm", "lower_leg")
+    limbs = [g for g, name in enumerate(soft.model.contacts.spheres) if name.endswith(ends)]
+    softer, touching = 0, 0
+    for seed in range(15):
+        pose = pose_at(soft.model, CASES["covered parts on a mat"], seed)
+        found = expected_contact(pose)
+        other = expected_contact(replace(pose, model=hard.model))
+        assert found.energy[0] <= other.energy[0]
+        assert found.forces[0, limbs] == pytest.approx(other.forces[0, limbs], abs=1e-9)
+        softer += found.energy[0] < 0.9 * other.energy[0]
+        touching += bool(np.any(found.forces[0, limbs]))
+    assert softer > 3
+    assert touching > 3
 
 
 def test_forces_do_not_add_up_over_evaluations() -> None:
