@@ -38,8 +38,10 @@ FIRST_TRANSITION, LATER_TRANSITION = 5e-3, 2e-3
 """Depth over which the stiffness of the first stage, and of each later one, grows [m]."""
 
 _LATER_BEND = 0.5 * (FIRST_TRANSITION - LATER_TRANSITION)
-"""How much earlier than a later stage begins the lines beyond the transitions meet, where the first
-line starts at zero [m]: at e/2 into a transition."""
+"""Depth between the beginning of a later stage and the bend of the lines beyond transitions [m].
+
+The lines meet at e/2 into a transition; the first one starts at zero here.
+"""
 
 
 @dataclass(frozen=True)

@@ -63,25 +63,6 @@ def test_energy_of_a_fall_on_a_thin_mat_with_a_cover_is_kept(man, integrator):
         assert run.agreement_with_exudyn < 1e-10
 
 
-def test_exudyn_s_integrator_has_covers_and_mats_too(man):
-    """In a drop of a man who lies: the same forces, up to the errors of both."""
-    lying = {"root": (np.pi / 2.0, 0.0, 0.0)}
-    name = next(j.name for j in man.figure.joints.values() if j.parent.segment in man.figure.ground)
-    heights = []
-    for integrator in (Integrator.COMPILED, Integrator.EXUDYN):
-        plan = Plan(
-            stop=0.15,
-            free_root=True,
-            height=0.05,
-            scene=floor_on(SOFT, Cover("pelvis", PAD)),
-            integrator=integrator,
-            displacements={name: lying["root"]},
-        )
-        run = simulate(man, plan)
-        heights.append([run.poses[each][-1, 1, 3] for each in ("lower_torso", "head")])
-    assert heights[0] == pytest.approx(heights[1], abs=1e-3)
-
-
 def test_layers_that_are_pressed_through_are_told(man):
     """By their parts, at the moment when they carry more than they can."""
     soft = run_on(man, floor_on(SOFT)).contact
