@@ -1,6 +1,7 @@
 """Layers that parts of the body press through: a mat that is too thin, a cover."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,14 +32,14 @@ def pressed_layers(
     touched = _touched_props(model, poses)
     middles = 0.5 * (frame_times[1:] + frame_times[:-1])
     nearest = np.searchsorted(middles, steps.times)
-    parts = np.array(model.parts)
+    names = [(one.part, one.region) for some in model.spheres.values() for one in some]
     for name, law in model.laws.items():
-        own = np.flatnonzero(parts == name)
+        own, whole = np.flatnonzero([name in both for both in names]), replace(law, within=None)
         for place, prop in enumerate(model.scene.props):
             is_there = touched[np.ix_(nearest, own)] == place
             depths = np.where(is_there, steps.depths[:, own], -1.0)
             force = np.asarray(
-                Series(law, prop.surface.layer).law.elastic_force(compression_of(depths)[0])
+                Series(whole, prop.surface.layer).law.elastic_force(compression_of(depths)[0])
             )
             for layer, noun in ((law.cover, f"cover of {name}"), (prop.surface.layer, prop.name)):
                 if layer is not None and np.max(force) > layer.limit:

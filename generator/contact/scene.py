@@ -77,13 +77,19 @@ class Scene:
             if count > 1:
                 raise ModelError(f"two covers are over the part `{part}`")
 
-    def cover(self, laws: Mapping[str, PartLaw]) -> dict[str, PartLaw]:
+    def cover(
+        self, laws: Mapping[str, PartLaw], regions: Mapping[str, str] | None = None
+    ) -> dict[str, PartLaw]:
         """Return the laws of parts of the body by name, with the covers of this scene.
 
+        Args:
+            laws: Laws of the parts.
+            regions: Part that each region is within; a cover of the part is over its regions too.
+
         Raises:
-            ModelError: The body does not have a part that is covered.
+            ModelError: The body does not have a part that is covered, or it is a region.
         """
-        covered = dict(laws)
+        covered, regions = dict(laws), regions or {}
         for cover in self.covers:
             place = f"{cover.origin}: " if cover.origin else ""
             if not laws:
@@ -96,7 +102,15 @@ class Scene:
                     f"{place}the scene covers the part `{cover.part}`, which the body does not "
                     f"have; its parts are {', '.join(laws)}"
                 )
-            covered[cover.part] = replace(laws[cover.part], cover=cover.layer)
+            if cover.part in regions:
+                raise ModelError(
+                    f"{place}`{cover.part}` is a region of `{regions[cover.part]}`: cover that part"
+                )
+            whole = replace(laws[cover.part], cover=cover.layer)
+            covered[cover.part] = whole
+            for region, part in regions.items():
+                if part == cover.part:
+                    covered[region] = replace(laws[region], cover=cover.layer, within=whole)
         return covered
 
     @property

@@ -100,6 +100,11 @@ class BodyContact:
         own = {part.name: part.law for part in self.parts}
         return {part.name: replace(part.law, within=own.get(part.within)) for part in self.parts}
 
+    @property
+    def regions(self) -> dict[str, str]:
+        """Part that each region is within, by the name of the region."""
+        return {part.name: part.within for part in self.parts if part.within}
+
     def assign(
         self, spheres: Mapping[str, Sequence[ContactSphere]]
     ) -> dict[str, tuple[ContactSphere, ...]]:

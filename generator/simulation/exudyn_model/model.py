@@ -170,7 +170,7 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
         raise ModelError(
             "the scene covers parts of the body, but nothing touches them: add a floor"
         )
-    laws = plan.scene.cover(laws)
+    laws = plan.scene.cover(laws, None if contact is None else contact.regions)
     if plan.height is not None:
         up = np.array(plan.up)
         lowest = (

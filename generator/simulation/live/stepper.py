@@ -425,7 +425,10 @@ class Stepper:
             if self.contact is not None:
                 spheres, laws = self.contact.assign(spheres), self.contact.laws
             contacts = ContactModel(Scene(), spheres, laws=laws)
-        laws = scene.cover({} if self.contact is None else self.contact.laws)
+        laws, regions = {}, {}
+        if self.contact is not None:
+            laws, regions = self.contact.laws, self.contact.regions
+        laws = scene.cover(laws, regions)
         deepest = deepest_sphere(self.poses, scene, contacts.spheres)
         present = deepest_sphere(self.poses, contacts.scene, contacts.spheres)
         allowed = max(MAX_CHANGED_DEPTH, 0.0 if present is None else present.depth)

@@ -105,6 +105,17 @@ def test_a_cover_of_an_unknown_part_is_an_error_with_file_line_and_parts(man, tm
     assert covered.covers == (Cover("head", PAD),)
 
 
+def test_a_cover_of_a_part_is_over_its_regions_too(man):
+    """A region with its part under a cover is as firm as one with a law of its own there."""
+    covered = floor_on(None, Cover("pelvis", PAD)).cover(man.contact.laws, man.contact.regions)
+    depth = np.linspace(0.0, 0.12, 40)
+    both = [covered[name].on(SOFT).elastic_force(depth) for name in ("pelvis", "buttocks")]
+    alone = replace(man.contact.laws["buttocks"], within=None, cover=PAD).on(SOFT)
+    assert sum(both) == pytest.approx(alone.elastic_force(depth))
+    with pytest.raises(ModelError, match="`buttocks` is a region of `pelvis`: cover that part"):
+        run_on(man, floor_on(None, Cover("buttocks", PAD)))
+
+
 def test_covers_that_are_put_on_later_are_as_those_of_the_start(man):
     scene = floor_on(SOFT, Cover("pelvis", PAD), Cover("left_foot", SOFT))
     plan = Plan(free_root=True, height=0.0)
