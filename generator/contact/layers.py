@@ -15,7 +15,7 @@ from springs.contact_part import Series, compression_of
 def pressed_layers(
     model: ContactModel, steps: ContactSteps, poses: Mapping[str, Array], frame_times: Array
 ) -> Iterator[PressedLayer]:
-    """Yield the layers that are pressed through in a run, by the elastic force of a part.
+    """Yield the layers that are pressed through in a run, by the elastic force of a part or region.
 
     The prop in which a sphere is deepest in a step is that of the nearest frame.
 
@@ -35,13 +35,14 @@ def pressed_layers(
     names = [(one.part, one.region) for some in model.spheres.values() for one in some]
     for name, law in model.laws.items():
         own, whole = np.flatnonzero([name in both for both in names]), replace(law, within=None)
+        cover = f"cover of {names[own[0]][0] if own.size else name}"
         for place, prop in enumerate(model.scene.props):
             is_there = touched[np.ix_(nearest, own)] == place
             depths = np.where(is_there, steps.depths[:, own], -1.0)
             force = np.asarray(
                 Series(whole, prop.surface.layer).law.elastic_force(compression_of(depths)[0])
             )
-            for layer, noun in ((law.cover, f"cover of {name}"), (prop.surface.layer, prop.name)):
+            for layer, noun in ((law.cover, cover), (prop.surface.layer, prop.name)):
                 if layer is not None and np.max(force) > layer.limit:
                     first = int(np.argmax(force > layer.limit))
                     yield PressedLayer(noun, name, float(steps.times[first]))

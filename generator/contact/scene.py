@@ -95,7 +95,7 @@ class Scene:
             if not laws:
                 raise ModelError(
                     f"{place}the scene covers the part `{cover.part}`, but the figure has no "
-                    "parts: a person made with `mover person --contact parts` has some"
+                    "parts, as a person made with `mover person` has"
                 )
             if cover.part not in laws:
                 raise ModelError(
