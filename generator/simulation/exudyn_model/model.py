@@ -166,11 +166,12 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
     laws: Mapping[str, PartLaw] = {}
     if contact is not None and spheres:
         spheres, laws = contact.assign(spheres), contact.laws
-    if plan.scene.covers and not plan.scene.props:
-        raise ModelError(
-            "the scene covers parts of the body, but nothing touches them: add a floor"
-        )
-    laws = plan.scene.cover(laws, None if contact is None else contact.regions)
+    if plan.scene.covers:
+        if not plan.scene.props:
+            raise ModelError(
+                "the scene covers parts of the body, but nothing touches them: add a floor"
+            )
+        laws = plan.scene.cover(laws, None if contact is None else contact.regions)
     if plan.height is not None:
         up = np.array(plan.up)
         lowest = (
