@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import generator.input_files
 from generator import Plan, read_figure, simulate
 from generator.contact.record import HeadImpact, Overlap, PartContact, SegmentContact
+from generator.contact_file.parts import Evidence
 from generator.conversion import read_motion
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis, SiteRef
