@@ -16,6 +16,7 @@ from generator.diagnostics import ModelError, NamedMapping, format_count
 from generator.figure import JointAxis, Site
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import MAX_FRAMES_PER_PLACEMENT
+from generator.kinematics.range_of_motion import RangeExcess, range_excesses
 from generator.losses import Losses
 from generator.model import Model
 from generator.notebook import html_table
@@ -343,6 +344,21 @@ class Recording:
                 "replace(recording, model=Model.of(figure)) or convert(..., figure=figure)"
             )
         return self.model
+
+    @property
+    def range_excesses(self) -> tuple[RangeExcess, ...]:
+        """Return the places of joints beyond their ranges in the frames, the farthest first.
+
+        Raises:
+            ModelError: The recording is from a file; see `require_model`.
+            UnknownNameError: The rotation vectors were not recorded, and a joint has a reach.
+        """
+        model = self.require_model()
+        joints, springs = model.figure.joints.values(), model.springs.joints.values()
+        has_limits = any(joint.lower_limit or joint.upper_limit for joint in joints)
+        if not has_limits and all(joint.reach is None for joint in springs):
+            return ()
+        return range_excesses(model, self.times, self.displacements, self.rotation_vectors)
 
     def site(self, name: str) -> "SiteMotion":
         """Return the motion of a site, such as `"left_foot.heel"`.

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import inf, isfinite
 
 from generator.diagnostics import ModelError, spelling_hint
+from springs.strength.strengths import StrengthClass
 from springs.tone.activation import Activation
 from springs.tone.law import LEAD, WIDTH
 
@@ -38,7 +39,9 @@ class Tone:
         release: Time after the start of the run at which it begins to fall [s]; inf for never.
         rise: Duration of rise and fall [s].
         strengths: Largest torques about the axes of a joint in the sense of a motion and against
-            it [N m], by `joint motion` or by joint, in place of those of `springs/strength`.
+            it [N m], by `joint motion` or by joint, in place of those of `springs/strength`. The
+            motion may be the opposite one, in whose sense the first torque is then.
+        strength_classes: Classes of these, by the same names; by default estimates.
         name: Name of the file that it is from; "" for none.
     """
 
@@ -52,6 +55,7 @@ class Tone:
     strengths: Mapping[str, tuple[float, float]] = field(
         default_factory=dict[str, tuple[float, float]]
     )
+    strength_classes: Mapping[str, StrengthClass] = field(default_factory=dict[str, StrengthClass])
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -78,6 +82,8 @@ class Tone:
         for name, pair in self.strengths.items():
             if not (min(pair) >= 0.0 and isfinite(max(pair))):
                 raise ValueError(f"the strength of {name} is not negative, not {pair}")
+        for name in self.strength_classes.keys() - self.strengths.keys():
+            raise ValueError(f"{name} has a class of its strength and no strength")
 
     def __bool__(self) -> bool:
         """Return whether a joint has any tone."""

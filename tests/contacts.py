@@ -5,7 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.contact.record import MIN_VERTICAL_FORCE, ContactRecord, Overlap, SegmentContact
+from generator.contact.record import (
+    MIN_VERTICAL_FORCE,
+    ContactRecord,
+    HeadImpact,
+    Overlap,
+    PartContact,
+    SegmentContact,
+)
+from generator.contact_file.parts import Evidence
 from generator.motion_files import FigureMotion
 from generator.recording import CONTACT_ENERGY_KINDS, Recording
 from tests.motions import clip
@@ -47,8 +55,14 @@ def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> Contac
         extreme_forces=rng.normal(0.0, 500.0, (3, 4)),
         impact_shift=7e-4,
         head_injury={segments[0]: 321.0 / 7.0},
-        head_accelerations={segments[0]: 1234.5 / 7.0},
         overlap=Overlap(0.069, segments[0], segments[-1], 0.2),
+        heads={segments[0]: HeadImpact(130.0 / 7.0, 0.1, 1100.0 / 9.0)},
+        parts={
+            "pelvis": PartContact(
+                0.1, 2.0 / 3.0, 999.9, 0.2, 1.0 / 3.0, (0.8, 1.7), Evidence.SCALED
+            ),
+            "sole": PartContact(None, 0.0, 0.0, 0.0, None, (1.0, 1.0), Evidence.ESTIMATE, "foot"),
+        },
     )
 
 

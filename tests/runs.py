@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from generator.contact.record import ContactRecord, Overlap, SegmentContact
+from generator.contact.record import (
+    ContactRecord,
+    HeadImpact,
+    Overlap,
+    PartContact,
+    SegmentContact,
+)
 from generator.figure import Figure
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import forward_kinematics, segment_jacobians
@@ -78,7 +84,15 @@ def same_bits(one: Any, other: Any) -> bool:
         case tuple():
             pairs = zip(one, other, strict=False)
             return type(one) is type(other) and all(same_bits(*pair) for pair in pairs)
-        case Accuracy() | Outcome() | ContactRecord() | SegmentContact() | Overlap():
+        case (
+            Accuracy()
+            | Outcome()
+            | ContactRecord()
+            | SegmentContact()
+            | Overlap()
+            | PartContact()
+            | HeadImpact()
+        ):
             names = [field.name for field in fields(one)]
             return all(same_bits(getattr(one, n), getattr(other, n)) for n in names)
         case _:

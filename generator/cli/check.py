@@ -13,20 +13,29 @@ from typing import Annotated, Any
 import typer
 
 from generator.cli import answer
+from generator.cli.contact import laws_table, stages_text
 from generator.cli.inputs import parse_springs_option
 from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.cli.progress import load_exudyn
 from generator.contact.scene import Prop, Scene
+from generator.contact.spheres import fit_contact_spheres
 from generator.contact_file.file import CONTACT_FILE
-from generator.contact_file.parts import BodyPart
-from generator.diagnostics import Diagnostic, Severity, UsageError, select_errors
+from generator.diagnostics import (
+    Diagnostic,
+    InputError,
+    ModelError,
+    Severity,
+    UsageError,
+    error,
+    select_errors,
+)
 from generator.figure import Figure
 from generator.figure_file import FIGURE_FILE
 from generator.file_kind import FileKind
 from generator.input_files.scene import SCENE_FILE
 from generator.input_files.tone import TONE_FILE
 from generator.kinematics.links import mirror_rotations
-from generator.model import Model
+from generator.model import Model, contact_of_figure
 from generator.person.identity import identity_of, range_publications
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import axis_name, coupled_axis_names, parallel_sign
@@ -35,7 +44,7 @@ from generator.study.study_tables import STUDY_SUFFIX
 from generator.text_io import is_file, path_exists
 from springs import SpringSet
 from springs.axis import UNKNOWN_AXIS
-from springs.layer import Layer, Stages
+from springs.layer import Layer
 from springs.lint.finding import Finding
 from springs.lint.report import (
     CoupledReport,
@@ -164,6 +173,9 @@ def check(
     diagnostics, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
     mirrors, publications = None, _range_publications(reading.value)
     if reading.value is not None:
+        known = {str(one) for one in diagnostics}
+        faults = _contact_faults(reading.value)
+        diagnostics += tuple(one for one in faults if str(one) not in known)
         found = parse_springs_option(reading.value, springs)
         diagnostics += found.diagnostics
         if found.value is not None:
@@ -181,6 +193,19 @@ def check(
     verdict = f"{name}: {_severity_counts(diagnostics)}; {use}"
     reports = report_curves(spring_set, mirrors, publications)
     return _check_result(diagnostics, reports, spring_set, replaced, verdict)
+
+
+def _contact_faults(figure: Figure) -> tuple[Diagnostic, ...]:
+    """Return what is wrong with the parts beside a figure: with their file, or for the figure."""
+    try:
+        body = contact_of_figure(figure)
+        if body is not None:
+            body.assign({name: fit.spheres for name, fit in fit_contact_spheres(figure).items()})
+    except InputError as failure:
+        return tuple(failure.diagnostics)
+    except ModelError as failure:
+        return (error(str(failure)),)
+    return ()
 
 
 def _range_publications(figure: Figure | None) -> tuple[str, ...]:
@@ -218,33 +243,14 @@ def _check_contact(name: str) -> answer.CommandResult:
     use = "the parts cannot be used" if reading.value is None else "the parts can be used"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}"
     parts = () if reading.value is None else reading.value.parts
-    rows = [("part", "spheres", "stiffness [kN/m]", "damping [s/m]", "band", "class")]
-    rows += [_part_row(part) for part in parts]
-    return CheckResult(verdict, reading.diagnostics, sections=[answer.Table(rows)] if parts else [])
-
-
-def _part_row(part: BodyPart) -> tuple[str, str, str, str, str, str]:
-    """Return name, number of spheres, stages, damping, band and class of a part."""
-    low, high = part.band
-    return (
-        *(part.name, str(len(part.spheres)), _stages_text(part.law.stages)),
-        f"{part.law.damping:g}",
-        *(f"{low:g} to {high:g}", part.evidence.value),
-    )
-
-
-def _stages_text(stages: Stages) -> str:
-    """Return stiffnesses [kN/m] with the depths from which they hold."""
-    (_, first), *later = stages
-    return ", ".join(
-        [f"{1e-3 * first:g}", *(f"{1e-3 * k:g} from {1e3 * x:g} mm" for x, k in later)]
-    )
+    sections = [laws_table(parts)] if parts else []
+    return CheckResult(verdict, reading.diagnostics, sections=sections)
 
 
 def _layer_text(layer: Layer) -> str:
     """Return stiffness and thickness of a layer."""
     end = "" if layer.thickness == inf else f", pressed through at {1e3 * layer.thickness:g} mm"
-    return f"{_stages_text(layer.stages)} kN/m{end}"
+    return f"{stages_text(layer.stages)} kN/m{end}"
 
 
 def _is_study(name: str) -> bool:

@@ -13,8 +13,10 @@ from generator.cli.options import SpringsChoice, complete_figure_name
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, shorten, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
+from generator.model import contact_of_figure
 from generator.person.identity import identity_of
 from generator.person.person_files import read_references, sources_path
+from generator.simulation.muscle_tone import body_of
 from generator.springs_file.axes import axis_name, coupled_axis_names
 from generator.text_io import path_exists
 from springs import SpringSet
@@ -22,22 +24,31 @@ from springs.elastic import Range
 from springs.published.reference import Reference
 from springs.published.rows import Publication, PublishedCoupledLaw, PublishedCurve
 from springs.published.tables import publication, publications
+from springs.strength.strengths import (
+    Strength,
+    StrengthRow,
+    strength,
+    strength_rows,
+    women_factor,
+)
 
-ALL_TABLES = "tables"
-"""Name that stands for all published tables."""
+ALL_TABLES, STRENGTHS = "tables", "strengths"
+"""Names that stand for all published tables, and for the table of strengths."""
 
 
 def is_table(name: str) -> bool:
-    """Return whether a name is a published table, a row of one, or `tables`."""
+    """Return whether a name is a published table, a row of one, `tables` or `strengths`."""
     source, _, row = name.partition("/")
-    return name == ALL_TABLES or (source in publications() and (not row or row in _rows(source)))
+    return name in (ALL_TABLES, STRENGTHS) or (
+        source in publications() and (not row or row in _rows(source))
+    )
 
 
 def table_names(typed_name: str) -> tuple[str, ...]:
     """Return the names of tables, and of the rows of the table that was typed."""
     source = typed_name.partition("/")[0]
     rows = [f"{source}/{row}" for row in _rows(source)] if source in publications() else []
-    return (*rows, ALL_TABLES, *publications())
+    return (*rows, ALL_TABLES, STRENGTHS, *publications())
 
 
 def cite_table(name: str) -> CommandResult:
@@ -45,6 +56,8 @@ def cite_table(name: str) -> CommandResult:
     source, _, row = name.partition("/")
     if name == ALL_TABLES:
         return TablesCitation([publication(name) for name in publications()])
+    if name == STRENGTHS:
+        return StrengthsCitation(strength_rows(), women_factor())
     table = publication(source)
     return RowCitation(table, _rows(source)[row]) if row else TableCitation(table)
 
@@ -121,6 +134,53 @@ class RowCitation(CommandResult):
     def to_json(self) -> dict[str, object]:
         """Return all of the row."""
         return _row_data(self.table, self.row)
+
+
+@dataclass(frozen=True)
+class StrengthsCitation(CommandResult):
+    """References of the strengths of joints, on which tone acts."""
+
+    rows: Sequence[StrengthRow]
+    women_factor: float
+
+    def paragraphs(self) -> Paragraphs:
+        """Return numbers, class and reference of each row."""
+        for row in self.rows:
+            yield f"{_strength_text(row)}\n  {row.origin.value}: {row.reference or ESTIMATE}"
+        yield f"women have {self.women_factor:g} of men's where a row is of men only, an estimate"
+
+    def to_json(self) -> dict[str, object]:
+        """Return all of each row."""
+        return {
+            "strengths": [
+                {
+                    "motion": row.motion,
+                    "opposite": row.opposite,
+                    "torque_Nm": row.torque,
+                    "share_of_mgH": row.share,
+                    "women_share_of_mgH": row.women_share,
+                    "class": row.origin,
+                    "reference": row.reference or None,
+                    "why": row.why or None,
+                }
+                for row in self.rows
+            ],
+            "women_factor": self.women_factor,
+        }
+
+
+def _strength_text(row: StrengthRow) -> str:
+    """Return motions and numbers: `knee flexion, extension: 0.087, 0.163 m g H`."""
+    part, _, kind = row.motion.rpartition(" ")
+    opposite = row.opposite.removeprefix(f"{part} ")
+    motions = row.motion if opposite == kind else f"{row.motion}, {opposite}"
+    if row.torque is not None:
+        return f"{motions}: {row.torque[0]:g}, {row.torque[1]:g} N m"
+    assert row.share is not None
+    text = f"{motions}: {row.share[0]:g}, {row.share[1]:g} m g H"
+    if row.women_share is None:
+        return text
+    return f"{text}; of women {row.women_share[0]:g}, {row.women_share[1]:g}"
 
 
 class Use(NamedTuple):
@@ -246,6 +306,9 @@ def _held_angles_data(row: PublishedCurve | PublishedCoupledLaw) -> dict[str, fl
     return {name: degrees(angle) for name, angle in row.held_angles.items()}
 
 
+ESTIMATE = "An estimate, not from a study"
+"""Reference of a number that has none."""
+
 THESIS = (
     "E. M. Otani, Software Tools for Dynamic and Kinematic Modeling of Human Motion, "
     "MS-CIS-89-43, University of Pennsylvania, 1989"
@@ -267,7 +330,8 @@ def cite(
             metavar="FIGURE|TABLE",
             autocompletion=complete_figure_name,
             help="A figure file, the name of a shipped figure, a published table such as "
-            "`riener_edrich_1999` or `riener_edrich_1999/leg`, or `tables` for a list of them.",
+            "`riener_edrich_1999` or `riener_edrich_1999/leg`, `tables` for a list of them, or "
+            "`strengths` for those of muscles.",
         ),
     ],
     springs: SpringsChoice = None,
@@ -293,11 +357,30 @@ def cite(
     for spring in spring_set.coupled:
         if spring.reference:
             uses[spring.reference].append(" with ".join(coupled_axis_names(spring)))
+    contact = contact_of_figure(figure)
+    for part in () if contact is None else contact.parts:
+        used = uses.setdefault(part.law.source, [])
+        used.append(f"contact of {part.name} ({part.evidence.value})")
+    for motion, own in _strengths(figure, spring_set):
+        used = uses.setdefault(own.reference or ESTIMATE, [])
+        used.append(f"strength of {motion} ({own.origin.value})")
     references = [
         Use(THESIS, list(_thesis_uses(figure, spring_set))),
         *(Use(*item) for item in (*_person_uses(figure, uses).items(), *uses.items())),
     ]
     return FigureCitation(name, spring_set.origin, references, diagnostics=(*warnings, *more))
+
+
+def _strengths(figure: Figure, springs: SpringSet) -> Iterator[tuple[str, Strength]]:
+    """Yield the motions of a person whose strength is known, with it."""
+    if identity_of(figure) is None:
+        return
+    body = body_of(figure)
+    for joint in springs.joints.values():
+        for spring in joint.axes:
+            own = strength(joint.joint, spring.motion, body) if spring.motion else None
+            if own is not None:
+                yield f"{joint.joint} {spring.motion}", own
 
 
 def _person_uses(figure: Figure, cited: Iterable[str]) -> Mapping[str, list[str]]:

@@ -10,16 +10,22 @@ import numpy as np
 from generator.cli.answer import Table, format_count
 from generator.cli.options import angle_from_option
 from generator.contact.record import (
-    HEAD_INJURY_CAVEAT,
+    HEAD_CAVEAT,
+    INJURY_CAVEAT,
     REST_DURATION,
     ContactRecord,
+    PartContact,
+    SegmentContact,
 )
 from generator.contact.scene import Cover
+from generator.contact_file.parts import BodyPart
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure import Figure
+from generator.kinematics.range_of_motion import RangeExcess
 from generator.model import Model
 from generator.recording import Recording
 from generator.rotations import Array
+from springs.layer import Stages
 
 if TYPE_CHECKING:
     from generator.contact.spheres import SegmentSpheres
@@ -30,6 +36,12 @@ MAX_STARTS = 10_000
 
 MIN_OVERLAP = 1e-3
 """Interpenetration of limbs from which it is worth a row [m]."""
+
+MAX_PARTS = 11
+"""Largest number of parts of the body in a summary; those with the largest forces are kept."""
+
+MAX_RANGES = 4
+"""Largest number of joints beyond their ranges in a summary."""
 
 
 def add_sphere_warnings(
@@ -71,8 +83,9 @@ def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def contact_data(record: ContactRecord) -> dict[str, object]:
-    """Return the contact of a run for `--json`."""
+    """Return the contact of a run for `--json`; parts of a body that has some."""
     angles, heights, segments = record.sensitivity, record.height_sensitivity, record.segments
+    parts = {name: _part_data(part) for name, part in record.parts.items()}
     return {
         "weight_carried": record.weight_carried,
         "max_force_N": record.max_force,
@@ -90,9 +103,115 @@ def contact_data(record: ContactRecord) -> dict[str, object]:
         "height_sensitivity_m": None if heights is None else heights[-1],
         "impact_shift_s": record.impact_shift,
         "overlap": record.overlap,
+        "head_injury_criterion": {
+            name: record.head_injury.get(name)
+            for name in dict.fromkeys((*record.heads, *record.head_injury))
+        },
+        "head": {
+            name: {
+                "peak_acceleration_g": head.peak_acceleration,
+                "peak_acceleration_s": head.peak_time,
+                "peak_force_head_weights": head.head_weights,
+            }
+            for name, head in record.heads.items()
+        },
+        **({"parts": parts} if parts else {}),
         **({"pressed_layers": record.pressed_layers} if record.pressed_layers else {}),
-        "head_injury_criterion": record.head_injury,
     }
+
+
+def _part_data(part: PartContact) -> dict[str, object]:
+    """Return the contact of a part for `--json`."""
+    return {
+        "first_contact_s": part.first_time,
+        "impact_speed_m_per_s": part.impact_speed,
+        "peak_force_N": part.peak_force,
+        "peak_force_s": part.peak_time,
+        "peak_force_body_weights": part.body_weights,
+        "stiffness_band": part.band,
+        "class": part.evidence,
+        **({"within": part.within} if part.within else {}),
+    }
+
+
+def range_data(excesses: Sequence[RangeExcess]) -> list[dict[str, object]]:
+    """Return the joints that a run turned beyond their ranges, for `--json`."""
+    return [
+        {
+            "joint": each.joint,
+            "motion": each.motion or None,
+            f"limit_{each.units.displacement}": None
+            if each.limit is None
+            else each.units.scale * each.limit,
+            f"beyond_{each.units.displacement}": each.units.scale * each.beyond,
+            "time_s": each.time,
+        }
+        for each in excesses
+    ]
+
+
+def range_rows(excesses: Sequence[RangeExcess]) -> list[tuple[str, str]]:
+    """Return the rows of a summary about joints that a run turned beyond their ranges."""
+    texts = [str(each) for each in excesses[:MAX_RANGES]]
+    more = len(excesses) - len(texts)
+    if more:
+        texts.append(f"and {more} more, less far")
+    if texts:
+        texts[-1] += "; of the frames"
+    return list(zip(("range", *[""] * MAX_RANGES), texts, strict=False))
+
+
+def parts_table(record: ContactRecord) -> Table | str:
+    """Return the contact of the parts of the body that touched, in the order of their touches.
+
+    "" where none did.
+    """
+    touched = {name: one for name, one in record.parts.items() if one.first_time is not None}
+    if not touched:
+        return ""
+    by_force = sorted(touched, key=lambda name: -touched[name].peak_force)
+    kept = sorted(by_force[:MAX_PARTS], key=lambda name: touched[name].first_time or 0.0)
+    titles = ("touch [s]", "speed [m/s]", "force [N]", "body weights", "stiffness", "class")
+    rows: list[tuple[str, ...]] = [("part", *titles), *(_part_cells(n, touched[n]) for n in kept)]
+    more = len(touched) - len(kept)
+    return Table([*rows, (f"{more} more",)] if more else rows)
+
+
+def _part_cells(name: str, part: PartContact) -> tuple[str, ...]:
+    weights = "" if part.body_weights is None else f"{part.body_weights:.2g}"
+    low, high = part.band
+    numbers = f"{part.first_time:.3g}", f"{part.impact_speed:.2g}", f"{part.peak_force:.4g}"
+    title = f"{name} of {part.within}" if part.within else name
+    return title, *numbers, weights, f"{low:g} to {high:g}", part.evidence.value
+
+
+def laws_table(parts: Sequence[BodyPart]) -> Table:
+    """Return laws, bands and classes of parts of the body, those of both sides in one row."""
+    rows: dict[tuple[str, ...], str] = {}
+    for part in parts:
+        name, alike = part.name.removeprefix("left_").removeprefix("right_"), _law_cells(part)
+        is_known = (name, *alike) in rows
+        title = f"{part.name} of {part.within}" if part.within else part.name
+        rows[name, *alike] = f"{name}, left and right" if is_known else title
+    titles = ("part", "spheres", "stiffness [kN/m]", "damping [s/m]", "band", "class")
+    return Table([titles, *((title, *cells) for (_, *cells), title in rows.items())])
+
+
+def _law_cells(part: BodyPart) -> tuple[str, str, str, str, str]:
+    """Return number of spheres, stages, damping, band and class of a part."""
+    low, high = part.band
+    return (
+        *(str(len(part.spheres)), stages_text(part.law.stages), f"{part.law.damping:g}"),
+        *(f"{low:g} to {high:g}", part.evidence.value),
+    )
+
+
+def stages_text(stages: Stages) -> str:
+    """Return stiffnesses [kN/m] with the depths from which they hold."""
+    (_, first), *later = stages
+    return ", ".join(
+        [f"{1e-3 * first:g}", *(f"{1e-3 * k:g} from {1e3 * x:g} mm" for x, k in later)]
+    )
 
 
 def _parts_text(model: Model, covers: Sequence[Cover]) -> str:
@@ -119,11 +238,14 @@ def contact_rows(
     fit = f"; error in height at most {1000.0 * max(errors):.0f} mm" if errors else ""
     parts = "" if recording.model is None else _parts_text(recording.model, covers)
     spheres_text = f"{format_count(count, 'sphere')}{parts}{fit}"
-    rows = [("contact", spheres_text), *_touch_rows(recording, record)]
+    touches: Mapping[str, SegmentContact | PartContact] = record.parts or record.segments
+    rows = [("contact", spheres_text)]
+    if not record.parts or all(one.first_time is None for one in record.parts.values()):
+        rows += _touch_rows(recording, record)
     if record.max_force > 0.0:
-        peak = max(record.segments, key=lambda name: record.segments[name].peak_force)
+        peak = max(touches, key=lambda name: touches[name].peak_force)
         force = f"at most {record.max_force:.4g} N, at {record.max_force_time:.3g} s"
-        alone = f"on {peak} at most {record.segments[peak].peak_force:.4g} N"
+        alone = f"on {peak} at most {touches[peak].peak_force:.4g} N"
         depth = f"at most {1000.0 * record.max_depth:.0f} mm, of {record.max_depth_part}"
         rows += [("force", f"{force}; {alone}"), ("depth", depth)]
         rows += _end_rows(recording, record)
@@ -131,9 +253,25 @@ def contact_rows(
         depth, segment, other, _ = record.overlap
         text = f"{segment} and {other} by up to {1000.0 * depth:.0f} mm"
         rows.append(("overlap", text if self_contact else f"{text} (without --self-contact)"))
-    for name, value in record.head_injury.items():
-        rows += [("head", f"HIC15 {value:.0f} of {name}"), ("", HEAD_INJURY_CAVEAT)]
-    return rows
+    return [*rows, *_head_rows(record)]
+
+
+def _head_rows(record: ContactRecord) -> Iterator[tuple[str, str]]:
+    """Yield the rows of each head that touches a prop, with their caveat."""
+    for name, head in record.heads.items():
+        if name not in record.segments or record.segments[name].first_time is None:
+            continue
+        title = "" if name == "head" else f"{name}: "
+        text = (
+            f"{title}at most {head.peak_acceleration:.0f} g, {head.head_weights:.0f} head weights"
+        )
+        hic = record.head_injury.get(name)
+        if hic is None:
+            yield "head", f"{text}; HIC15 needs parts of the body"
+            yield "", HEAD_CAVEAT
+        else:
+            yield "head", f"{text}, HIC15 {hic:.0f}"
+            yield "", f"{HEAD_CAVEAT}; {INJURY_CAVEAT}"
 
 
 def _touch_rows(recording: Recording, record: ContactRecord) -> Iterator[tuple[str, str]]:

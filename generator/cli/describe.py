@@ -10,10 +10,12 @@ import numpy as np
 
 from generator.cli import inputs, options
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
+from generator.cli.contact import laws_table
 from generator.contact.spheres import SegmentSpheres, SphereSource, fit_contact_spheres
+from generator.contact_file.parts import BodyContact, BodyPart
 from generator.diagnostics import Diagnostic, InputError
-from generator.figure import JointAxis, Segment, is_rotation
-from generator.model import Model
+from generator.figure import ContactSphere, JointAxis, Segment, is_rotation
+from generator.model import Model, contact_of_figure
 from generator.motion_files.action import format_chain
 from generator.person.identity import identity_of
 from generator.simulation.preconditions import simulation_obstacles
@@ -104,10 +106,12 @@ class Description(CommandResult):
     segments: Sequence[SegmentData]
     joints: Sequence[JointData]
     springs: Mapping[str, object]
+    parts: Sequence[Mapping[str, object]]
     can_be_simulated: bool
     obstacles: Sequence[Diagnostic]
     spring_set: SpringSet = field(metadata=HIDDEN)
     spheres_fault: str | None = field(metadata=HIDDEN)
+    body: BodyContact | None = field(metadata=HIDDEN)
 
     def paragraphs(self) -> Paragraphs:
         """Return a summary, tables of segments and joints, and the laws of the springs."""
@@ -132,6 +136,8 @@ class Description(CommandResult):
         yield Table([("segment", *titles), *(segment.cells() for segment in self.segments)])
         titles = ("joint", "kind", "type", "connects", "displacement")
         yield Table([titles, *(joint.cells() for joint in self.joints)], 5)
+        if self.body is not None:
+            yield laws_table(self.body.parts)
         yield "\n".join(_springs_lines(self.spring_set))
 
 
@@ -146,7 +152,10 @@ def describe(name: options.FigureName, springs: options.SpringsChoice = None) ->
         spheres = fit_contact_spheres(figure)
     except InputError as failure:  # a missing psurf is a warning of the figure's own
         spheres_fault = failure.diagnostics[0].message
-    person = identity_of(figure)
+    person, body = identity_of(figure), contact_of_figure(figure)
+    touching = {name: fit.spheres for name, fit in spheres.items()}
+    if body is not None and spheres_fault is None:
+        touching = body.assign(touching)
     return Description(
         figure=name,
         file=figure.path,
@@ -157,7 +166,12 @@ def describe(name: options.FigureName, springs: options.SpringsChoice = None) ->
         degrees_of_freedom=figure.degrees_of_freedom,
         total_mass_kg=figure.total_mass,
         segments=[
-            _segment_data(segment, segment.name in figure.ground, spheres.get(segment.name))
+            _segment_data(
+                segment,
+                segment.name in figure.ground,
+                spheres.get(segment.name),
+                touching.get(segment.name, ()),
+            )
             for segment in figure.segments.values()
         ],
         joints=[
@@ -174,10 +188,12 @@ def describe(name: options.FigureName, springs: options.SpringsChoice = None) ->
             for joint in figure.joints.values()
         ],
         springs=springs_data(spring_set),
+        parts=[] if body is None else [_part_data(part) for part in body.parts],
         can_be_simulated=not obstacles,
         obstacles=obstacles,
         spring_set=spring_set,
         spheres_fault=spheres_fault,
+        body=body,
         diagnostics=(*warnings, *more),
     )
 
@@ -197,10 +213,38 @@ def joint_kind(chain: Sequence[JointAxis]) -> str:
     return names.get((turns, slides), f"{turns} rotations, {slides} translations")
 
 
-def _segment_data(segment: Segment, is_ground: bool, fit: SegmentSpheres | None) -> SegmentData:
+def _part_data(part: BodyPart) -> dict[str, object]:
+    """Return a part of the body for `--json`."""
+    return {
+        "name": part.name,
+        "within": part.within or None,
+        "spheres": [f"{segment} {number}" for segment, number in part.spheres],
+        "from_m": [depth for depth, _ in part.law.stages],
+        "stiffness_N_m": [stiffness for _, stiffness in part.law.stages],
+        "damping_s_m": part.law.damping,
+        "band": part.band,
+        "class": part.evidence,
+        "source": part.law.source,
+    }
+
+
+def _segment_data(
+    segment: Segment,
+    is_ground: bool,
+    fit: SegmentSpheres | None,
+    touching: Sequence[ContactSphere],
+) -> SegmentData:
     centre, spheres = segment.centre_of_mass, None
     if fit is not None:
-        each = [{"centre_m": one.centre, "radius_m": one.radius} for one in fit.spheres]
+        each = [
+            {
+                "centre_m": one.centre,
+                "radius_m": one.radius,
+                "part": one.part or None,
+                **({"region": one.region} if one.region else {}),
+            }
+            for one in touching
+        ]
         spheres = Spheres(fit.source, fit.largest_error, each)
     return SegmentData(
         segment.name,

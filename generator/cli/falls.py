@@ -49,6 +49,8 @@ class FallsResult(answer.CommandResult):
     method: RunMethod
     wall_s: float
     files: Sequence[Path]
+    tone: str | None = field(metadata=answer.OMITTED_IF_NONE)
+    scale: Mapping[str, float] | None = field(metadata=answer.OMITTED_IF_NONE)
     falls: Mapping[str, int | float | Summary]
     result: Falls = field(metadata=answer.HIDDEN)
 
@@ -62,7 +64,9 @@ class FallsResult(answer.CommandResult):
         for name, values in self.result.quantities().items():
             rows.append((_TITLES[name], *_distribution_cells(values)))
         yield answer.Table(rows)
-        lines = [f"time   {self.wall_s:.3g} s, {self.method.value} method"]
+        lines = [f"tone   {self.tone}"] if self.tone else []
+        lines += [f"scale  {path} = {value:g}" for path, value in (self.scale or {}).items()]
+        lines.append(f"time   {self.wall_s:.3g} s, {self.method.value} method")
         hits, done = self.result.head_hit_share, int(self.result.is_done.sum())
         if isfinite(hits):
             low, high = share_interval(hits, done)
@@ -122,6 +126,7 @@ def simulate_falls(
     scales: Mapping[str, float],
     files: Sequence[Path],
     *,
+    tone: str | None,
     is_fast: bool,
     show_progress: bool,
 ) -> FallsResult:
@@ -135,6 +140,7 @@ def simulate_falls(
         choice: Number of falls and seed of the first.
         scales: Values of `--scale`, by path.
         files: Tables to write.
+        tone: Tone of the falls, as the summary of one states it; None for limp bodies.
         is_fast: Whether falls are integrated by the fast method of studies.
         show_progress: Whether a bar is shown.
     """
@@ -173,6 +179,8 @@ def simulate_falls(
         method=method,
         wall_s=seconds,
         files=files,
+        tone=tone,
+        scale=dict(scales) or None,
         falls=falls.summary(),
         result=falls,
         failure=f"{sentence}, first {failed[0].outcome}: {failed[0].message}" if failed else None,

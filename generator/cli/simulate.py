@@ -15,6 +15,9 @@ from generator.cli.contact import (
     contact_data,
     contact_rows,
     contact_table,
+    parts_table,
+    range_data,
+    range_rows,
     sensitivity_rows,
     starts_from_options,
     touch_warnings,
@@ -42,6 +45,7 @@ from generator.cli.progress import (
 )
 from generator.diagnostics import InputError, ModelError, UsageError, warning
 from generator.input_files.loads import LOADS_FILE
+from generator.kinematics.range_of_motion import RangeExcess
 from generator.model import Model, contact_of_figure
 from generator.motion_files import motion_from_recording
 from generator.recording import Ending, EnergyChange, Recording
@@ -94,6 +98,7 @@ class SimulationResult(answer.CommandResult):
     law: str
     files: Sequence[Path]
     contact: Mapping[str, object] | None = field(metadata=answer.OMITTED_IF_NONE)
+    range: Sequence[Mapping[str, object]]
     elastic_joints: int
     moving_joints: int
     losses: LossesByPath
@@ -103,6 +108,7 @@ class SimulationResult(answer.CommandResult):
     tone: str | None = field(metadata=answer.OMITTED_IF_NONE)
     recording: Recording = field(metadata=answer.HIDDEN)
     contact_rows: Sequence[tuple[str, str]] = field(metadata=answer.HIDDEN)
+    range_excesses: Sequence[RangeExcess] = field(metadata=answer.HIDDEN)
 
     def paragraphs(self) -> answer.Paragraphs:
         """Return outcome, error, springs, energy, times and files in a few lines."""
@@ -129,11 +135,14 @@ class SimulationResult(answer.CommandResult):
             *((("tone", self.tone),) if self.tone else ()),
             ("energy", self.recording.energy_text),
             *self.contact_rows,
+            *(range_rows(self.range_excesses) if self.range_excesses else ()),
             ("method", method),
             ("time", f"{self.build_s:.2f} s building, {wall:.2f} s stepping{rate}"),
             ("wrote", ", ".join(map(str, self.files)) or NO_MOTION_FILES),
         ]
         yield "\n".join([*lines, str(answer.Table(rows, 2))])
+        if self.recording.contact is not None:
+            yield parts_table(self.recording.contact)
         yield str(self.starts or "")
 
     def details(self) -> answer.Paragraphs:
@@ -294,6 +303,7 @@ def simulate(
             more_starts,
             scaled.values,
             files,
+            tone=_tone_text(model, plan),
             is_fast="integrator" not in settings,
             show_progress=show_progress,
         )
@@ -334,6 +344,7 @@ def simulate(
         )
         contact += sensitivity_rows(recording)
     accuracy, outcome = recording.accuracy, recording.outcome
+    excesses = recording.range_excesses
     is_estimated = answer.finite_or_none(accuracy.estimate) is not None
     return SimulationResult(
         figure=name,
@@ -361,6 +372,7 @@ def simulate(
         law=recording.law,
         files=files,
         contact=None if recording.contact is None else contact_data(recording.contact),
+        range=range_data(excesses) if excesses else (),
         elastic_joints=len(elastic),
         moving_joints=len(moving),
         losses=written,
@@ -370,6 +382,7 @@ def simulate(
         tone=_tone_text(model, plan),
         recording=recording,
         contact_rows=contact or (),
+        range_excesses=excesses,
         diagnostics=diagnostics,
         failure=failure,
     )

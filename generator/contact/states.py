@@ -64,6 +64,7 @@ class ContactStates:
         energy: stored, shape (n,) [J].
         impact_power: impact power of damping in impacts, shape (n,) [W].
         friction_power: shape (n,) [W].
+        part_forces: forces of props on each of the P parts with laws, shape (n, P, 3) [N].
     """
 
     depths: Array
@@ -73,6 +74,7 @@ class ContactStates:
     energy: Array
     impact_power: Array
     friction_power: Array
+    part_forces: Array
 
     @property
     def forces(self) -> Array:
@@ -93,6 +95,7 @@ class ContactSteps:
         centres: centre of mass of the figure, shape (m, 3) [m].
         accelerations: accelerations of the centres of mass of the B bodies, shape (m, B, 3)
             [m/s^2].
+        part_forces: forces of props on each of the P parts with laws, shape (m, P, 3) [N].
     """
 
     times: Array
@@ -101,6 +104,7 @@ class ContactSteps:
     rates: Array
     centres: Array
     accelerations: Array
+    part_forces: Array
 
     def take(self, places: Any) -> "ContactSteps":
         """Return the steps at some places."""
@@ -121,6 +125,7 @@ class ContactSteps:
             self.rates,
             self.centres,
             self.accelerations,
+            self.part_forces,
         )
 
 
@@ -244,7 +249,17 @@ def evaluate_contacts(
         own_bodies = [bodies.index(name) for name in contacts.spheres]
         self_wrenches = states.wrenches[:, own_bodies]
         self_wrenches[..., 3:] += np.cross(positions[:, own_bodies], self_wrenches[..., :3])
-    return ContactStates(depths, rates, wrenches, self_wrenches, energy, impact, friction)
+    on_parts = [forces[:, own].sum(axis=1) for own in spheres_of.values()]
+    return ContactStates(
+        depths,
+        rates,
+        wrenches,
+        self_wrenches,
+        energy,
+        impact,
+        friction,
+        np.stack(on_parts, axis=1) if on_parts else np.zeros((count, 0, 3)),
+    )
 
 
 @dataclass(frozen=True)

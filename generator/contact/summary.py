@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from generator.contact.layers import pressed_layers
 from generator.contact.record import (
     REST_DURATION,
+    STANDARD_ACCELERATION,
     ContactRecord,
+    HeadImpact,
+    PartContact,
     SegmentContact,
     extremes_of,
     first_impact,
@@ -19,6 +22,7 @@ from generator.contact.record import (
     summarize_steps,
 )
 from generator.contact.states import ContactModel, ContactStates, ContactTrace
+from generator.contact_file.parts import BodyContact
 from generator.figure import Figure, Vector
 from generator.rotations import Array
 
@@ -32,6 +36,7 @@ def build_contact_record(
     frame_times: Array,
     gravity: Vector,
     up: Vector,
+    body: BodyContact | None = None,
 ) -> ContactRecord:
     """Return the contact of a run.
 
@@ -44,6 +49,7 @@ def build_contact_record(
         frame_times: Times of the frames, shape (n,) [s].
         gravity: Acceleration [m/s^2].
         up: Unit vector upwards.
+        body: Parts of the body whose laws the model has; None without any.
     """
     from generator.contact.spheres import deepest_overlap  # slow
 
@@ -55,6 +61,7 @@ def build_contact_record(
     segments = summarize_steps(
         names, owners, times, steps.forces, steps.depths, steps.rates, impulses
     )
+    weight = _weight(figure, gravity)
     max_force_time, max_force = peak_of(times, total)
     deepest = np.unravel_index(int(np.argmax(steps.depths)), steps.depths.shape)
     return ContactRecord(
@@ -70,26 +77,64 @@ def build_contact_record(
         max_depth=max(float(steps.depths[deepest]), 0.0),
         max_depth_segment=names[int(owners[int(deepest[1])])],
         max_depth_part=model.parts[int(deepest[1])],
-        weight_carried=_weight_carried(figure, gravity, contact, upward),
+        weight_carried=_weight_carried(weight, contact, upward),
         creep=_creep(contact, upward),
         dissipated=float(contact.losses[-1].sum()),
         sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 0],
         height_sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 1],
         impact_shift=_impact_shift(names, owners, segments, contact),
         overlap=deepest_overlap(model.spheres, poses, figure, frame_times),
-        head_injury=_head_injury(figure, contact),
-        head_accelerations=_head_accelerations(figure, contact),
+        head_injury=_head_injury(figure, contact) if model.laws else {},
         extreme_forces=np.array([extremes_of(times, along) for along in ground_forces.T]),
+        parts={} if body is None else _part_contacts(model, contact, body, weight),
+        heads=_head_impacts(figure, contact, segments),
         pressed_layers=tuple(pressed_layers(model, steps, poses, frame_times)),
     )
 
 
-def _weight_carried(
-    figure: Figure, gravity: Vector, contact: ContactTrace, up: Array
-) -> float | None:
-    """Mean vertical force at the end over the weight; None without gravity."""
+def _part_contacts(
+    model: ContactModel, contact: ContactTrace, body: BodyContact, weight: float
+) -> dict[str, PartContact]:
+    """Contact of each part of a body of some weight [N] over all steps."""
+    steps, names = contact.steps, list(model.laws)
+    spheres = [one for some in model.spheres.values() for one in some]
+    # A sphere belongs to a part, and may belong to a region of this as well.
+    wholes, regions = (
+        summarize_steps(
+            names,
+            np.array([names.index(name) if name in names else -1 for name in own], np.intp),
+            steps.times,
+            steps.part_forces,
+            steps.depths,
+            steps.rates,
+            impulses=np.full((len(names), 3), np.nan),
+        )
+        for own in ([one.part for one in spheres], [one.region for one in spheres])
+    )
+    contacts: dict[str, PartContact] = {}
+    for part in body.parts:
+        own = (regions if part.within else wholes)[part.name]
+        contacts[part.name] = PartContact(
+            own.first_time,
+            own.impact_speed,
+            own.peak_force,
+            own.peak_time,
+            own.peak_force / weight if weight else None,
+            part.band,
+            part.evidence,
+            part.within,
+        )
+    return contacts
+
+
+def _weight(figure: Figure, gravity: Vector) -> float:
+    """Weight of a figure [N]."""
     mass = sum(body.mass or 0.0 for body in figure.bodies.values())
-    weight = mass * float(np.linalg.norm(gravity))
+    return mass * float(np.linalg.norm(gravity))
+
+
+def _weight_carried(weight: float, contact: ContactTrace, up: Array) -> float | None:
+    """Mean vertical force at the end over the weight [N]; None without gravity."""
     if weight == 0.0:
         return None
     vertical = contact.steps.forces.sum(axis=1) @ up
@@ -134,12 +179,19 @@ def _head_injury(figure: Figure, contact: ContactTrace) -> dict[str, float]:
     }
 
 
-def _head_accelerations(figure: Figure, contact: ContactTrace) -> dict[str, float]:
-    """Peak acceleration of each segment that is a head [m/s^2]."""
-    return {
-        name: peak_of(contact.steps.times, np.linalg.norm(accelerations, axis=1))[1]
-        for name, accelerations in _head_motions(figure, contact)
-    }
+def _head_impacts(
+    figure: Figure, contact: ContactTrace, segments: Mapping[str, SegmentContact]
+) -> dict[str, HeadImpact]:
+    """Impact of each segment that is a head."""
+    impacts: dict[str, HeadImpact] = {}
+    for name, accelerations in _head_motions(figure, contact):
+        time, largest = peak_of(contact.steps.times, np.linalg.norm(accelerations, axis=1))
+        force = segments[name].peak_force if name in segments else 0.0
+        weight = (figure.bodies[name].mass or 0.0) * STANDARD_ACCELERATION
+        impacts[name] = HeadImpact(
+            largest / STANDARD_ACCELERATION, time, force / weight if weight else 0.0
+        )
+    return impacts
 
 
 def _head_motions(figure: Figure, contact: ContactTrace) -> Iterator[tuple[str, Array]]:

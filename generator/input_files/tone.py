@@ -97,16 +97,26 @@ def _parse_content(
                     table.error("joints", "righting is of joints or groups, not of all")
                 own[joint] = read.get("share", 0.0)
     strengths: dict[str, tuple[float, float]] = {}
+    classes: dict[str, StrengthClass] = {}
     for table in top.tables(_STRENGTH_TABLE, "strengths"):
         _STRENGTH_ROWS.check_keys(table)
         _require_source(table)
         read = _STRENGTH_ROWS.read(table)
-        if {"motion", "torque_Nm"} <= read.keys():
+        if {"motion", "torque_Nm", "class"} <= read.keys():
+            if read["motion"] in strengths:
+                table.error("motion", f"a second strength of `{shorten(read['motion'])}`")
             strengths[read["motion"]] = read["torque_Nm"]
+            classes[read["motion"]] = read["class"]
     if diagnostics.has_errors:
         return None
     try:
-        return Tone(shares["hold"], shares["righting"], **values, strengths=strengths)
+        return Tone(
+            shares["hold"],
+            shares["righting"],
+            **values,
+            strengths=strengths,
+            strength_classes=classes,
+        )
     except ValueError as failure:
         diagnostics.error(str(failure), spans.table(""))
         return None

@@ -215,7 +215,9 @@ def _contact_quantities(contact: ContactRecord | None) -> list[str]:
         names.append("sensitivity")
     if contact.overlap is not None:
         names.append("overlap of segments")
-    return [*names, "head injury criterion"] if contact.head_injury else names
+    if contact.parts:
+        names.append("contact of parts of the body")
+    return [*names, "impacts of heads"] if contact.heads or contact.head_injury else names
 
 
 def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:

@@ -18,7 +18,14 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.lib import format as npy
 
-from generator.contact.record import ContactRecord, Overlap, SegmentContact
+from generator.contact.record import (
+    ContactRecord,
+    HeadImpact,
+    Overlap,
+    PartContact,
+    SegmentContact,
+)
+from generator.contact_file.parts import Evidence
 from generator.diagnostics import InputError, ModelError, error
 from generator.figure import AxisKind, JointAxis
 from generator.losses import Loss, Losses
@@ -177,15 +184,28 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
         "overlap": None
         if overlap is None
         else [_json_number(overlap.depth), *overlap[1:3], _json_number(overlap.time)],
-        **{
-            field: {name: _json_number(value) for name, value in getattr(contact, field).items()}
-            for field in _HEAD_NUMBERS
+        "head_injury": {name: _json_number(value) for name, value in contact.head_injury.items()},
+        "heads": {
+            name: [_json_number(getattr(head, field)) for field in _HEAD_NUMBERS]
+            for name, head in contact.heads.items()
         },
+        "parts": {name: _part_metadata(part) for name, part in contact.parts.items()},
+    }
+
+
+def _part_metadata(part: PartContact) -> dict[str, Any]:
+    return {
+        "first_time": _json_number(part.first_time),
+        **{field: _json_number(getattr(part, field)) for field in _SEGMENT_NUMBERS},
+        "body_weights": _json_number(part.body_weights),
+        "band": list(part.band),
+        "class": part.evidence.value,
+        "within": part.within,
     }
 
 
 _SEGMENT_NUMBERS = ("impact_speed", "peak_force", "peak_time")
-_HEAD_NUMBERS = ("head_injury", "head_accelerations")
+_HEAD_NUMBERS = ("peak_acceleration", "peak_time", "head_weights")
 _CONTACT_NUMBERS = ("max_force", "max_force_time", "max_depth", "creep", "dissipated")
 
 
@@ -485,10 +505,25 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
         height_sensitivity=height_sensitivity,
         extreme_forces=arrays.get(EXTREME_FORCE_FIELD),
         overlap=overlap,
-        **{
-            field: {name: float(value) for name, value in about.get(field, {}).items()}
-            for field in _HEAD_NUMBERS
+        head_injury={name: float(value) for name, value in about["head_injury"].items()},
+        # Files without these are older than parts of the body.
+        heads={
+            name: HeadImpact(*map(float, numbers))
+            for name, numbers in about.get("heads", {}).items()
         },
+        parts={name: _part(part) for name, part in about.get("parts", {}).items()},
+    )
+
+
+def _part(about: Mapping[str, Any]) -> PartContact:
+    low, high = map(float, about["band"])
+    return PartContact(
+        _number(about["first_time"]),
+        *(float(about[field]) for field in _SEGMENT_NUMBERS),
+        body_weights=_number(about["body_weights"]),
+        band=(low, high),
+        evidence=Evidence(about["class"]),
+        within=about["within"],
     )
 
 

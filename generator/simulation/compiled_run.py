@@ -317,9 +317,11 @@ def _contact_trace(
 def _contact_steps(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) -> ContactSteps:
     """Return the contact after each recorded step of a run."""
     rows, links, groups = run.path_rows, len(compiled.mechanism.links), len(compiled.touching)
-    ends = np.cumsum([STEP_ACCELERATIONS, 3 * links, 3 * groups])
+    sphere_numbers = 2 * len(compiled.mechanism.sphere_constants)
+    ends = np.cumsum([STEP_ACCELERATIONS, 3 * links, 3 * groups, sphere_numbers])
     bodies = [compiled.segment_links[name] for name in model.figure.bodies]
-    centres, accelerations, forces, spheres = np.split(rows, ends, axis=1)
+    centres, accelerations, forces, spheres, parts = np.split(rows, ends, axis=1)
+    laws = 0 if model.contacts is None else len(model.contacts.laws)
     return ContactSteps(
         run.path_times,
         forces.reshape(len(rows), groups, 3),
@@ -327,6 +329,7 @@ def _contact_steps(model: ExudynModel, compiled: CompiledModel, run: CompiledRun
         spheres[:, 1::2],
         centres,
         accelerations.reshape(len(rows), links, 3)[:, bodies],
+        parts.reshape(len(rows), -1, 3)[:, :laws],
     )
 
 

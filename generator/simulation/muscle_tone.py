@@ -1,11 +1,11 @@
 """Tone of a run bound to the joints of a figure, with their strengths."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.check import sex_and_stature
 from generator.kinematics.loops import close_loops
@@ -13,9 +13,10 @@ from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.rotations import Array, rotation_vector_from_matrix
-from generator.tone import Tone
+from generator.tone import GROUPS, Tone, group_of
 from springs import JointSprings, SpringSet, rotation_law
 from springs.axis import Direction
+from springs.published.range_of_motion import opposite_motions
 from springs.strength.strengths import Body, Strength, StrengthClass, strength
 from springs.tone.activation import Activation
 from springs.tone.law import AxisTone, rest_angle
@@ -120,8 +121,9 @@ class _Binder:
     def __init__(self, tone: Tone, placement: Placement, springs: SpringSet) -> None:
         self._tone, self._placement, self._springs = tone, placement, springs
         self._figure = placement.tree.figure
-        self._body = _body_of(self._figure)
+        self._body = body_of(self._figure)
         self._strengths: dict[tuple[str, str], Strength] = {}
+        self._stated = self._stated_strengths()
 
     def bind(self, upright: Mapping[str, Array], start: float) -> JointTones:
         tone, figure = self._tone, self._figure
@@ -138,6 +140,7 @@ class _Binder:
                     hold[name] = axes
                 elif name in tone.hold:
                     raise ModelError(f"tone: {self._missing(name)}")
+        self._check_groups("tone", tone.hold, hold)
         righting: dict[str, Righting] = {}
         for name, share in tone.righting_shares(figure.joints).items():
             if name not in names:
@@ -148,8 +151,9 @@ class _Binder:
             )
             if axes:
                 righting[name] = Righting(upright[name], axes)
-            else:
+            elif name in tone.righting:
                 raise ModelError(f"righting: {self._missing(name)}")
+        self._check_groups("righting", tone.righting, righting)
         if not hold and not righting:
             raise ModelError(
                 "tone: no joint of this figure has a known strength; its springs name no motions "
@@ -157,12 +161,73 @@ class _Binder:
             )
         return JointTones(tone.activation(start), hold, righting, self._strengths)
 
+    def _check_groups(self, noun: str, shares: Mapping[str, float], found: Collection[str]) -> None:
+        """Raise ModelError for a group of which no joint has a known strength."""
+        for group in (name for name, share in shares.items() if name in GROUPS and share > 0.0):
+            if group not in map(group_of, found):
+                raise ModelError(
+                    f"{noun}: no strength of a joint of the group `{group}` is known; state them "
+                    "in [[strength]] of a tone file"
+                )
+
+    def _motions(self, name: str) -> Iterator[tuple[Direction, str]]:
+        """Yield the axes of a joint, and the motion about each that its springs name."""
+        springs = self._springs.joints.get(name, JointSprings(name)).axes
+        motions = {spring.direction: spring.motion for spring in springs}
+        for axis in self._placement.tree.chains[name].rotation_axes:
+            x, y, z = map(float, np.asarray(axis) / np.linalg.norm(axis))
+            direction, motion = (x, y, z), ""
+            for other, named in motions.items():
+                along = float(np.dot(other, direction))
+                if abs(along) > _PARALLEL:
+                    direction, motion = other, named
+            yield direction, motion
+
+    def _stated_strengths(self) -> dict[tuple[str, str], Strength]:
+        """Return the strengths that the tone states, by joint and motion; "" for a whole joint.
+
+        Raises ModelError for an unknown joint or motion, and for two strengths of one motion.
+        """
+        names: dict[str, tuple[str, str, bool]] = {}
+        motions: dict[str, list[str]] = {}
+        for joint in self._placement.tree.chains:
+            names[joint] = joint, "", False
+            motions[joint] = []
+            for _, motion in self._motions(joint):
+                opposites = opposite_motions(motion)
+                names |= {f"{joint} {one}": (joint, motion, True) for one in opposites}
+                if motion:
+                    names[f"{joint} {motion}"] = joint, motion, False
+                    motions[joint] += [motion, *opposites]
+        found: dict[tuple[str, str], Strength] = {}
+        keys: dict[tuple[str, str], str] = {}
+        for row, (key, pair) in enumerate(self._tone.strengths.items(), 1):
+            where = f"strength {row}"
+            if self._tone.name:
+                where = f"{self._tone.name}.tone.toml, row {row} of [[strength]]"
+            if key not in names:
+                joint = next((one for one in motions if key.startswith(f"{one} ")), "")
+                hint = spelling_hint(key, names)
+                if joint:
+                    known = ", ".join(motions[joint]) or f"none; leave it out, as `{joint}`"
+                    hint = f"motions of joint {joint}: {known}"
+                raise ModelError(f"{where}: the figure has no motion `{key}`; {hint}")
+            joint, motion, is_opposite = names[key]
+            if (joint, motion) in keys:
+                other = keys[joint, motion]
+                raise ModelError(f"{where}: `{key}` has a strength already, that of `{other}`")
+            keys[joint, motion] = key
+            origin = self._tone.strength_classes.get(key, StrengthClass.ESTIMATE)
+            along, against = pair[::-1] if is_opposite else pair
+            found[joint, motion] = Strength((along, against), origin)
+        return found
+
     def _missing(self, joint: str) -> str:
         """Return why a joint has no tone."""
         if not self._placement.tree.chains[joint].rotations:
             return f"joint {joint} has no rotation"
         return (
-            f"no strength of joint {joint} is known; state it in [strength] of a tone file, or "
+            f"no strength of joint {joint} is known; state it in [[strength]] of a tone file, or "
             "name the motions about its axes in the springs"
         )
 
@@ -189,25 +254,16 @@ class _Binder:
 
     def _axes(self, name: str) -> Iterator[tuple[Direction, Strength]]:
         """Yield the axes of a joint whose strength is known."""
-        springs = self._springs.joints.get(name, JointSprings(name)).axes
-        motions = {spring.direction: spring.motion for spring in springs}
-        for axis in self._placement.tree.chains[name].rotation_axes:
-            x, y, z = map(float, np.asarray(axis) / np.linalg.norm(axis))
-            direction, motion = (x, y, z), ""
-            for other, named in motions.items():
-                along = float(np.dot(other, direction))
-                if abs(along) > _PARALLEL:
-                    direction, motion = other, named
+        for direction, motion in self._motions(name):
             own = self._strength(name, motion)
             if own is not None:
                 self._strengths[name, motion] = own
                 yield direction, own
 
     def _strength(self, name: str, motion: str) -> Strength | None:
-        stated = self._tone.strengths
-        for key in (f"{name} {motion}", name):
-            if key in stated:
-                return Strength(stated[key], StrengthClass.ESTIMATE)
+        for key in ((name, motion), (name, "")):
+            if key in self._stated:
+                return self._stated[key]
         return strength(name, motion, self._body) if motion else None
 
 
@@ -219,7 +275,7 @@ def _times(share: float, own: Strength) -> tuple[float, float]:
     return share * own.largest[0], share * own.largest[1]
 
 
-def _body_of(figure: Figure) -> Body | None:
+def body_of(figure: Figure) -> Body | None:
     """Return mass, stature and sex of a person; None for another figure."""
     found = sex_and_stature(figure)
     if found is None:

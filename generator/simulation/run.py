@@ -12,6 +12,7 @@ import numpy as np
 
 from generator.contact.record import ContactRecord
 from generator.contact.summary import build_contact_record
+from generator.contact_file.parts import BodyContact
 from generator.figure import Figure
 from generator.kinematics.free_root import attaching_joints
 from generator.model import Model
@@ -289,7 +290,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         build_time=runner.build_time,
         springs=model.spring_set.origin,
         law=model.spring_set.law.value,
-        contact=_contact_record(model, trace, motion.poses)
+        contact=_contact_record(model, trace, motion.poses, runner.subject.contact)
         if model.contacts is not None and RecordingPart.CONTACT in record
         else None,
         recorded=record,
@@ -298,7 +299,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
 
 
 def _contact_record(
-    model: ExudynModel, trace: Trace, poses: Mapping[str, Array]
+    model: ExudynModel, trace: Trace, poses: Mapping[str, Array], body: BodyContact | None
 ) -> ContactRecord | None:
     """Return the contact of a run; None without props."""
     if model.contacts is None or trace.contact is None:
@@ -312,6 +313,7 @@ def _contact_record(
         trace.times,
         model.plan.gravity,
         model.plan.up,
+        body,
     )
 
 

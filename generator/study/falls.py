@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.diagnostics import MoverError
+from generator.diagnostics import ModelError, MoverError
 from generator.figure import Figure
 from generator.model import Model
 from generator.rotations import Array
@@ -43,6 +43,10 @@ from springs.short_repr import short_repr
 PELVIS, HEAD, HANDS = "lower_torso", "head", ("left_hand", "right_hand")
 """Segments that are measured."""
 
+HIP = "pelvis"
+"""Part of the body whose force is measured in place of that of the segment, where there is one. It
+spans the upper ends of the thighs."""
+
 _SEED, _DIRECTION = "seed", "direction_deg"
 
 _COLUMNS = (
@@ -54,6 +58,12 @@ _COLUMNS = (
 
 _HEAD_PEAK = Measure(f"{HEAD}_acceleration_g", f"{HEAD}.peak_acceleration [g]", Statistic.LAST)
 """Measure of the head alone."""
+
+_PART_COLUMNS = (
+    ("touch_s", ".first_touch [s]", Statistic.LAST),
+    ("force_N", ".peak_force [N]", Statistic.LAST),
+)
+"""Measures of a part of the body, likewise."""
 
 Scales = Sequence[tuple[str, float]]
 """Paths of parameters with their values."""
@@ -142,8 +152,12 @@ class Falls:
 
     @property
     def hip_force(self) -> Array:
-        """Return the peak force on the pelvis, where it touches, shape (N,) [N]."""
-        return np.where(self.hits(PELVIS), self.measure(f"{PELVIS}_force_N"), np.nan)
+        """Return the peak force on the pelvis, where it touches, shape (N,) [N].
+
+        It is that of the part `HIP` of a body with parts, else that of the segment `PELVIS`.
+        """
+        name = HIP if f"{HIP}_force_N" in self.study.measures else PELVIS
+        return np.where(self.hits(name), self.measure(f"{name}_force_N"), np.nan)
 
     @property
     def head_force(self) -> Array:
@@ -231,7 +245,9 @@ def run_falls(
         kind: Kind of the falls, a name of `FALLS`.
         count: Number of falls.
         seed: Seed of the first one.
-        plan: Plan of which each fall changes the start and the scene; None for that of the kind.
+        plan: Plan of `fall_plan`, of which each fall changes the start and the scene; its stop,
+            tone and method may be changed, as `replace(fall_plan(figure, kind), stop=3.0)`. None
+            for that of the kind.
         scales: Paths of parameters with values, set in each fall as in a study.
         method: Method of integration.
         jobs: Largest number of processes [default: one per core].
@@ -239,12 +255,17 @@ def run_falls(
 
     Raises:
         UnknownNameError: The kind is unknown.
-        ModelError: The figure does not stand as persons do.
+        ModelError: The figure does not stand as persons do, or the plan is not one of `fall_plan`.
         MoverError: Processes cannot be started.
     """
     model = Model.of(model) if isinstance(model, Figure) else model
     start = fall_plan(model.figure, kind, seed)
     plan = start if plan is None else plan
+    if not plan.free_root or plan.height is None:
+        raise ModelError(
+            "run_falls needs a plan of fall_plan, in which the figure is free: "
+            f'replace(fall_plan(figure, "{kind}"), stop={plan.stop:g}) changes it'
+        )
     study = _study(model, kind, plan, count, seed, method)
     tasks = [Task(index, row) for index, row in enumerate(study.design.rows)]
     results = RunResults(study.measures, count)
@@ -268,6 +289,11 @@ def _study(model: Model, kind: str, plan: Plan, count: int, seed: int, method: R
     ]
     if HEAD in parts:
         measures.append(_HEAD_PEAK)
+    if model.contact is not None and any(part.name == HIP for part in model.contact.parts):
+        measures += [
+            Measure(f"{HIP}_{name}", f"part.{HIP}{column}", take)
+            for name, column, take in _PART_COLUMNS
+        ]
     seeds = range(seed, seed + count)
     rows = tuple((float(one), degrees(fall_direction(kind, one))) for one in seeds)
     return Study(

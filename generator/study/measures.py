@@ -8,14 +8,17 @@ A column is one of the table of the motion, or one of a few more:
     JOINT.reaction_moment [N m]     magnitude of the moment that the joint transmits
     SEGMENT.first_touch [s]         time at which the segment first touches a prop
     SEGMENT.impact_speed [m/s]      normal speed of that touch
-    SEGMENT.injury_criterion [1]    head injury criterion of the whole run, for heads
-    SEGMENT.peak_acceleration [g]   of the centre of mass of a head, over all steps of the run
+    SEGMENT.injury_criterion [1]    head injury criterion of the whole run, of a body with parts
+    SEGMENT.peak_acceleration [g]   largest acceleration of the centre of mass, for heads
+    part.PART.first_touch [s]       time at which the part of the body first touches a prop
+    part.PART.impact_speed [m/s]    normal speed of that touch
+    part.PART.peak_force [N]        largest size of the force on the part
 
 The largest and the smallest number are those of a parabola through the frame and its neighbours.
 Those of ground forces, and the largest contact force of a segment, are over all steps of the run,
-since a peak of contact is shorter than a frame; contact depths are from the frames. The last
-four columns are one number of the whole run, and without a touch there is none. The head injury
-criterion depends on the assumed stiffness and damping: compare runs of one model only.
+since a peak of contact is shorter than a frame; contact depths are from the frames. The columns
+from first_touch on are one number of the whole run, and without a touch there is none. The head
+injury criterion depends on the assumed stiffness: compare runs of one model only.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,7 +29,8 @@ from typing import TypeVar, assert_never
 
 import numpy as np
 
-from generator.contact.record import STANDARD_ACCELERATION, head_segments
+from generator.contact.record import head_segments
+from generator.contact_file.parts import BodyContact
 from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.motion_files.action import LENGTH_UNIT
@@ -48,9 +52,13 @@ Measured = dict[str, float | None]
 
 T = TypeVar("T")
 
-_TOUCH, _SPEED, _INJURY = ".first_touch", ".impact_speed", ".injury_criterion"
-_PEAK = ".peak_acceleration"
+_TOUCH, _SPEED, _FORCE = ".first_touch", ".impact_speed", ".peak_force"
+_INJURY, _ACCELERATION = ".injury_criterion", ".peak_acceleration"
+_SINGLE = (_TOUCH, _SPEED, _FORCE, _INJURY, _ACCELERATION)
 """Ends of the names of columns that are one number of the whole run."""
+
+_PART = "part."
+"""Beginning of the names of columns of a part of the body."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,7 @@ def check_measures(study: Study) -> Iterator[MeasureFault]:
 
     Raises MoverError for a figure and a plan that cannot start.
     """
-    columns = motion_columns(study.model.figure, study.plan)
+    columns = motion_columns(study.model.figure, study.plan, study.model.contact)
     for measure in study.measures.values():
         column = columns.get(measure.column)
         if column is None:
@@ -91,7 +99,7 @@ def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     if measure.take is Statistic.REST and not column.is_displacement:
         message = f"`{column.title}` has no value at rest"
         return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
-    if column.name.endswith((_TOUCH, _SPEED, _INJURY, _PEAK)) and measure.take not in (
+    if column.name.endswith(_SINGLE) and measure.take not in (
         Statistic.LAST,
         Statistic.LARGEST,
     ):
@@ -100,16 +108,29 @@ def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     return None
 
 
-def parts_of_measures(figure: Figure, measures: Iterable[Measure]) -> frozenset[RecordingPart]:
-    """Return the parts of a recording that measures of a figure need."""
+def parts_of_measures(
+    figure: Figure, measures: Iterable[Measure], body: BodyContact | None = None
+) -> frozenset[RecordingPart]:
+    """Return the parts of a recording that measures of a figure, and of its parts, need."""
     chains = {name: joint.chain for name, joint in figure.joints.items()}
-    columns = _columns_by_title(chains, figure.bodies)
+    columns = _columns_by_title(chains, figure.bodies, parts=_part_names(body))
     wanted = [columns[each.column] for each in measures if each.column in columns]
     return frozenset(column.part for column in wanted if column.part is not None)
 
 
-def motion_columns(figure: Figure, plan: Plan) -> dict[str, Column]:
+def _part_names(body: BodyContact | None) -> tuple[str, ...]:
+    return () if body is None else tuple(part.name for part in body.parts)
+
+
+def motion_columns(
+    figure: Figure, plan: Plan, body: BodyContact | None = None
+) -> dict[str, Column]:
     """Return the columns that measures of a run may have by title, without simulating.
+
+    Args:
+        figure: Figure of the run.
+        plan: Plan of the run.
+        body: Parts of the body; None without any.
 
     Raises MoverError for a run that cannot start.
     """
@@ -118,7 +139,8 @@ def motion_columns(figure: Figure, plan: Plan) -> dict[str, Column]:
     start = initial_state(figure, plan)
     joints = start.placement.tree.figure.joints
     chains = {name: joint.chain for name, joint in joints.items()}
-    columns = _columns_by_title(chains, start.spheres, plan.up)
+    parts = _part_names(body) if start.spheres else ()
+    columns = _columns_by_title(chains, start.spheres, plan.up, parts)
     for name in joints.keys() - figure.joints.keys():  # of free segments, which transmit nothing
         for column in _load_columns(name, chains[name]):
             del columns[column.title]
@@ -129,10 +151,15 @@ def _columns_by_title(
     chains: Mapping[str, Sequence[JointAxis]],
     contact_segments: Iterable[str],
     up: Vector = (0.0, 1.0, 0.0),
+    parts: Iterable[str] = (),
 ) -> dict[str, Column]:
     segments = tuple(contact_segments)
     kinds = (*ENERGY_KINDS, *(CONTACT_ENERGY_KINDS if segments else ()))
-    columns = [*table_columns(chains, kinds, segments), *_more_columns(chains, segments, up)]
+    columns = [
+        *table_columns(chains, kinds, segments),
+        *_more_columns(chains, segments, up),
+        *_part_columns(parts),
+    ]
     return {column.title: column for column in columns}
 
 
@@ -148,9 +175,20 @@ def _more_columns(
             single = Column(f"{name}{end}", unit, partial(read, name), RecordingPart.CONTACT)
             yield replace(single, may_be_undefined=True)
     for name in head_segments(contact_segments):
-        yield Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
-        read = partial(_peak_acceleration, name)
-        yield Column(f"{name}{_PEAK}", "g", read, RecordingPart.CONTACT, may_be_undefined=True)
+        injury = Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
+        yield replace(injury, may_be_undefined=True)
+        read = partial(_acceleration, name)
+        peak = Column(f"{name}{_ACCELERATION}", "g", read, RecordingPart.CONTACT)
+        yield replace(peak, may_be_undefined=True)
+
+
+def _part_columns(names: Iterable[str]) -> Iterator[Column]:
+    """Yield the columns of parts of the body."""
+    for name in names:
+        for end, unit in ((_TOUCH, "s"), (_SPEED, "m/s"), (_FORCE, "N")):
+            read = partial(_of_part, name, end)
+            single = Column(f"{_PART}{name}{end}", unit, read, RecordingPart.CONTACT)
+            yield replace(single, may_be_undefined=end != _FORCE)
 
 
 def _load_columns(name: str, chain: Sequence[JointAxis]) -> Iterator[Column]:
@@ -185,14 +223,24 @@ def _impact_speed(segment: str, motion: FigureMotion) -> Array:
     return np.where(np.isnan(_first_touch(segment, motion)), nan, speed)
 
 
+def _of_part(name: str, end: str, motion: FigureMotion) -> Array:
+    part = contact_of(motion).parts[name]
+    time = nan if part.first_time is None else part.first_time
+    numbers = {
+        _TOUCH: time,
+        _SPEED: nan if part.first_time is None else part.impact_speed,
+        _FORCE: part.peak_force,
+    }
+    return np.full(len(motion.times), numbers[end])
+
+
 def _injury(segment: str, motion: FigureMotion) -> Array:
-    return np.full(len(motion.times), contact_of(motion).head_injury[segment])
+    return np.full(len(motion.times), contact_of(motion).head_injury.get(segment, nan))
 
 
-def _peak_acceleration(segment: str, motion: FigureMotion) -> Array:
-    accelerations = contact_of(motion).head_accelerations
-    peak = accelerations.get(segment, nan) / STANDARD_ACCELERATION
-    return np.full(len(motion.times), peak)
+def _acceleration(segment: str, motion: FigureMotion) -> Array:
+    head = contact_of(motion).heads.get(segment)  # without it in files of older versions
+    return np.full(len(motion.times), nan if head is None else head.peak_acceleration)
 
 
 def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]) -> Measured:
@@ -207,7 +255,8 @@ def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]
     """
     contact = run_of(motion).contact
     segments = () if contact is None else tuple(contact.forces)
-    columns = _columns_by_title(motion.chains, segments, plan.up)
+    parts = () if contact is None else contact.parts
+    columns = _columns_by_title(motion.chains, segments, plan.up, parts)
     return {
         each.name: _number(_column(columns, each), motion, each.take)
         for each in measures

@@ -66,7 +66,9 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
     numbers: Measured = {}
     try:
         if moving or keep is not None or not measures:
-            parts = WHOLE_RECORDING if keep is not None else parts_of_measures(case.figure, moving)
+            parts = WHOLE_RECORDING
+            if keep is None:
+                parts = parts_of_measures(case.figure, moving, case.model.contact)
             plan = _fast_plan(case) if study.method is RunMethod.FAST else case.plan
             if plan.integrator is not Integrator.IMPLICIT:
                 parts |= {RecordingPart.AGREEMENT}

@@ -40,6 +40,24 @@ _OTHER_NAMES: Mapping[str, tuple[str, ...]] = {"extension": ("extension", "hyper
 """Names under which the end of a motion is published, where these are several."""
 
 
+_SIDES = (" to the left", " to the right")
+
+
+def opposite_motions(motion: str) -> tuple[str, ...]:
+    """Return the names of the motion opposite to one ("flexion", "lumbar twist to the left").
+
+    It is () for a motion whose opposite has no name.
+    """
+    for side, other in (_SIDES, _SIDES[::-1]):
+        if motion.endswith(side):
+            return (motion.removesuffix(side) + other,)
+    for kind, opposites in _OPPOSITES.items():
+        before = motion.removesuffix(kind)
+        if before != motion and (not before or before.endswith(" ")):
+            return tuple(before + one for one in opposites if one != kind)
+    return ()
+
+
 @dataclass(frozen=True)
 class RangeEnd:
     """One end of a normal range of motion.

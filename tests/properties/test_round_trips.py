@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 import generator.input_files
 from generator import Plan, read_figure, simulate
-from generator.contact.record import Overlap, SegmentContact
+from generator.contact.record import HeadImpact, Overlap, PartContact, SegmentContact
+from generator.contact_file.parts import Evidence
 from generator.conversion import read_motion
 from generator.drive import Drive
 from generator.figure import AxisKind, Figure, JointAxis, SiteRef
@@ -635,7 +636,8 @@ def contacts_of(draw: st.DrawFn, motion: FigureMotion) -> FigureMotion:
         height_sensitivity=draw(sensitivity),
         impact_shift=draw(number),
         head_injury=draw(st.dictionaries(PRINTED, ANY_FLOAT, max_size=2)),
-        head_accelerations=draw(st.dictionaries(PRINTED, ANY_FLOAT, max_size=2)),
+        heads=draw(st.dictionaries(PRINTED, HEADS, max_size=2)),
+        parts=draw(st.dictionaries(PRINTED, PARTS, max_size=2)),
         overlap=draw(st.none() | st.builds(Overlap, ANY_FLOAT, st.just(one), PRINTED, ANY_FLOAT)),
     )
     return replace(motion, recording=replace(motion.recording, contact=contact))
@@ -645,6 +647,19 @@ NANS = (float("nan"), float("inf"), -0.0)
 
 
 PRINTED = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+
+HEADS = st.builds(HeadImpact, ANY_FLOAT, ANY_FLOAT, ANY_FLOAT)
+PARTS = st.builds(
+    PartContact,
+    st.none() | ANY_FLOAT,
+    ANY_FLOAT,
+    ANY_FLOAT,
+    ANY_FLOAT,
+    st.none() | ANY_FLOAT,
+    st.tuples(st.floats(0.0, 9.0), st.floats(0.0, 9.0)),
+    st.sampled_from(Evidence),
+    PRINTED,
+)
 
 
 def same_run(motion: FigureMotion, back: tuple[Header, Recording]) -> None:

@@ -207,7 +207,7 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
 def find_touches(mechanism: Mechanism, scratch: Scratch) -> int:
     """Evaluate the forces of all props on all spheres that touch them; return their number.
 
-    They are left in `Scratch.touches`, in the order of groups.
+    They are left in `Scratch.touches`, in the order of groups; the place after them has no group.
     """
     groups, places, props = (
         mechanism.sphere_groups,
@@ -252,6 +252,7 @@ def find_touches(mechanism: Mechanism, scratch: Scratch) -> int:
                 scratch.touch_places[count, TOUCH_SPHERE] = s
                 scratch.touch_places[count, TOUCH_PROP] = d
                 count += 1
+    scratch.touch_places[count, TOUCH_GROUP] = -1
     if len(mechanism.sphere_parts) > 0:
         _share_forces(mechanism, scratch, count)
     return count
@@ -279,6 +280,21 @@ def apply_contacts(mechanism: Mechanism, scratch: Scratch) -> None:
 _NEAR = 0.1
 """Distance from a prop within which the depth of a sphere is recorded exactly [m]: no sphere passes
 it in a step, of 5 ms at most, at less than 20 m/s."""
+
+
+@compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, COUNT)
+def _record_parts(mechanism: Mechanism, scratch: Scratch, row: Array, at: int) -> None:
+    """Write the forces on parts and their regions, of the touches that were found last."""
+    parts, where = mechanism.sphere_parts, scratch.touch_places
+    for k in range(at, len(row)):
+        row[k] = 0.0
+    t = 0
+    while len(parts) > 0 and where[t, TOUCH_GROUP] >= 0:
+        for layer in range(2):
+            part = parts[where[t, TOUCH_SPHERE], layer]
+            for k in range(3 if part >= 0 else 0):
+                row[at + 3 * part + k] += scratch.touches[t, TOUCH_FORCE + k]
+        t += 1
 
 
 @compiled(NOTHING, MECHANISM, SCRATCH, VECTOR, pointer=True)
@@ -326,6 +342,7 @@ def _record_step(mechanism: Mechanism, scratch: Scratch, row: Array) -> None:
                 depth, rate = arguments[CONTACT_DEPTH], arguments[CONTACT_RATE]
                 if depth > row[at + 2 * s]:
                     row[at + 2 * s], row[at + 2 * s + 1] = depth, rate
+    _record_parts(mechanism, scratch, row, at + 2 * len(places))
 
 
 RECORD_STEP = FunctionPointer(_record_step)

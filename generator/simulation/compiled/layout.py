@@ -173,8 +173,8 @@ PAIR_INPUTS, PAIR_RESULTS = 20, 11
 
 STEP_CENTRE, STEP_ACCELERATIONS = 0, 3
 """Places in the record of a step: centre of mass of the figure [m], accelerations of those of the
-links [m/s2] (3 each). Then follow the forces on the segments with spheres [N] (3 each), and depth
-[m] and its rate [m/s] of each sphere."""
+links [m/s2] (3 each). Then follow the forces on the segments with spheres [N] (3 each), depth [m]
+and its rate [m/s] of each sphere, and the forces on the parts of the body [N] (3 each)."""
 
 CONTACT_WORK = max(CONTACT_INPUTS + CONTACT_RESULTS, PAIR_INPUTS + PAIR_RESULTS)
 """Size of `Scratch.contact_work`."""
@@ -368,7 +368,8 @@ class Scratch(NamedTuple):
             (g, 3) [N].
         touches: what touches, in world axes, with room for all c d spheres and props, shape (c d,
             TOUCH_COLUMNS).
-        touch_places: where it does, shape (c d, 3); see `TOUCH_GROUP`.
+        touch_places: where it does, shape (c d + 1, 3), the row after the last one with the group
+            -1; see `TOUCH_GROUP`.
         part_sums: sums over the spheres of a part that touch a prop, shape (parts, d,
             PART_SUM_COLUMNS).
         contact_work: arguments of the law of contact in the axes of a prop (centre of the sphere,

@@ -158,7 +158,8 @@ class CompiledModel:
     def step_record(self) -> int:
         """Number of columns of the record of a step; see `STEP_CENTRE`."""
         links, spheres = len(self.mechanism.links), len(self.mechanism.sphere_constants)
-        return STEP_ACCELERATIONS + 3 * (links + len(self.touching)) + 2 * spheres
+        parts = len(self.mechanism.part_offsets)
+        return STEP_ACCELERATIONS + 3 * (links + len(self.touching) + parts) + 2 * spheres
 
     @property
     def integrals(self) -> int:
@@ -337,7 +338,7 @@ class _Builder:
             np.zeros((0, 6)),
             np.zeros((len(touching), 3)),
             np.zeros((touches, TOUCH_COLUMNS)),
-            np.zeros((touches, 3), dtype=np.int64),
+            np.full((touches + 1, 3), -1, dtype=np.int64),
             np.zeros((*mechanism.part_offsets.shape, PART_SUM_COLUMNS)),
             np.zeros(CONTACT_WORK),
         )

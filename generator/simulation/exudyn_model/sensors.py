@@ -202,6 +202,7 @@ class SensorLog:
             states.rates,
             mean_position(model.figure, positions),
             accelerations,
+            states.part_forces,
         )
         return steps, [states.impact_power, states.friction_power]
 

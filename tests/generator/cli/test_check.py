@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from generator import read_figure
 from tests.command import answer, mover, run
 from tests.paths import FAULTS, FIGURES
 
@@ -432,3 +433,33 @@ def test_a_woman_is_compared_with_ranges_of_women(name: str | Path):
     joints = {joint for one in doubts for joint in one["joints"] if isinstance(joint, str)}
     assert joints
     assert not {"neck", "left_wrist"} & joints
+
+
+def test_parts_beside_a_figure_that_do_not_fit_it_are_an_error(tmp_path: Path):
+    text = (
+        (FIGURES / "leg.fig")
+        .read_text(encoding="utf-8")
+        .replace('psurf = "', f'psurf = "{FIGURES}/')
+    )
+    path, beside = tmp_path / "leg.fig", tmp_path / "leg.contact.toml"
+    path.write_text(text, encoding="utf-8")
+    part = """[[part]]
+name = "sole"
+spheres = ["NAME 0"]
+from_m = [0]
+stiffness_N_m = [3e4]
+damping_s_m = 1
+class = "estimate"
+source = "assumed"
+"""
+    segment = next(iter(read_figure(path).bodies))
+    beside.write_text(part.replace("NAME", segment), encoding="utf-8")
+    assert answer("check", path)["verdict"].startswith(f"{path}: no errors")
+    beside.write_text(part.replace("NAME 0", f"{segment} 99"), encoding="utf-8")
+    result = mover("check", path)
+    assert result.exit_code == 1
+    assert "part `sole` has sphere 99 of segment" in result.output
+    beside.write_text(part.replace("3e4", "-3e4"), encoding="utf-8")
+    result = mover("check", path)
+    assert result.exit_code == 1
+    assert "leg.contact.toml:5" in result.output

@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from generator.figure_file import FIGURE_FILE
+from generator.model import contact_of_figure
 from springs.published.tables import coupled_law, curve, publication, publications
+from springs.strength.strengths import strength_rows
 from tests.command import answer, mover, run
 from tests.paths import FIGURES
 
@@ -131,3 +133,34 @@ def test_a_figure_cites_the_tables_of_its_coupled_laws():
         "right_hip_joint y with right_knee -y",
     ]
     assert "doi:10.1016/S0021-9290(99)00009-3 [C2: " in reference
+
+
+def test_strengths_are_cited_with_their_classes():
+    said, plain = answer("cite", "strengths"), run("cite", "strengths").stdout
+    rows = {row["motion"]: row for row in said["strengths"]}
+    assert len(rows) == len(strength_rows())
+    assert rows["knee flexion"]["class"] == "published"
+    assert "Anderson" in rows["knee flexion"]["reference"]
+    assert rows["lumbar flexion"]["reference"] is None
+    assert said["women_factor"] == 0.6
+    assert "knee flexion, extension: 0.087, 0.163 m g H; of women 0.08, 0.159\n" in plain
+    assert "lumbar twist: 80, 80 N m\n  estimate: An estimate, not from a study" in plain
+
+
+def test_a_person_cites_its_parts_and_strengths_with_their_classes():
+    man, woman = (
+        {one["reference"]: one["used_for"] for one in answer("cite", name)["references"]}
+        for name in ("male50", "female50")
+    )
+    contact = contact_of_figure(FIGURE_FILE.read("male50"))
+    assert contact is not None
+    for part in contact.parts:
+        assert f"contact of {part.name} ({part.evidence.value})" in man[part.law.source]
+    (neck,) = (used for text, used in man.items() if "isometric neck strength" in text)
+    assert "strength of neck flexion (published)" in neck
+    (neck,) = (used for text, used in woman.items() if "isometric neck strength" in text)
+    assert "strength of neck flexion (estimate)" in neck
+    assert "strength of left_elbow flexion (estimate)" in man["An estimate, not from a study"]
+    for name in ("prototype", "pendulum"):
+        used = [text for one in answer("cite", name)["references"] for text in one["used_for"]]
+        assert not any(text.startswith(("contact of", "strength of")) for text in used)

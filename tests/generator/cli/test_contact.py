@@ -17,12 +17,21 @@ from typer.testing import Result
 
 from generator import read_action, read_figure
 from generator.cli import contact
-from generator.cli.answer import json_text
+from generator.cli.answer import Table, json_text
 from generator.cli.inputs import plan_from_options
 from generator.contact.plane import Plane
-from generator.contact.record import HEAD_INJURY_CAVEAT, ContactRecord, Overlap, SegmentContact
+from generator.contact.record import (
+    HEAD_CAVEAT,
+    INJURY_CAVEAT,
+    ContactRecord,
+    HeadImpact,
+    Overlap,
+    PartContact,
+    SegmentContact,
+)
 from generator.contact.scene import FLOOR, Scene, floor_prop
 from generator.contact.spheres import fit_contact_spheres
+from generator.contact_file.parts import Evidence
 from generator.diagnostics import ModelError
 from generator.input_files.scene import read_scene
 from generator.motion_files.npz import read_npz
@@ -114,7 +123,10 @@ def test_the_json_is_the_contact_record(fall: FloorRun, record: ContactRecord):
     assert data["impulse_Ns"] == {name: list(c.impulse) for name, c in record.segments.items()}
     assert record.sensitivity is not None
     assert data["sensitivity_rad"] == record.sensitivity[-1]
-    assert data["head_injury_criterion"] == {}
+    assert data["head_injury_criterion"] == data["head"] == {}
+    assert "parts" not in data
+    assert fall.data["range"] == []
+    assert "range " not in fall.text.stdout
 
 
 def test_the_energies_of_contact_are_in_the_json(fall: FloorRun, record: ContactRecord):
@@ -219,9 +231,86 @@ def test_without_a_force_there_is_no_row_of_one(fall: FloorRun):
     assert list(contact.touch_warnings(fall.recording)) == []
 
 
-def test_heads_have_their_criterion_with_its_caveat(fall: FloorRun):
-    rows = contact.contact_rows(made(fall.recording, head_injury={"head": 321.4}), {})
-    assert rows[-2:] == [("head", "HIC15 321 of head"), ("", HEAD_INJURY_CAVEAT)]
+def test_heads_that_touch_have_their_numbers_with_a_caveat(fall: FloorRun):
+    names = fall.recording.contact and list(fall.recording.contact.segments)
+    assert names
+    touched, other = "right_lower_leg", "right_foot"
+    assert touched in names
+    heads = {name: HeadImpact(130.6, 0.2, 109.7) for name in (touched, "not a segment")}
+    found = made(fall.recording, heads=heads)
+    text = f"{touched}: at most 131 g, 110 head weights; HIC15 needs parts of the body"
+    assert contact.contact_rows(found, {})[-2:] == [("head", text), ("", HEAD_CAVEAT)]
+    hic = made(found, head_injury={touched: 321.4})
+    (_, text), (_, caveat) = contact.contact_rows(hic, {})[-2:]
+    assert text == f"{touched}: at most 131 g, 110 head weights, HIC15 321"
+    assert caveat == f"{HEAD_CAVEAT}; {INJURY_CAVEAT}"
+    assert hic.contact is not None
+    data = json.loads(json_text(contact.contact_data(hic.contact)))
+    assert data["head_injury_criterion"] == {touched: 321.4, "not a segment": None}
+    assert data["head"][touched] == {
+        "peak_acceleration_g": 130.6,
+        "peak_acceleration_s": 0.2,
+        "peak_force_head_weights": 109.7,
+    }
+    assert other not in data["head"]
+
+
+def of_parts(fall: FloorRun, count: int) -> ContactRecord:
+    """A record of parts of which the last one touches nothing."""
+    band = (0.5, 2.0)
+    parts = {
+        f"part {k}": PartContact(0.1 * k, 1.0 + k, 100.0 - k, 0.2, 0.1, band, Evidence.SCALED)
+        for k in range(count)
+    }
+    parts["far"] = PartContact(None, 0.0, 0.0, 0.0, 0.0, band, Evidence.ESTIMATE)
+    found = made(fall.recording, parts=parts).contact
+    assert found is not None
+    return found
+
+
+def test_the_table_of_parts_has_those_that_touched_in_a_dozen_rows(fall: FloorRun):
+    few = contact.parts_table(of_parts(fall, 3))
+    assert isinstance(few, Table)
+    assert [row[0] for row in few.rows] == ["part", "part 0", "part 1", "part 2"]
+    assert few.rows[2] == ("part 1", "0.1", "2", "99", "0.1", "0.5 to 2", "scaled")
+    many = contact.parts_table(of_parts(fall, 14))
+    assert isinstance(many, Table)
+    assert len(many.rows) == 13
+    assert [row[0] for row in many.rows[1:]] == [*(f"part {k}" for k in range(11)), "3 more"]
+    assert contact.parts_table(of_parts(fall, 0)) == ""
+
+
+def test_the_json_has_each_part(fall: FloorRun):
+    data = json.loads(json_text(contact.contact_data(of_parts(fall, 1))))["parts"]
+    assert data["part 0"] == {
+        "first_contact_s": 0.0,
+        "impact_speed_m_per_s": 1.0,
+        "peak_force_N": 100.0,
+        "peak_force_s": 0.2,
+        "peak_force_body_weights": 0.1,
+        "stiffness_band": [0.5, 2.0],
+        "class": "scaled",
+    }
+    assert data["far"]["first_contact_s"] is None
+
+
+def test_a_fall_of_a_person_lists_parts_and_ranges():
+    words = ("simulate", "male50", "--floor", "--integrator", "implicit", "--stop", 0.7)
+    text, data = run(*words).stdout, strict_json(run(*words, "--json"))
+    assert not re.search("^touch ", text, re.MULTILINE)
+    parts = data["contact"]["parts"]
+    touched = {name for name, part in parts.items() if part["first_contact_s"] is not None}
+    assert {"left_foot", "right_foot"} < touched < set(parts)
+    listed = set(re.findall(r"^(\w+)(?: of \w+)? +[0-9.]+ .* (?:scaled|estimate)$", text, re.M))
+    assert listed == touched
+    found = data["range"]
+    assert found[0]["joint"] in ("left_knee", "right_knee")
+    assert found[0]["limit_deg"] == pytest.approx(137.7)
+    assert f"range    {found[0]['joint']} {found[0]['beyond_deg']:.2g} deg beyond 137.7" in text
+    assert [one["beyond_deg"] for one in found] == sorted(
+        (one["beyond_deg"] for one in found), reverse=True
+    )
+    assert found[-1]["beyond_deg"] >= 1.0
 
 
 def test_a_disturbed_run_that_ends_early_says_until_when(fall: FloorRun):

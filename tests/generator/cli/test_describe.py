@@ -1,5 +1,6 @@
 """`mover describe`: segments, joints and springs of a figure."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,26 @@ def test_the_contact_spheres_of_a_figure_are_described():
         assert line.endswith(f"  {len(fit['spheres'])} fitted within {error:.1f} mm")
 
 
+def test_the_parts_of_a_person_are_described_in_one_row_for_both_sides():
+    said, plain = answer("describe", "male50"), run("describe", "male50").stdout
+    spheres = {
+        f"{each['name']} {number}": sphere
+        for each in said["segments"]
+        if each["contact_spheres"]
+        for number, sphere in enumerate(each["contact_spheres"]["spheres"])
+    }
+    assert len(said["parts"]) > 15
+    for part in said["parts"]:
+        key = "region" if part["within"] else "part"
+        assert {spheres[name][key] for name in part["spheres"]} == {part["name"]}
+        assert part["class"] in ("published", "scaled", "estimate")
+        assert part["source"]
+    rows = re.findall(r"^(\S.*?) {2,}[0-9]+ .* (?:scaled|estimate)$", plain, re.MULTILINE)
+    assert {"head", "pelvis", "buttocks of pelvis", "hand, left and right"} < set(rows)
+    assert not any("left_" in row for row in rows)
+    assert answer("describe", "prototype")["parts"] == []
+
+
 def test_own_spheres_capsules_and_missing_psurfs_are_described(tmp_path: Path):
     text = (FIGURES / "pendulum.fig").read_text(encoding="utf-8")
     path = tmp_path / "pendulum.fig"
@@ -72,7 +93,7 @@ def test_own_spheres_capsules_and_missing_psurfs_are_described(tmp_path: Path):
     assert answer("describe", path)["segments"][1]["contact_spheres"] == {
         "source": "own",
         "largest_error_m": None,
-        "spheres": [{"centre_m": [0.0, 0.0, 0.001], "radius_m": 0.02}],
+        "spheres": [{"centre_m": [0.0, 0.0, 0.001], "radius_m": 0.02, "part": None}],
     }
     path.write_text(text.replace(psurf, ""), encoding="utf-8")
     assert " capsule\n" in run("describe", path).stdout

@@ -15,7 +15,7 @@ from generator import Ending, fall_plan, read_figure
 from generator.cli.falls import share_interval
 from generator.motion_files.npz import read_npz
 from generator.simulation.falls import fall_direction
-from generator.study.falls import HANDS, HEAD, PELVIS
+from generator.study.falls import HANDS, HEAD, HIP, PELVIS
 from tests.command import answer, mover, run
 
 SEEDS = range(3, 9)
@@ -83,7 +83,8 @@ def test_the_json_has_the_means_of_the_single_runs(six: Many, singles: list[Any]
     assert falls["descent_ms"]["mean"] == pytest.approx(np.mean(descents))
     hands = [1e3 * min(touches[k][hand] for hand in HANDS) for k in fell]
     assert falls["hand_lead_ms"]["mean"] == pytest.approx(np.mean(descents) - np.mean(hands))
-    forces = [contacts[k]["peak_force_N"][PELVIS] for k in fell]
+    hips = [one["parts"][HIP] for one in contacts]
+    forces = [hip["peak_force_N"] for hip in hips if hip["first_contact_s"] is not None]
     assert falls["hip_force_N"]["mean"] == pytest.approx(np.mean(forces))
     weight = 9.81 * sum(body.mass or 0.0 for body in read_figure("male50").bodies.values())
     assert falls["hip_force_body_weights"]["mean"] == pytest.approx(np.mean(forces) / weight)
@@ -100,6 +101,18 @@ def test_the_json_has_the_means_of_the_single_runs(six: Many, singles: list[Any]
         "starts": 6,
         "outcomes": {"done": 6},
     }
+
+
+def test_many_falls_state_their_tone_and_parameters():
+    words = ("simulate", "male50", "--fall", "push", "--stop", 0.05, "--starts", 2)
+    scale = ("--scale", "contact.pelvis.stiffness_scale=1.5")
+    text, data = run(*words, *scale).stdout, answer(*words, *scale)
+    tone = "fall; righting neck 0.4, trunk 0.4; strengths of axes: 3 published, 6 estimate"
+    assert data["tone"] == tone
+    assert data["scale"] == {"contact.pelvis.stiffness_scale": 1.5}
+    assert f"\ntone   {tone}\nscale  contact.pelvis.stiffness_scale = 1.5\n" in text
+    limp = answer(*words, "--tone", 0)
+    assert not limp.keys() & {"tone", "scale"}
 
 
 def test_the_table_of_many_falls_fits_a_screen():

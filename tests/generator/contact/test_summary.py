@@ -9,14 +9,22 @@ import pytest
 from scipy.optimize import brentq
 
 from generator.contact.plane import Plane
-from generator.contact.record import ContactRecord, head_injury_criterion
+from generator.contact.record import (
+    STANDARD_ACCELERATION,
+    ContactRecord,
+    head_injury_criterion,
+)
 from generator.contact.scene import Prop, Scene
+from generator.contact_file.parts import BodyContact, BodyPart, Evidence
+from generator.figure import Figure
+from generator.model import Model
 from generator.recording import Recording
 from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from springs import SpringSet
 from springs.contact import Surface
+from springs.contact_part import PartLaw
 from tests.chains import FREE, body, figure, ground, joint, one_body
 from tests.contact_figures import (
     BALL_INERTIA,
@@ -33,6 +41,7 @@ from tests.runs import energy_error
 NONE = SpringSet()
 GRAVITY = 9.81
 HEIGHT = 0.2
+SKULL, SOLE = PartLaw(((0.0, 3e4),)), PartLaw(((0.0, 2e4), (0.01, 6e4)), 0.5)
 ELASTIC = Surface(damping=0.0, friction=0.0)
 
 
@@ -41,7 +50,8 @@ def scene(surface: Surface, normal=(0.0, 1.0, 0.0)) -> Scene:
 
 
 def run_plan(made, **fields) -> Recording:
-    run = simulate(made, Plan(**{"springs": NONE, "tolerance": 1e-8, **fields}))
+    springs = {} if isinstance(made, Model) else {"springs": NONE}
+    run = simulate(made, Plan(**{**springs, "tolerance": 1e-8, **fields}))
     assert run.outcome.succeeded
     assert run.contact is not None
     return run
@@ -295,22 +305,90 @@ def test_each_segment_has_its_own_contact() -> None:
     assert contact.ground_reaction[:, :3] == pytest.approx(total)
 
 
-def test_only_a_head_has_a_head_injury_criterion() -> None:
+def as_body(made: Figure, *parts: BodyPart) -> Model:
+    """A figure whose parts touch as wholes."""
+    return Model(made, NONE, BodyContact(parts))
+
+
+def part(name: str, *segments: str, law: PartLaw = SKULL) -> BodyPart:
+    """A part of the first spheres of some segments."""
+    return BodyPart(name, law, tuple((one, 0) for one in segments), (0.5, 2.0), Evidence.SCALED)
+
+
+def test_only_the_head_of_a_body_with_parts_has_a_head_injury_criterion() -> None:
     """That of the ball's acceleration less what the record of the frames misses."""
-    assert contact_of(drop()).head_injury == {}
+    assert contact_of(drop()).head_injury == contact_of(drop()).heads == {}
     made = two_balls(("left foot", "head"), HEIGHT + RADIUS)
     foot = replace(made.joints["to left foot"], displacement=(0.0, 0.0, 0.0, -0.3, 0.5, 0.0))
     made = made.with_parts(foot)
-    run = run_plan(made, stop=0.5, frame=1e-4, scene=FLOOR)
-    (name, value), *others = contact_of(run).head_injury.items()
+    run = run_plan(as_body(made, part("skull", "head")), stop=0.5, frame=1e-4, scene=FLOOR)
+    contact = contact_of(run)
+    (name, value), *others = contact.head_injury.items()
     assert name == "head"
     assert not others
-    forces = contact_of(run).forces["head"]
+    forces = contact.forces["head"]
     accelerations = forces / MASS - np.array([0.0, GRAVITY, 0.0])
     assert value == pytest.approx(head_injury_criterion(run.times, accelerations), rel=1e-2)
     assert value > 1.0
-    sizes = np.linalg.norm(accelerations, axis=1)
-    assert contact_of(run).head_accelerations == {"head": pytest.approx(sizes.max(), rel=1e-3)}
+    head, touch = contact.heads["head"], contact.segments["head"]
+    largest = np.linalg.norm(accelerations, axis=1).max() / STANDARD_ACCELERATION
+    assert head.peak_acceleration == pytest.approx(largest, rel=1e-3)
+    assert head.head_weights == touch.peak_force / (MASS * STANDARD_ACCELERATION)
+    assert head.peak_time == pytest.approx(touch.peak_time, abs=1e-4)
+    plain = contact_of(run_plan(made, stop=0.3, scene=FLOOR))
+    assert plain.head_injury == plain.parts == {}
+    assert plain.heads["head"].peak_acceleration > 1.0
+
+
+def test_a_head_twice_as_stiff_has_1_68_times_the_criterion() -> None:
+    """That of a mass on a spring, which the sentence of every head rests on."""
+    found: list[float] = []
+    for factor in (1.0, 2.0):
+        law = PartLaw(((0.0, factor * 4e5),), 0.0)
+        made = as_body(two_balls(("foot", "head"), 1.0 + RADIUS), part("skull", "head", law=law))
+        found.append(contact_of(run_plan(made, stop=0.6, scene=FLOOR)).head_injury["head"])
+    assert found[1] / found[0] == pytest.approx(2.0**0.75, rel=0.05)
+
+
+def test_a_part_has_the_contact_of_its_spheres_in_all_segments() -> None:
+    """Both balls are one part: it touches with the lower one, and carries both."""
+    made = two_balls()
+    other = replace(made.joints["to other"], displacement=(0.0, 0.0, 0.0, 0.3, 0.4 + RADIUS, 0.0))
+    one = replace(made.joints["to one"], displacement=(0.0, 0.0, 0.0, -0.3, 0.2 + RADIUS, 0.0))
+    made = made.with_parts(one, other)
+    both = contact_of(run_plan(as_body(made, part("both", "one", "other")), stop=0.35, scene=FLOOR))
+    (name, touch), *others = both.parts.items()
+    assert name == "both"
+    assert not others
+    lower, higher = both.segments["one"], both.segments["other"]
+    assert (touch.first_time, touch.impact_speed) == (lower.first_time, lower.impact_speed)
+    assert touch.peak_force == pytest.approx(max(lower.peak_force, higher.peak_force), rel=1e-9)
+    assert touch.body_weights == pytest.approx(touch.peak_force / (2.0 * MASS * GRAVITY), rel=1e-12)
+    assert (touch.band, touch.evidence) == ((0.5, 2.0), Evidence.SCALED)
+    alone = contact_of(run_plan(as_body(made, part("a", "other")), stop=0.25, scene=FLOOR))
+    assert alone.segments["one"].peak_force > 0.0
+    assert alone.parts["a"].first_time is None
+    assert alone.parts["a"].peak_force == 0.0
+
+
+@pytest.mark.parametrize("integrator", list(Integrator))
+def test_a_region_has_the_contact_of_its_own_spheres(integrator: Integrator) -> None:
+    """The higher one of two balls of a part is firmer."""
+    made = two_balls()
+    other = replace(made.joints["to other"], displacement=(0.0, 0.0, 0.0, 0.3, 0.2 + RADIUS, 0.0))
+    one = replace(made.joints["to one"], displacement=(0.0, 0.0, 0.0, -0.3, 0.1 + RADIUS, 0.0))
+    firm = PartLaw(((0.0, 3e4), (0.005, 9e4)))
+    region = replace(part("firm", "other", law=firm), within="both")
+    body = as_body(made.with_parts(one, other), part("both", "one", "other"), region)
+    fields = {"stop": 0.25, "tolerance": 1e-5, "scene": FLOOR, "integrator": integrator}
+    contact = contact_of(run_plan(body, **fields))
+    whole, firmer = contact.parts["both"], contact.parts["firm"]
+    higher = contact.segments["other"]
+    assert (firmer.first_time, firmer.impact_speed) == (higher.first_time, higher.impact_speed)
+    assert firmer.peak_force == pytest.approx(higher.peak_force, rel=1e-9)
+    assert (firmer.within, whole.within) == ("both", "")
+    assert whole.first_time == contact.segments["one"].first_time
+    assert whole.peak_force >= firmer.peak_force > 1.1 * contact.segments["one"].peak_force
 
 
 # Exudyn's integrator
@@ -334,14 +412,24 @@ def test_exudyn_s_integrator_records_the_same_fall() -> None:
     assert found.weight_carried == pytest.approx(expected.weight_carried, abs=1e-2)
 
 
-def test_other_integrators_give_the_same_head_injury_criterion() -> None:
+def test_other_integrators_give_the_same_parts_and_heads() -> None:
     """The steps of the compiled integrator are longer, and the peak between two is not seen."""
     made = two_balls(("left foot", "head"), 1.0)
     head = replace(made.joints["to head"], displacement=(0.0, 0.0, 0.0, 0.3, 0.3, 0.0))
-    fields = {"stop": 0.4, "tolerance": 1e-5, "scene": FLOOR}
-    values = [
-        contact_of(run_plan(made.with_parts(head), integrator=each, **fields)).head_injury["head"]
-        for each in Integrator
-    ]
-    assert values[0] > 1.0
-    assert values[1:] == pytest.approx([values[0]] * 2, rel=2e-2)
+    body = as_body(
+        made.with_parts(head), part("skull", "head"), part("sole", "left foot", law=SOLE)
+    )
+    fields = {"stop": 0.5, "tolerance": 1e-5, "scene": FLOOR}
+    first, *others = (contact_of(run_plan(body, integrator=each, **fields)) for each in Integrator)
+    assert first.head_injury["head"] > 1.0
+    assert len(others) == 2
+    for other in others:
+        assert other.head_injury["head"] == pytest.approx(first.head_injury["head"], rel=2e-2)
+        for found, exact in zip(other.parts.values(), first.parts.values(), strict=True):
+            assert exact.peak_force > 100.0
+            assert found.first_time == pytest.approx(exact.first_time, abs=1e-4)
+            assert found.impact_speed == pytest.approx(exact.impact_speed, rel=1e-3)
+            assert found.peak_force == pytest.approx(exact.peak_force, rel=1e-2)
+            assert found.peak_time == pytest.approx(exact.peak_time, abs=1e-3)
+        found, exact = other.heads["head"], first.heads["head"]
+        assert found.peak_acceleration == pytest.approx(exact.peak_acceleration, rel=1e-2)

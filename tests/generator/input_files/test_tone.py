@@ -7,6 +7,7 @@ import pytest
 from generator.diagnostics import InputError, UsageError
 from generator.input_files.tone import TONE_FILE, tone_from_options
 from generator.tone import Tone
+from springs.strength.strengths import StrengthClass
 
 TEXT = """\
 delay_s = 0.1
@@ -35,6 +36,7 @@ def test_file_is_read() -> None:
         width=0.3,
         delay=0.1,
         strengths={"tail flexion": (10.0, 20.0)},
+        strength_classes={"tail flexion": StrengthClass.PUBLISHED},
     )
 
 
@@ -53,6 +55,13 @@ def test_shipped_file_is_read_with_its_sources() -> None:
         ('["neck", "trunk"]', '["all"]', 8, "righting is of joints or groups"),
         ('source = "a paper"\n', "", 15, "is published and has no `source`"),
         ("[10, 20]", "[10, -20]", 14, "a strength is not below zero"),
+        (
+            "[[strength]]",
+            '[[strength]]\nmotion = "tail flexion"\ntorque_Nm = [1, 2]\nclass = "estimate"\n\n'
+            "[[strength]]",
+            18,
+            "a second strength of `tail flexion`",
+        ),
         ("delay_s", "delay", 1, "unknown key `delay`"),
         ('class = "estimate"\n[[right', "[[right", 3, "this hold table has no `class`"),
         ("delay_s = 0.1", "delay_s = 0.1\nrelease_s = 0.12", 1, "before it has risen"),

@@ -123,18 +123,19 @@ def test_tables_list_what_they_lose_of_the_contact(
         "weight carried and creep",
         "sensitivity",
         "overlap of segments",
-        "head injury criterion",
+        "contact of parts of the body",
+        "impacts of heads",
     }
     motion, run = touching_run()
     assert run.contact is not None
     without = lost(clip("slides"))
     assert lost(motion) - without == of_contact - kept
-    bare = replace(
-        run, contact=replace(run.contact, sensitivity=None, overlap=None, head_injury={})
-    )
+    none = {"head_injury": {}, "heads": {}, "parts": {}}
+    bare = replace(run, contact=replace(run.contact, sensitivity=None, overlap=None, **none))
     left = lost(replace(motion, recording=bare)) - without
     assert left == of_contact - kept - {
         "sensitivity",
         "overlap of segments",
-        "head injury criterion",
+        "contact of parts of the body",
+        "impacts of heads",
     }

@@ -180,7 +180,7 @@ def test_a_short_half_turn_between_two_steps_is_seen(step) -> None:
 def pass_trace(steps: int, factor: float, *, with_contact: bool = True) -> Trace:
     """Three frames of a body at rest; its integrals of contact are proportional to a factor."""
     times, count = np.array([0.0, 0.1, 0.2]), 3
-    shapes = ((1, 3), (1,), (1,), (3,), (1, 3))
+    shapes = ((1, 3), (1,), (1,), (3,), (1, 3), (2, 3))
     contact_steps = ContactSteps(
         np.linspace(0.0, 0.2, steps), *(np.full((steps, *shape), factor) for shape in shapes)
     )

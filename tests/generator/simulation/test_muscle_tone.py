@@ -1,6 +1,8 @@
 """Tone in runs: its work, agreement with Exudyn, and what it does to a person."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,22 +10,23 @@ import pytest
 from generator import read_figure, read_npz
 from generator.contact.scene import Scene, add_floor
 from generator.diagnostics import ModelError
+from generator.model import Model
 from generator.rotations import rotation_vector_from_matrix
 from generator.run_options import Integrator
 from generator.simulation.exudyn_model.model import build_model
-from generator.simulation.muscle_tone import upright_orientations
+from generator.simulation.muscle_tone import tone_of_model, upright_orientations
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
 from generator.simulation.statics.equilibrium import find_equilibrium
 from generator.tone import Tone
 from springs import SphericalLaw
-from springs.strength.strengths import StrengthClass
+from springs.strength.strengths import Strength, StrengthClass
 from tests.chains import BALL, chain, one_body, two_bodies
 from tests.runs import energy_error
 
 MALE = read_figure("male50")
 PENDULUM = one_body(BALL, (0.3, -0.2, 0.4))
-STRENGTHS = {"tested": (4.0, 6.0), "pin": (20.0, 30.0)}
+STRENGTHS, OF_PIN = {"tested": (4.0, 6.0)}, {"pin": (20.0, 30.0)}
 JOINTS = [
     ("Rs", SphericalLaw.CONSERVATIVE),
     ("Rx R-y", SphericalLaw.COORDINATES),
@@ -132,7 +135,7 @@ def test_righting_keeps_the_head_up_on_a_fixed_pelvis() -> None:
 
 
 def test_righting_restores_the_heading_as_well() -> None:
-    tone = Tone({}, {"pin": 0.5}, strengths=STRENGTHS)
+    tone = Tone({}, {"pin": 0.5}, strengths=OF_PIN)
     turned = build_model(PENDULUM, Plan(tone=tone)).tone
     assert turned is not None
     (righting,) = turned.righting.values()
@@ -175,6 +178,11 @@ def test_strengths_of_a_person_have_their_classes() -> None:
         (Tone({}, {"pin": 0.1}), "righting: no strength of joint pin is known"),
         (Tone({"all": 0.1}), "no joint of this figure has a known strength"),
         (Tone({"pim": 0.1}), "did you mean `pin`"),
+        (Tone({"pin": 0.1}, strengths={"pim": (1.0, 1.0)}), "no motion `pim`; did you mean `pin`"),
+        (
+            Tone({"pin": 0.1}, strengths={"pin": (1.0, 1.0), "pin roll": (1.0, 1.0)}, name="mine"),
+            r"mine.tone.toml, row 2 of \[\[strength\]\]: .* `pin roll`; motions of joint pin: none",
+        ),
     ],
 )
 def test_what_cannot_be_held_is_refused(tone: Tone, sentence: str) -> None:
@@ -182,13 +190,68 @@ def test_what_cannot_be_held_is_refused(tone: Tone, sentence: str) -> None:
         simulate(PENDULUM, Plan(tone=tone))
 
 
+def strengths_of_male(**more: Any) -> Mapping[tuple[str, str], Strength]:
+    """Strengths of the knees of a man who holds them."""
+    tone = build_model(MALE, Plan(tone=Tone({"left_knee": 0.1}, **more))).tone
+    assert tone is not None
+    return tone.strengths
+
+
+def test_stated_strength_counts_with_its_class_in_both_senses_of_a_motion() -> None:
+    key = ("left_knee", "flexion")
+    stated = {"left_knee flexion": (110.0, 210.0)}
+    classes = {"left_knee flexion": StrengthClass.PUBLISHED}
+    assert strengths_of_male(strengths=stated)[key] == Strength(
+        (110.0, 210.0), StrengthClass.ESTIMATE
+    )
+    found = strengths_of_male(strengths=stated, strength_classes=classes)[key]
+    assert found == Strength((110.0, 210.0), StrengthClass.PUBLISHED)
+    for opposite in ("extension", "hyperextension"):
+        turned = strengths_of_male(strengths={f"left_knee {opposite}": (210.0, 110.0)})
+        assert turned[key].largest == (110.0, 210.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("left_knee flexon", "motions of joint left_knee: flexion, extension, hyperextension"),
+        ("left_nee flexion", "did you mean `left_knee flexion`"),
+        ("left_knee flexion", "`left_knee flexion` has a strength already, that of `left_knee ext"),
+    ],
+)
+def test_unknown_and_repeated_strengths_are_refused(name: str, sentence: str) -> None:
+    stated = {"left_knee extension": (210.0, 110.0), name: (1.0, 1.0)}
+    with pytest.raises(ModelError, match=f"row 2 of .*{sentence}"):
+        strengths_of_male(strengths=stated, name="mine")
+
+
+def test_a_group_leaves_out_joints_without_strength_but_not_all() -> None:
+    motions = {"waist", "thorax"}
+    joints = {
+        name: replace(own, axes=tuple(replace(axis, motion="") for axis in own.axes))
+        if name in motions
+        else own
+        for name, own in Model.of(MALE).springs.joints.items()
+    }
+    springs = replace(Model.of(MALE).springs, joints=joints)
+    made = replace(Model.of(MALE), springs=springs)
+    with pytest.raises(ModelError, match="no strength of a joint of the group `trunk` is known"):
+        tone_of_model(made, Tone({}, {"neck": 0.4, "trunk": 0.4}))
+    stated = {"waist": (1.0, 1.0)}
+    found = tone_of_model(made, Tone({}, {"neck": 0.4, "trunk": 0.4}, strengths=stated))
+    assert found is not None
+    assert found.righting.keys() == {"neck", "waist"}
+    with pytest.raises(ModelError, match="righting: no strength of joint thorax is known"):
+        tone_of_model(made, Tone({}, {"neck": 0.4, "thorax": 0.4}))
+
+
 def test_equilibrium_is_of_passive_joints() -> None:
     with pytest.raises(ModelError, match="leave out the tone"):
-        find_equilibrium(PENDULUM, Plan(tone=Tone({"pin": 0.1}, strengths=STRENGTHS)))
+        find_equilibrium(PENDULUM, Plan(tone=Tone({"pin": 0.1}, strengths=OF_PIN)))
 
 
 def test_work_of_tone_is_in_a_recording_that_is_read_again(tmp_path) -> None:
-    run = simulate(PENDULUM, Plan(stop=0.1, tone=Tone({"pin": 0.5}, strengths=STRENGTHS)))
+    run = simulate(PENDULUM, Plan(stop=0.1, tone=Tone({"pin": 0.5}, strengths=OF_PIN)))
     path = tmp_path / "run.npz"
     run.write(path)
     _, read = read_npz(path)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from generator import Falls, Integrator, Model, Plan, fall_plan, read_figure, run_falls, simulate
-from generator.diagnostics import UnknownNameError
+from generator.diagnostics import ModelError, UnknownNameError
 from generator.rotations import Array
-from generator.study.falls import HANDS, HEAD, PELVIS, fall_case, run_fall, summarize
+from generator.study.falls import HANDS, HEAD, HIP, PELVIS, fall_case, run_fall, summarize
 from generator.study.run_results import RunResults
 from generator.study.study import (
     WRONG_INPUT,
@@ -109,6 +109,24 @@ def test_a_fall_has_the_direction_of_its_speed(four: Falls):
         assert np.degrees(np.arctan2(x, z)) == pytest.approx(direction)
 
 
+def test_the_force_is_that_of_the_part_pelvis_where_there_is_one():
+    falls = made(
+        {
+            f"{PELVIS}_touch_s": [0.5, 0.5, NAN],
+            f"{PELVIS}_force_N": [1600.0, 900.0, 0.0],
+            f"{HIP}_touch_s": [0.5, NAN, 0.6],
+            f"{HIP}_force_N": [2000.0, 0.0, 700.0],
+        }
+    )
+    assert same(falls.hip_force, [2000.0, NAN, 700.0])
+    assert same(falls.descent, [0.5, 0.5, NAN])
+
+
+def test_a_plan_that_does_not_let_go_of_the_figure_is_refused():
+    with pytest.raises(ModelError, match="run_falls needs a plan of fall_plan"):
+        run_falls(MAN, "faint", 2, plan=Plan(stop=1.0))
+
+
 def test_a_figure_without_a_head_has_no_share():
     assert np.isnan(made({f"{PELVIS}_touch_s": [0.5]}).head_hit_share)
 
@@ -136,8 +154,11 @@ def test_each_fall_is_a_run_of_its_own_bit_for_bit(four: Falls):
         plan = replace(fall_plan(MAN, "push", seed), stop=0.6, integrator=Integrator.IMPLICIT)
         contact = simulate(MAN, plan).contact
         assert contact is not None
+        row = four.rows[k].measures
+        hip = contact.parts[HIP]
+        assert (row[f"{HIP}_touch_s"], row[f"{HIP}_force_N"]) == (hip.first_time, hip.peak_force)
         for part in (PELVIS, *HANDS):
-            one, row = contact.segments[part], four.rows[k].measures
+            one = contact.segments[part]
             assert row[f"{part}_touch_s"] == one.first_time
             assert row[f"{part}_force_N"] == one.peak_force
             if one.first_time is not None:

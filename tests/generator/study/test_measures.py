@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from generator import Plan, read_figure, simulate
+from generator import Integrator, Plan, read_figure, simulate
+from generator.contact_file.parts import BodyContact, BodyPart
 from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.model import Model
@@ -23,6 +24,7 @@ from generator.study.measures import (
 from generator.study.run_case import run_case
 from generator.study.study import Design, DesignKind, Measure, Statistic, Study
 from springs import SpringSet
+from springs.contact_part import PartLaw
 from tests.chains import row
 from tests.contact_figures import FLOOR, ball
 from tests.motions import clip
@@ -205,6 +207,45 @@ def test_numbers_of_the_head_are_of_the_whole_run(column: str) -> None:
     ]
     faults = list(check_measures(study(figure, plan, *measures)))
     assert [fault.measure for fault in faults] == ["TIME_OF_LARGEST"]
+
+
+def test_parts_of_a_body_are_measured() -> None:
+    """A ball that falls from 5 cm is one part, and a head."""
+    law, figure = PartLaw(((0.0, 3e4),)), ball(0.05)
+    parts = (BodyPart("skin", law, (("link", 0),)), BodyPart("far", law, ()))
+    model, plan = Model(figure, SpringSet(), BodyContact(parts)), Plan(stop=0.3, scene=FLOOR)
+    columns = {
+        "touch": "part.skin.first_touch [s]",
+        "speed": "part.skin.impact_speed [m/s]",
+        "force": "part.skin.peak_force [N]",
+        "none": "part.far.first_touch [s]",
+        "nothing": "part.far.peak_force [N]",
+    }
+    measures = {name: Measure(name, title, Statistic.LAST) for name, title in columns.items()}
+    made = Study("parts", model, plan, {}, Design(DesignKind.LIST), measures)
+    assert list(check_measures(made)) == []
+    found = run_case(made, ()).measures
+    contact = simulate(model, replace(plan, integrator=Integrator.IMPLICIT)).contact
+    assert contact is not None
+    part = contact.parts["skin"]
+    assert (found["touch"], found["speed"]) == (part.first_time, part.impact_speed)
+    assert found["force"] == part.peak_force == contact.segments["link"].peak_force > 100.0
+    assert (found["none"], found["nothing"]) == (None, 0.0)
+    wrong = replace(made, measures={"m": Measure("m", columns["force"], Statistic.TIME_OF_LARGEST)})
+    assert [fault.key for fault in check_measures(wrong)] == ["take"]
+    wrong = replace(made, model=Model(figure, SpringSet()))
+    assert {fault.key for fault in check_measures(wrong)} == {"column"}
+
+
+def test_heads_have_an_acceleration_and_those_of_parts_a_criterion() -> None:
+    man, plan = Model.of(read_figure("male50")), Plan(stop=0.05, scene=FLOOR, free_root=True)
+    titles = ("head.injury_criterion [1]", "head.peak_acceleration [g]")
+    measures = {title: Measure(title, title, Statistic.LAST) for title in titles}
+    for model in (man, replace(man, contact=None)):
+        made = Study("head", model, plan, {}, Design(DesignKind.LIST), measures)
+        injury, acceleration = run_case(made, ()).measures.values()
+        assert (injury is None) == (model.contact is None)
+        assert acceleration == pytest.approx(1.0, rel=0.2)
 
 
 def test_the_first_touch_is_that_of_a_free_fall(bounce: tuple[Figure, FigureMotion]) -> None:

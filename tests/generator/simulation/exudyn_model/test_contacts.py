@@ -290,7 +290,7 @@ def test_without_a_scene_there_is_no_contact() -> None:
 def contact_steps(count: int, start: float = 0.0, seed: int = 0) -> ContactSteps:
     """Steps of 0.05 s."""
     rng = np.random.default_rng(seed)
-    shapes = ((2, 3), (3,), (3,), (3,), (2, 3))
+    shapes = ((2, 3), (3,), (3,), (3,), (2, 3), (2, 3))
     return ContactSteps(
         start + 0.05 * np.arange(count), *(rng.normal(size=(count, *shape)) for shape in shapes)
     )
