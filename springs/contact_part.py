@@ -5,11 +5,12 @@ The depths d_i of a part's spheres in a prop make one compression
     D = (sum of d_i^p)^(1/p),    p = 12,
 
 close to the depth of the deepest one, whichever spheres touch: n of the same depth d make it
-n^(1/p) d, and their force together n^(2/p) times that of one. The energy is Psi(D), and so the
-normal force of a sphere
+n^(1/p) d, and their force together n^(2/p) times that of one. So D is multiplied by c, with which
+it is the largest depth in a reference pose of the part. The energy is Psi(c D), and so the normal
+force of a sphere
 
-    N_i = F(D) w_i max(0, 1 + a D'),
-    w_i = dD/dd_i = (d_i / D)^(p-1),    D' = sum of w_i d_i'.
+    N_i = F(c D) w_i max(0, 1 + a D'),
+    w_i = c dD/dd_i = c (d_i / D)^(p-1),    D' = sum of w_i d_i'.
 
 F = dPsi/dD is piecewise linear but for smooth transitions: from the depth x_j on its slope is k_j.
 Each stage adds (k_j - k_(j-1)) q(D - x_j), with q of `springs.contact.Surface`. Where a further
@@ -56,6 +57,7 @@ class PartLaw:
         within: Law of the part of which this is a firmer region. Forces and energy are then what
             the region adds to those of the part.
         cover: Layer over the part, such as a hip protector, which `on` puts in series.
+        norm_scale: c, largest depth over the norm of the depths in the reference pose.
     """
 
     stages: Stages
@@ -63,12 +65,15 @@ class PartLaw:
     source: str = field(default="", compare=False)
     within: "PartLaw | None" = None
     cover: Layer | None = None
+    norm_scale: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the numbers. Raises ValueError."""
         check_stages(self.stages, "part")
         if not (isfinite(self.damping) and self.damping >= 0.0):
             raise ValueError(f"the damping must not be negative, and finite, not {self.damping:g}")
+        if not 0.0 < self.norm_scale <= 1.0:
+            raise ValueError(f"the scale of the norm is from 0 to 1, not {self.norm_scale:g}")
 
     def is_softer_than(self, other: "PartLaw") -> bool:
         """Return whether the tangent stiffness is below that of another law at some compression."""
@@ -176,7 +181,7 @@ class PartForces:
     """Forces on the S spheres of a part in n states.
 
     Attributes:
-        compression: D, shape (n,) [m].
+        compression: c D, shape (n,) [m].
         elastic: Elastic parts of the normal forces, shape (n, S) [N].
         normal: Normal forces, shape (n, S) [N].
         energy: Stored energy, shape (n,) [J].
@@ -196,7 +201,7 @@ def part_forces(law: PartLaw, depths: Array, rates: Array) -> PartForces:
         depths: Depths of its spheres, negative outside, shape (n, S) [m].
         rates: Rates of these, shape (n, S) [m/s].
     """
-    compression, weights = compression_of(depths)
+    compression, weights = (law.norm_scale * each for each in compression_of(depths))
     force = np.asarray(law.elastic_force(compression))
     impact = np.maximum(0.0, 1.0 + law.damping * np.sum(weights * rates, axis=-1))
     elastic = force[..., None] * weights

@@ -205,7 +205,7 @@ def person(
     files = (
         None
         if output is None
-        else person_files(made, output, with_parts=contact is PersonContact.PARTS)
+        else person_files(made, output, has_parts=contact is PersonContact.PARTS)
     )
     models = [] if files is None else [files]
     for model in models:

@@ -40,7 +40,9 @@ def pressed_layers(
             is_there = touched[np.ix_(nearest, own)] == place
             depths = np.where(is_there, steps.depths[:, own], -1.0)
             force = np.asarray(
-                Series(whole, prop.surface.layer).law.elastic_force(compression_of(depths)[0])
+                Series(whole, prop.surface.layer).law.elastic_force(
+                    whole.norm_scale * compression_of(depths)[0]
+                )
             )
             for layer, noun in ((law.cover, cover), (prop.surface.layer, prop.name)):
                 if layer is not None and np.max(force) > layer.limit:

@@ -14,6 +14,9 @@ from springs.contact_part import PartLaw
 PART_TABLE = "part"
 
 _FILE_KIND = "contact file"
+_USUAL = {"within": "", "norm_scale": 1.0}
+"""Values that are not written."""
+
 _POSITIVE = "must be above zero", "the tangent stiffness from each depth on"
 _DEPTH = "must not be below zero", "the first stage begins at 0"
 
@@ -39,6 +42,7 @@ PART_ROWS = TableRows(
             hint="at most 1e9 N/m",
             noun="stiffness",
         ),
+        Number("norm_scale", 0.0, 1.0, is_positive=True),
         Number("damping_s_m", 0.0, 1e3, " s/m", "0: an elastic impact", example="1.0"),
         Interval("band", largest=100.0, hint="at most 100", positive_error=_POSITIVE),
         Choice("class", tuple(Evidence), example='"estimate"'),
@@ -73,12 +77,17 @@ def _lines(part: BodyPart) -> list[str]:
         "within": part.within,
         "from_m": tuple(depth for depth, _ in part.law.stages),
         "stiffness_N_m": tuple(stiffness for _, stiffness in part.law.stages),
+        "norm_scale": part.law.norm_scale,
         "damping_s_m": part.law.damping,
         "band": part.band,
         "class": part.evidence,
         "source": part.law.source,
     }
-    return [row.write(values[row.key]) for row in PART_ROWS.rows if values[row.key] != ""]
+    return [
+        row.write(values[row.key])
+        for row in PART_ROWS.rows
+        if values[row.key] != _USUAL.get(row.key)
+    ]
 
 
 def _parse_contact(source: Source, diagnostics: Diagnostics) -> BodyContact | None:
@@ -125,6 +134,7 @@ def _parse_part(table: TableReader) -> BodyPart | None:
             tuple(zip(values["from_m"], values["stiffness_N_m"], strict=True)),
             values["damping_s_m"],
             values["source"],
+            norm_scale=values.get("norm_scale", 1.0),
         )
     except ValueError as fault:
         table.error("from_m", str(fault))

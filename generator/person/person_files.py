@@ -1,18 +1,13 @@
 """The files of a person: figure, psurfs, springs, and a table of the sources of its numbers."""
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 
-from generator.contact.edges import add_limb_spheres, is_limb
-from generator.contact.spheres import fit_spheres
 from generator.contact_file.file import CONTACT_FILE, write_contact
-from generator.figure import ContactSphere, Figure
-from generator.geometry.psurf import PSURF_FILE, format_psurf
-from generator.geometry.surface import Surface
 from generator.losses import Loss, Losses
 from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
 from generator.model_files.model_files import ModelFiles
@@ -58,7 +53,7 @@ def contact_title(path: Path) -> str:
     return f"Contact of the parts of {path.name}"
 
 
-def person_files(person: Person, path: Path, *, with_parts: bool = False) -> ModelFiles:
+def person_files(person: Person, path: Path, *, has_parts: bool = True) -> ModelFiles:
     """Return the files of a person whose figure file is at `path`.
 
     The losses, if there are any, are that springs or parts of another figure are beside it.
@@ -66,7 +61,7 @@ def person_files(person: Person, path: Path, *, with_parts: bool = False) -> Mod
     Args:
         person: The person.
         path: Path of the figure file.
-        with_parts: Whether parts of the body touch props as wholes.
+        has_parts: Whether parts of the body touch props as wholes.
     """
     who = describe_measures(person.body.measures)
     beside = {sources_path(path): format_sources(person.sources, path.name)}
@@ -80,11 +75,10 @@ def person_files(person: Person, path: Path, *, with_parts: bool = False) -> Mod
             named = replace(springs, figure=path.stem)
             beside[springs_path(path, name)] = write_springs(named, comment)
     figure = person.figure
-    if with_parts:
+    if has_parts:
         first = f"{contact_title(path)}, {who}, {MADE_BY}"
         comment = f"{first}\n\n{fill(load_data_file('contact_parts').note, _COMMENT_WIDTH)}"
-        figure = _with_limb_spheres(person)
-        contact = person_contact(_spheres_in_files(figure, person.surfaces))
+        figure, contact = person_contact(person.figure, person.surfaces)
         beside[CONTACT_FILE.beside(path)] = write_contact(contact, comment)
     files = figure_files(
         figure,
@@ -96,7 +90,7 @@ def person_files(person: Person, path: Path, *, with_parts: bool = False) -> Mod
     )
     stale = [
         older_springs_loss(path) if person.springs_file is None else None,
-        None if with_parts else _older_parts_loss(path),
+        None if has_parts else _older_parts_loss(path),
     ]
     return ModelFiles(path, files, Losses.collect("figure", stale))
 
@@ -107,37 +101,6 @@ def _older_parts_loss(path: Path) -> Loss | None:
     if not beside.exists():
         return None
     return Loss("an older contact file stands beside the figure and will be used", (str(beside),))
-
-
-def _with_limb_spheres(person: Person) -> Figure:
-    """Return the figure with spheres along its limbs; those of other segments are fitted to it."""
-    segments = dict(person.figure.segments)
-    for name, surface in person.surfaces.items():
-        for side in side_names(name):
-            segment = segments[side]
-            if not segment.contact_spheres and is_limb(person.figure, side, surface):
-                spheres = add_limb_spheres(surface, fit_spheres(surface))
-                segments[side] = replace(segment, contact_spheres=tuple(map(_rounded, spheres)))
-    return replace(person.figure, segments=segments)
-
-
-def _rounded(sphere: ContactSphere) -> ContactSphere:
-    """Return a sphere to a hundredth of a millimetre."""
-    x, y, z = (round(value, 5) for value in sphere.centre)
-    return ContactSphere((x, y, z), round(sphere.radius, 5))
-
-
-def _spheres_in_files(
-    figure: Figure, surfaces: Mapping[str, Surface]
-) -> dict[str, tuple[ContactSphere, ...]]:
-    """Return the contact spheres of the segments: their own, or those fitted to written psurfs."""
-    spheres: dict[str, tuple[ContactSphere, ...]] = {}
-    for name, surface in surfaces.items():
-        written = PSURF_FILE.parse_text(format_psurf(surface)).require_value()
-        for segment in side_names(name):
-            own = figure.segments[segment].contact_spheres
-            spheres[segment] = own or fit_spheres(written)
-    return spheres
 
 
 def describe_measures(measures: Measures) -> str:

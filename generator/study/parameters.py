@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from math import degrees, inf, isfinite, nan, radians
 
+from generator.contact.box import Box
 from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.figure import Segment
@@ -443,8 +444,9 @@ def _person_model(study: Study, assigned: Sequence[tuple[ParameterPath, float]])
         mass *= stature**2
     datum = radians(own.pop("hip_datum", degrees(person.hip_datum)))
     person = replace(person, stature=stature, mass=mass, hip_datum=datum)
-    law, with_spheres = study.model.springs.law, bool(study.plan.scene.props)
-    return _known_person(person, tuple(own.items()), law, with_spheres)
+    props, law = study.plan.scene.props, study.model.springs.law
+    has_boxes = any(isinstance(prop.shape, Box) for prop in props)
+    return _known_person(person, tuple(own.items()), law, bool(props), has_boxes)
 
 
 @lru_cache(maxsize=8)
@@ -453,6 +455,9 @@ def _known_person(
     measured: tuple[tuple[str, float], ...],
     law: SphericalLaw | None,
     with_spheres: bool,
+    stops_edges: bool,
 ) -> Model:
     """Return the model of a person, which several runs may have in common."""
-    return make_person(person, dict(measured), law, with_spheres=with_spheres)
+    return make_person(
+        person, dict(measured), law, with_spheres=with_spheres, stops_edges=stops_edges
+    )

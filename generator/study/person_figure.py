@@ -1,12 +1,11 @@
 """Model of a person, without the sources of its numbers."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from generator.diagnostics import UsageError
 from generator.model import Model
-from generator.person.body import build_body, side_names
+from generator.person.body import build_body
 from generator.person.joints import person_figure
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import (
@@ -28,6 +27,7 @@ def make_person(
     law: SphericalLaw | None = None,
     *,
     with_spheres: bool,
+    stops_edges: bool = False,
 ) -> Model:
     """Return the model of a person.
 
@@ -39,6 +39,8 @@ def make_person(
         measured: dimensions by name [m].
         law: law of spherical joints; None for that of a springs file.
         with_spheres: whether the segments get contact spheres, which takes about half the time.
+        stops_edges: whether limbs get further ones at which edges of boxes stop, which takes some
+            two seconds.
 
     Raises:
         UsageError: for impossible measures, unknown springs, and an impossible hip datum.
@@ -58,17 +60,8 @@ def make_person(
     loaded = load_springs(figure, choice=file, law=law, content=content).require_value()
     if not with_spheres:
         return Model(figure, loaded.springs)
-    from generator.contact.spheres import fit_spheres
     from generator.person.contact_parts import person_contact
     from generator.person.shape import body_surfaces
 
-    segments = [
-        replace(figure.segments[segment], contact_spheres=fit_spheres(surface))
-        for name, surface in body_surfaces(body).items()
-        for segment in side_names(name)
-        if not figure.segments[segment].contact_spheres
-    ]
-    figure = figure.with_parts(*segments)
-    spheres = {name: one.contact_spheres for name, one in figure.segments.items()}
-    contact = person_contact({name: some for name, some in spheres.items() if some})
+    figure, contact = person_contact(figure, body_surfaces(body), stops_edges=stops_edges)
     return Model(figure, loaded.springs, contact)

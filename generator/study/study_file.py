@@ -30,6 +30,7 @@ from generator.model import Model, contact_of_figure
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import check_hip_datum
 from generator.run_options import RUN_OPTIONS
+from generator.simulation.falls import FALLS
 from generator.simulation.preconditions import simulation_obstacles
 from generator.springs_file.read import OPTIONAL_FILE, load_springs
 from generator.study.design_table import parse_design, parse_kind, parse_parameters
@@ -228,7 +229,8 @@ def _parse_person(
         return None
     person = PersonArguments(**values)
     try:
-        model = make_person(person, law=law, with_spheres=_has_props(top))
+        has_boxes = _has_boxes(top)
+        model = make_person(person, law=law, with_spheres=_has_props(top), stops_edges=has_boxes)
     except UsageError as failure:
         words = {"a stature": "stature_m", "the hip datum": "hip_datum_deg"}
         keys = (key for start, key in words.items() if str(failure).startswith(start))
@@ -241,6 +243,12 @@ def _parse_person(
 def _has_props(top: TableReader) -> bool:
     """Return whether the runs have a floor or a scene."""
     return top.content.get("floor") is True or bool(top.content.keys() & {"scene", "fall"})
+
+
+def _has_boxes(top: TableReader) -> bool:
+    """Return whether the runs have a scene, which may have boxes."""
+    fall = top.content.get("fall")
+    return "scene" in top.content or any(fall == name and one.scene for name, one in FALLS.items())
 
 
 # Measures and sensitivity

@@ -1,5 +1,6 @@
 """The law of a part: a gradient, smooth where spheres touch, in series with a floor."""
 
+from dataclasses import replace
 from math import log1p
 
 import numpy as np
@@ -15,6 +16,7 @@ from springs.layer import Layer
 PELVIS = PartLaw(((0.0, 30e3), (0.03, 71e3)), 1.0)
 HEAD = PartLaw(((0.0, 150e3), (0.005, 2e6)), 0.3)
 BUTTOCKS = PartLaw(((0.0, 30e3), (0.03, 180e3)), 1.5, within=PELVIS)
+SCALED = replace(PELVIS, norm_scale=0.9)
 
 DEPTHS = st.lists(st.floats(-0.02, 0.06), min_size=1, max_size=6).filter(lambda d: max(d) > 1e-4)
 
@@ -23,7 +25,7 @@ def energy(law: PartLaw, depths: np.ndarray) -> float:
     return float(part_forces(law, depths, np.zeros_like(depths)).energy)
 
 
-@pytest.mark.parametrize("law", [PELVIS, HEAD, BUTTOCKS])
+@pytest.mark.parametrize("law", [PELVIS, HEAD, BUTTOCKS, SCALED])
 @given(depths=DEPTHS)
 def test_the_forces_are_the_gradient_of_the_energy(law, depths):
     depths = np.array(depths)
@@ -53,6 +55,17 @@ def test_equal_spheres_together_are_a_little_stiffer_than_one(depth, count):
     assert found.compression == pytest.approx(share * depth)
     assert np.sum(found.elastic) == pytest.approx(share * law.elastic_force(share * depth))
     assert np.sum(found.normal) == pytest.approx((1.0 + 0.28 * share) * np.sum(found.elastic))
+
+
+@given(depth=st.floats(2e-3, 0.1), rate=st.floats(-1.0, 3.0), count=st.integers(1, 9))
+def test_a_scaled_norm_has_the_law_in_the_reference_pose(depth, rate, count):
+    """Where n spheres touch at one depth and rate, they are together as one."""
+    law = replace(PELVIS, norm_scale=count ** (-1.0 / NORM))
+    found = part_forces(law, np.full(count, depth), np.full(count, rate))
+    alone = part_forces(PELVIS, np.array([depth]), np.array([rate]))
+    assert found.compression == pytest.approx(depth)
+    assert np.sum(found.normal) == pytest.approx(float(alone.normal[0]))
+    assert found.energy == pytest.approx(float(alone.energy))
 
 
 def test_compression_without_any_touch_is_zero():
@@ -198,6 +211,8 @@ def test_restitution_is_that_of_the_closed_form(spheres, speed):
         (((0.0, 1e4), (0.0, 2e4)), {}, "follow each other"),
         (((0.0, -1e4),), {}, "stiffness of a stage"),
         (((0.0, 1e4),), {"damping": -1.0}, "damping"),
+        (((0.0, 1e4),), {"norm_scale": 0.0}, "scale of the norm"),
+        (((0.0, 1e4),), {"norm_scale": 1.1}, "scale of the norm"),
     ],
 )
 def test_impossible_laws_are_refused(stages, more, message):

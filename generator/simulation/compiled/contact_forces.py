@@ -61,6 +61,7 @@ from generator.simulation.compiled.layout import (
     PART_DAMPING,
     PART_FIRST_STAGE,
     PART_LARGEST,
+    PART_NORM_SCALE,
     PART_RATES,
     PART_STAGES,
     PART_SUM,
@@ -175,7 +176,8 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
                 continue
             largest, at = sums[part, d, PART_LARGEST], mechanism.part_offsets[part, d]
             root = float(sums[part, d, PART_SUM]) ** (1.0 / NORM)
-            scale = 1.0 / _one_power_less(root)
+            scale = table[at + PART_NORM_SCALE] / _one_power_less(root)
+            root *= table[at + PART_NORM_SCALE]
             weight = scale * _one_power_less(max(touches[t, TOUCH_DEPTH], 0.0) / largest)
             force, slope = 0.0, 0.0
             for stage in range(int(table[at + PART_STAGES])):

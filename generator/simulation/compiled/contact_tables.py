@@ -256,10 +256,11 @@ def _part_constants(law: PartLaw | None, surface: Surface) -> list[float]:
     """Return the constants of a part and a surface; see `PART_DAMPING`."""
     if law is None:
         stage = (0.0, surface.stiffness, surface.transition_depth)
-        return [surface.damping, 1.0, *stage]
+        return [surface.damping, 1.0, 1.0, *stage]
     law = law.on(surface.layer)
     stages = list(law.increments)
-    return [law.damping, float(len(stages)), *(x for stage in stages for x in stage)]
+    numbers = (x for stage in stages for x in stage)
+    return [law.damping, law.norm_scale, float(len(stages)), *numbers]
 
 
 def _law_tables(scene: Scene, radii: Array, *, has_parts: bool = False) -> tuple[Array, IndexArray]:

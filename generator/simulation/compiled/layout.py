@@ -146,9 +146,9 @@ TOUCH_COLUMNS = 20
 TOUCH_GROUP, TOUCH_SPHERE, TOUCH_PROP = range(3)
 """Columns of `touch_places`: group of the sphere, sphere and prop."""
 
-PART_DAMPING, PART_STAGES, PART_FIRST_STAGE = range(3)
-"""Places of the constants of a part and a prop: damping and number of stages of `PartLaw`, and of
-each stage its beginning, added stiffness and transition (3)."""
+PART_DAMPING, PART_NORM_SCALE, PART_STAGES, PART_FIRST_STAGE = range(4)
+"""Places of the constants of a part and a prop: damping, scale of the norm and number of stages of
+`PartLaw`, and of each stage its beginning, added stiffness and transition (3)."""
 
 PART_LARGEST, PART_SUM, PART_RATES, PART_WEIGHTS = range(4)
 """Columns of `part_sums`: largest depth of the part's spheres in a prop, and sums over the shares s

@@ -7,11 +7,9 @@ import pytest
 
 from generator.contact.plane import Plane
 from generator.contact.scene import Cover, Prop, Scene, add_floor
-from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import ModelError
 from generator.figure_file.read import read_figure
 from generator.model import Model
-from generator.person.contact_parts import person_contact
 from generator.run_options import Integrator
 from generator.simulation.live.stepper import Stepper
 from generator.simulation.plan import Plan
@@ -35,10 +33,7 @@ def floor_on(layer: Layer | None, *covers: Cover) -> Scene:
 
 @pytest.fixture(scope="module")
 def man() -> Model:
-    figure = read_figure("male50")
-    fits = fit_contact_spheres(figure)
-    contact = person_contact({name: fit.spheres for name, fit in fits.items()})
-    return replace(Model.of(figure), contact=contact)
+    return Model.of(read_figure("male50"))
 
 
 def run_on(model, scene, integrator=Integrator.IMPLICIT, stop=1.0):
@@ -84,8 +79,7 @@ def test_layers_that_are_pressed_through_are_told(man):
 
 def test_mats_and_covers_lower_the_force_on_the_hip(man):
     def hip(scene):
-        segments = run_on(man, scene).contact.segments
-        return max(segments[name].peak_force for name in ("lower_torso", "left_upper_leg"))
+        return run_on(man, scene).contact.parts["pelvis"].peak_force
 
     bare = hip(floor_on(None))
     assert hip(floor_on(SOFT)) < 0.85 * bare

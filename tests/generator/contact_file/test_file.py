@@ -25,7 +25,8 @@ def contacts(draw: st.DrawFn) -> BodyContact:
     for name in draw(st.lists(WORDS, min_size=1, max_size=3, unique=True)):
         depths = draw(st.lists(st.floats(1e-4, 0.5), max_size=3, unique=True).map(sorted))
         stages = [(x, draw(st.floats(1.0, 1e9))) for x in (0.0, *depths)]
-        law = PartLaw(tuple(stages), draw(st.floats(0.0, 1e3)), draw(WORDS))
+        scale = draw(st.floats(0.0, 1.0, exclude_min=True))
+        law = PartLaw(tuple(stages), draw(st.floats(0.0, 1e3)), draw(WORDS), norm_scale=scale)
         low = draw(st.floats(0.1, 1.0))
         band = (low, draw(st.floats(1.0, 9.0)))
         evidence = draw(st.sampled_from(Evidence))

@@ -15,7 +15,6 @@ from generator.geometry.read import read_segment_surface
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.model import Model, contact_of_figure
-from generator.person.contact_parts import person_contact
 from generator.run_options import Integrator
 from generator.simulation.live.stepper import Stepper
 from generator.simulation.plan import Plan
@@ -28,8 +27,9 @@ PERSONS = ("male50", "female50")
 
 
 def contact_of(name: str) -> BodyContact:
-    fits = fit_contact_spheres(read_figure(name))
-    return person_contact({segment: fit.spheres for segment, fit in fits.items()})
+    contact = contact_of_figure(read_figure(name))
+    assert contact is not None
+    return contact
 
 
 @pytest.mark.parametrize("name", PERSONS)
@@ -52,6 +52,7 @@ def test_both_sides_have_the_same_parts(name):
         assert parts[each].law == other.law
         assert len(parts[each].spheres) == len(other.spheres)
     assert {"head", "pelvis", "thorax", "abdomen"} <= parts.keys()
+    assert set(parts["buttocks"].spheres) < set(parts["pelvis"].spheres)
     assert {segment for segment, _ in parts["buttocks"].spheres} == {
         "lower_torso",
         "left_upper_leg",
@@ -59,27 +60,14 @@ def test_both_sides_have_the_same_parts(name):
     }
 
 
-@pytest.fixture(scope="module")
-def with_limb_spheres(tmp_path_factory):
-    """Path of a man with parts, as it is written: further spheres along the limbs."""
-    path = tmp_path_factory.mktemp("person") / "man.fig"
-    made = ["person", "--sex", "male", "--stature", "1.756m", "--mass", "85.5kg"]
-    run_command(*made, "--contact", "parts", "-o", path)
-    return path
-
-
-@pytest.mark.parametrize("name", [*PERSONS, "written"])
-def test_a_part_on_a_plane_has_its_stiffness_in_any_pose(name, request):
+@pytest.mark.parametrize("name", PERSONS)
+def test_a_part_on_a_plane_has_its_stiffness_in_any_pose(name):
     """In 200 directions, pressed in by 20 mm: within a fifth of the table, on the mean.
 
     Single directions in which a flat sole or a whole limb meets the plane are stiffer by n^(1/6)
     for n spheres.
     """
-    if name == "written":
-        figure = read_figure(request.getfixturevalue("with_limb_spheres"))
-        parts = contact_of_figure(figure).parts
-    else:
-        figure, parts = read_figure(name), contact_of(name).parts
+    figure, parts = read_figure(name), contact_of(name).parts
     fits = fit_contact_spheres(figure)
     tree = build_tree(figure)
     poses = forward_kinematics(tree, initial_displacements(tree)).poses
@@ -96,16 +84,17 @@ def test_a_part_on_a_plane_has_its_stiffness_in_any_pose(name, request):
         assert np.quantile(ratios, 0.9) < 1.25
 
 
-def test_limbs_of_a_written_person_stop_edges_and_keep_their_heights(with_limb_spheres):
-    figure = read_figure(with_limb_spheres)
+@pytest.mark.parametrize("name", PERSONS)
+def test_limbs_stop_edges_and_keep_their_heights(name):
+    figure = read_figure(name)
     fits = fit_contact_spheres(figure)
-    owned = {sphere for part in contact_of_figure(figure).parts for sphere in part.spheres}
-    assert owned == {(name, k) for name, fit in fits.items() for k in range(len(fit.spheres))}
+    owned = {sphere for part in contact_of(name).parts for sphere in part.spheres}
+    assert owned == {(segment, k) for segment, fit in fits.items() for k in range(len(fit.spheres))}
     limbs = 0
-    for name, fit in fits.items():
-        surface = read_segment_surface(figure, figure.segments[name])
+    for segment, fit in fits.items():
+        surface = read_segment_surface(figure, figure.segments[segment])
         assert fit.largest_error < LARGEST_ERROR
-        if is_limb(figure, name, surface):
+        if is_limb(figure, segment, surface):
             limbs += 1
             assert largest_edge_depth(surface, fit.spheres) < LARGEST_ERROR + 2e-4
     assert limbs == 8
@@ -132,8 +121,8 @@ def test_a_person_with_parts_is_written_read_and_run(tmp_path):
     contact = contact_of_figure(read_figure(path))
     assert contact is not None
     fits = fit_contact_spheres(read_figure(path))
-    expected = person_contact({segment: fit.spheres for segment, fit in fits.items()})
-    assert contact.parts == expected.parts
+    owned = {sphere for part in contact.parts for sphere in part.spheres}
+    assert owned == {(name, k) for name, fit in fits.items() for k in range(len(fit.spheres))}
     checked = run_command("check", tmp_path / "me.contact.toml").output
     assert "30, 71 from 30 mm" in checked
     assert "the parts can be used" in checked

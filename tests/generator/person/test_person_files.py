@@ -83,7 +83,9 @@ def test_a_shipped_person_is_found_by_its_name(shipped: tuple[Path, Person]):
 
 def test_springs_files_name_their_figure(tmp_path: Path):
     files = person_files(build_person(estimate_measures(*SHIPPED["female50"])), tmp_path / "me.fig")
-    springs = [str(text) for path, text in files.contents.items() if path.suffix == ".toml"]
+    springs = [
+        str(text) for path, text in files.contents.items() if path.name.endswith(".springs.toml")
+    ]
     assert [text.count('\nfigure = "me"\n') for text in springs] == [1, 1]
 
 
@@ -91,7 +93,7 @@ def test_a_person_without_springs_has_no_springs_files(tmp_path: Path):
     person = build_person(estimate_measures(*SHIPPED["female50"]), springs="none")
     files = person_files(person, tmp_path / "me.fig")
     beside = [path.name for path in files.contents if path.parent == tmp_path]
-    assert beside == ["me.sources.csv", "me.fig"]
+    assert beside == ["me.sources.csv", "me.contact.toml", "me.fig"]
     assert files.losses.entries == ()
 
 

@@ -5,6 +5,7 @@ import pytest
 from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import UsageError
 from generator.figure_file.read import read_figure
+from generator.model import contact_of_figure
 from generator.person.survey import Sex
 from generator.springs_file.read import read_springs
 from generator.study.person_figure import make_person
@@ -25,8 +26,10 @@ def test_springs_are_those_of_the_shipped_person(springs: str, choice: str | Non
 def test_contact_spheres_are_those_of_the_shipped_surfaces() -> None:
     shipped = read_figure("male50")
     person = PersonArguments(Sex.MALE, 1.756, 85.5, "none")
-    made = make_person(person, with_spheres=True).figure
-    assert {name: fit.spheres for name, fit in fit_contact_spheres(made).items()} == {
+    made = make_person(person, with_spheres=True, stops_edges=True)
+    assert made.contact is not None
+    assert made.contact.parts == contact_of_figure(shipped).parts
+    assert {name: fit.spheres for name, fit in fit_contact_spheres(made.figure).items()} == {
         name: fit.spheres for name, fit in fit_contact_spheres(shipped).items()
     }
 

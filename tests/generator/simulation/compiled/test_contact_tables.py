@@ -200,10 +200,17 @@ def test_tables_of_parts() -> None:
         at = offsets[part, prop]
         return table[at : at + size].tolist()
 
-    assert constants(0, 0, 8) == [0.7, 2.0, 0.0, 3e4, 5e-3, 0.02, 6e4, 2e-3]
+    assert constants(0, 0, 9) == [0.7, 1.0, 2.0, 0.0, 3e4, 5e-3, 0.02, 6e4, 2e-3]
     series = law.on(soft.layer)
-    assert constants(0, 1, 5) == [series.damping, 2.0, 0.0, 2e4, 5e-3]
-    assert constants(1, 1, 5) == [soft.damping, 1.0, 0.0, soft.stiffness, soft.transition_depth]
+    assert constants(0, 1, 6) == [series.damping, 1.0, 2.0, 0.0, 2e4, 5e-3]
+    assert constants(1, 1, 6) == [
+        soft.damping,
+        1.0,
+        1.0,
+        0.0,
+        soft.stiffness,
+        soft.transition_depth,
+    ]
 
 
 def test_tables_without_spheres_or_props() -> None:
