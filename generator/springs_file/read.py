@@ -528,7 +528,9 @@ def _combine_springs(
     slides: list[AxisSpring] = []
     for k, factor in enumerate(joint.chain):
         axis, slides_along = unit_axis(factor.axis), not is_rotation(factor.kind)
-        matches = (one for one in bound_springs if one.is_about(joint.name, axis, slides=slides_along))
+        matches = (
+            one for one in bound_springs if one.is_about(joint.name, axis, slides=slides_along)
+        )
         bound_spring = next(matches, None)
         match factor.kind:
             case AxisKind.ROTATION:
