@@ -74,8 +74,8 @@ class SlideFrame:
 
     A connector knows displacement and velocity in the axes half-way between its sites. Its
     displacement is that of the screw from one site to the other, which is longer across the
-    rotation than their distance; its velocity contains the spin of the parent. The axes are those of the parent's site where the
-    translations are outside the rotations, else those of the child's.
+    rotation than their distance; its velocity contains the spin of the parent. The axes are those
+    of the parent's site where the translations are outside the rotations, else of the child's.
 
     Attributes:
         body: Exudyn body of the segment that has the axes; None for the ground.
