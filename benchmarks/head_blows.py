@@ -22,8 +22,8 @@ from benchmarks import tables
 from generator import Model, fall_plan, read_figure, simulate
 from generator.kinematics.effective_mass import HEAD, head_effective_masses
 from generator.rotations import Array
-from generator.simulation import run
 from generator.run_options import Integrator
+from generator.simulation import run
 
 STANDARD_GRAVITY = 9.80665
 

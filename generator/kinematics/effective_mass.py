@@ -5,13 +5,14 @@ M q' = J^T n p, so that the point moves along n by p n^T J M^-1 J^T n, and the e
 
     1 / (n^T J M^-1 J^T n)
 
-with the mass matrix M of the figure in its pose and the Jacobian J of the point (Featherstone, Rigid
-Body Dynamics Algorithms, 2008: the inverse of the operational-space inertia).
+with the mass matrix M of the figure in its pose and the Jacobian J of the point: an element of the
+operational-space inertia of Khatib (IEEE J. Robot. Autom. 3:43-53, 1987).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Segment
@@ -39,9 +40,9 @@ BLOWS: Mapping[str, tuple[float, float, float]] = {
 def effective_mass(
     figure: Figure,
     segment: str,
-    point: Sequence[float],
-    direction: Sequence[float],
-    displacements: Mapping[str, Sequence[float]] | None = None,
+    point: ArrayLike,
+    direction: ArrayLike,
+    displacements: Mapping[str, ArrayLike] | None = None,
 ) -> float:
     """Return the mass that a figure free of the ground opposes to a short blow to a segment [kg].
 
@@ -68,7 +69,7 @@ def effective_mass(
     masses = _mass_matrix(placement, jacobians)
     pose = placement.poses[segment]
     place = pose[:3, :3] @ np.asarray(point, dtype=float) + pose[:3, 3]
-    along = pose[:3, :3] @ unit_vector(direction)
+    along = pose[:3, :3] @ unit_vector(np.asarray(direction, dtype=float))
     gradient = along @ _point_jacobian(jacobians[segment], place)
     # At a pole of a chain the mass matrix is singular, but not along the rates of any point.
     return float(1.0 / (gradient @ np.linalg.lstsq(masses, gradient)[0]))

@@ -77,11 +77,14 @@ def axis_by_name(joint: Joint, name: str | None) -> Vector:
 
     Args:
         joint: the joint.
-        name: "x", "y" or "z" of the joint frame, or None for the only axis of the joint.
+        name: "x", "y" or "z" of the joint frame, None for the only axis of the joint, or one of
+            `SLIDE_NAMES` for a translation.
 
     Raises:
-        AxisError: the joint does not turn about that axis.
+        AxisError: the joint does not turn about that axis, or slide along it.
     """
+    if name in SLIDE_NAMES:
+        return _slide_by_name(joint, name)
     turns, who = rotation_axes(joint), f"joint `{shorten(joint.name)}`"
     if not turns:
         raise AxisError(f"{who} does not turn", "only turning joints have such springs")
@@ -98,16 +101,8 @@ def axis_by_name(joint: Joint, name: str | None) -> Vector:
     raise AxisError(f"{who} does not turn about {name}", f"it turns about {_format_axes(turns)}")
 
 
-def slide_by_name(joint: Joint, name: str) -> Vector:
-    """Return the axis of a translation in the sense that the chain declares, in the joint's frame.
-
-    Args:
-        joint: the joint.
-        name: one of `SLIDE_NAMES`.
-
-    Raises:
-        AxisError: the joint has no such translation.
-    """
+def _slide_by_name(joint: Joint, name: str) -> Vector:
+    """Return the axis of a translation in the sense that the chain declares. Raises AxisError."""
     slides, who = slide_axes(joint), f"joint `{shorten(joint.name)}`"
     x, y, z = (float(letter == name.removeprefix(SLIDE_PREFIX)) for letter in AXIS_NAMES)
     found = next((slide for slide in slides if parallel_sign((x, y, z), slide)), None)

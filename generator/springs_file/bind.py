@@ -15,7 +15,6 @@ from generator.springs_file.axes import (
     is_slide,
     parallel_sign,
     rotation_axes,
-    slide_by_name,
 )
 from generator.springs_file.laws import (
     COEFFICIENTS_KEY,
@@ -122,9 +121,9 @@ def bind_springs_file(
                     spelling_hint(name, figure.joints),
                 )
                 continue
-            slides = entry.axis is not None and is_slide(entry.axis)
+            slides = is_slide(entry.axis)
             try:
-                direction = (slide_by_name if slides else axis_by_name)(joint, entry.axis)
+                direction = axis_by_name(joint, entry.axis)
             except AxisError as fault:
                 diagnostics.error(str(fault), entry.origins.get("axis") or place, fault.hint)
                 continue

@@ -16,7 +16,6 @@ from generator.springs_file.axes import (
     axis_by_name,
     is_slide,
     parallel_sign,
-    slide_by_name,
 )
 from generator.springs_file.bind import modified_law
 from generator.springs_file.bind_reach import reach_entry, reach_laws
@@ -445,7 +444,7 @@ def _declared_axis(
     """Return name and direction of an axis as a springs file states it. Raises ModelError."""
     for name in SLIDE_NAMES if slides else (None, *AXIS_NAMES):
         try:
-            found = slide_by_name(joint, name or "") if slides else axis_by_name(joint, name)
+            found = axis_by_name(joint, name)
         except AxisError:
             continue
         if parallel_sign(found, direction):

@@ -19,7 +19,7 @@ import numpy as np
 from generator.figure import Joint, SiteRef
 from generator.joint_chain import Chain
 from generator.rotations import Array
-from generator.simulation.exudyn_model.exudyn_api import Index, exu, items, unused_name
+from generator.simulation.exudyn_model.exudyn_api import exu, items, unused_name
 from generator.simulation.exudyn_model.springs import (
     Connector,
     JointKind,

@@ -58,7 +58,9 @@ def test_a_short_blow_moves_the_point_by_impulse_over_mass() -> None:
     freed, moved = detach_root(made, initial_displacements(build_tree(made)))
     assert set(moved) == set(freed.joints)
     duration, force = 1e-6, 100.0
-    load = TimedLoad(place, LoadKind.LOCAL_FORCE, (0.0, duration), (force * direction,) * 2)
+    load = TimedLoad(
+        place, LoadKind.LOCAL_FORCE, (0.0, duration), ((force * direction).tolist(),) * 2
+    )
     run = simulate(
         made,
         Plan(
