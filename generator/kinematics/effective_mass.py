@@ -27,7 +27,7 @@ from generator.kinematics.tree import build_tree
 from generator.rotations import Array, cross_matrix, unit_vector
 
 HEAD = "head"
-"""Segment of a person whose effective mass is told."""
+"""Segment of a person whose effective mass its description states."""
 
 BLOWS: Mapping[str, tuple[float, float, float]] = {
     "crown": (0.0, 0.0, -1.0),
