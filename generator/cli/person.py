@@ -177,12 +177,13 @@ def person(
         ),
     ] = PersonContact.PARTS,
     neck: Annotated[
-        Neck,
+        Neck | None,
         typer.Option(
             help="Neck: it turns only (rigid), or gives way to shear and to a force along it "
-            "(elastic)."
+            "(elastic); without springs it is rigid.",
+            show_default=DEFAULT_NECK.value,
         ),
-    ] = DEFAULT_NECK,
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(

@@ -92,7 +92,7 @@ def build_person(
     measures: Measures,
     springs: str = "published",
     hip_datum: float = HIP_DATUM,
-    neck: Neck = DEFAULT_NECK,
+    neck: Neck | None = None,
 ) -> Person:
     """Return the person of these measures.
 
@@ -101,12 +101,15 @@ def build_person(
         springs: "published", "riener" with the law of hip and knee alone, or "none"; "coupled" is
             "published".
         hip_datum: hip flexion of the upright person in the coordinate of Silder et al. [rad].
-        neck: kind of the neck; an elastic one has three translations, and springs along them.
+        neck: kind of the neck; an elastic one has three translations, and springs along them. None
+            for `DEFAULT_NECK`, rigid without springs.
 
     Raises:
         UsageError: for unknown springs, an elastic neck without springs, and a hip datum beyond 0
             to 15 deg.
     """
+    if neck is None:
+        neck = Neck.RIGID if springs == "none" else DEFAULT_NECK
     neck = Neck(neck)
     if springs not in PERSON_SPRINGS:
         known = ", ".join(PERSON_SPRINGS)
