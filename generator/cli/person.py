@@ -180,8 +180,8 @@ def person(
         Neck | None,
         typer.Option(
             help="Neck: it turns only (rigid), or gives way to shear and to a force along it "
-            "(elastic); without springs it is rigid.",
-            show_default=DEFAULT_NECK.value,
+            f"(elastic); without springs it is rigid. [default: {DEFAULT_NECK.value}]",
+            show_default=False,
         ),
     ] = None,
     output: Annotated[
