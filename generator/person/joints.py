@@ -11,7 +11,7 @@ from enum import StrEnum
 from math import degrees, pi
 from typing import Any
 
-from generator.diagnostics import by_name
+from generator.diagnostics import UsageError, by_name
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
     Attribute,
@@ -84,6 +84,19 @@ class Neck(StrEnum):
 
 DEFAULT_NECK = Neck.RIGID
 """Neck of a person without a choice."""
+
+
+def resolve_neck(neck: Neck | None, springs: str) -> Neck:
+    """Return the neck of a person with some springs, `DEFAULT_NECK` without a choice.
+
+    Raises UsageError for an elastic neck without springs; without a choice that neck is rigid.
+    """
+    if springs != "none":
+        return DEFAULT_NECK if neck is None else Neck(neck)
+    if neck is not None and Neck(neck) is Neck.ELASTIC:
+        raise UsageError("an elastic neck needs springs: a person without any has a rigid one")
+    return Neck.RIGID
+
 
 SLIDING_JOINT = "neck"
 """Joint with the translations of an elastic neck."""

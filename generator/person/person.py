@@ -10,7 +10,7 @@ from generator.figure import Figure
 from generator.geometry.surface import Surface
 from generator.model import Model
 from generator.person.body import Body, build_body
-from generator.person.joints import DEFAULT_NECK, Neck, limit_sources, person_figure
+from generator.person.joints import Neck, limit_sources, person_figure, resolve_neck
 from generator.person.measures import Measures, measure_sources
 from generator.person.passive_joints import (
     HIP_DATUM,
@@ -108,14 +108,10 @@ def build_person(
         UsageError: for unknown springs, an elastic neck without springs, and a hip datum beyond 0
             to 15 deg.
     """
-    if neck is None:
-        neck = Neck.RIGID if springs == "none" else DEFAULT_NECK
-    neck = Neck(neck)
     if springs not in PERSON_SPRINGS:
         known = ", ".join(PERSON_SPRINGS)
         raise UsageError(f"a person has no springs `{shorten(springs)}`; there are {known}")
-    if springs == "none" and neck is Neck.ELASTIC:
-        raise UsageError("an elastic neck needs springs: a person without any has a rigid one")
+    neck = resolve_neck(neck, springs)
     body = build_body(measures)
     figure = person_figure(body, neck)
     surfaces = body_surfaces(body)
