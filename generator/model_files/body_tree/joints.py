@@ -107,7 +107,6 @@ def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | 
 def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointGroup | None:
     """Return the joint of these degrees of freedom; None if they do not form one."""
     turns = [freedom for freedom in dofs if is_rotation(freedom.kind)]
-    slides = [freedom for freedom in dofs if not is_rotation(freedom.kind)]
     try:
         build_chain(_joint_chain(dofs, np.eye(3)))
     except ModelError:
