@@ -33,6 +33,7 @@ from .identification.measured_angles import read_measured_angles
 from .input_files.pose import read_pose
 from .input_files.scene import read_scene
 from .kinematics.centre_of_mass import centre_of_mass, centre_of_mass_jacobian
+from .kinematics.effective_mass import effective_mass
 from .kinematics.placement import forward_kinematics, initial_displacements
 from .kinematics.stability import stability
 from .kinematics.tree import build_tree
@@ -108,6 +109,7 @@ __all__ = [
     "centre_of_pressure",
     "convert",
     "design_points",
+    "effective_mass",
     "estimate_measures",
     "fall_plan",
     "fit_springs",

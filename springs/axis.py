@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from springs.backends import NUMPY, Operations, Real
 from springs.damping import Damping
-from springs.elastic import Elastic, total_friction
+from springs.elastic import Elastic, Frictional, total_friction
 from springs.hysteresis import Hysteresis
 from springs.short_repr import short_repr
 from springs.stop import Stop
@@ -40,6 +40,12 @@ class AxisSpring:
     reference: str = ""
     why: str = ""
     middle: float = field(default=0.0, compare=False)
+
+    @property
+    def is_damped(self) -> bool:
+        """True with damping, or with friction of an elastic law."""
+        has_friction = any(isinstance(law, Frictional) for law in self.elastic)
+        return has_friction or self.damping != _NO_DAMPING
 
     def resistance(self, angle: Real, rate: Real, ops: Operations = NUMPY) -> Real:
         """Torque on the child against the rate [N m]: damping, and friction of directional laws.

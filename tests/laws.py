@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import springs
-from generator.springs_file.laws import CubicEntry
+from generator.springs_file.laws import CubicEntry, SlideEntry
 from generator.springs_file.published import PublishedLaw
 from springs import Cubic, Linear, SphericalLaw, Stop
 from springs.exponential import Exponential, ExponentialTerm
@@ -160,6 +160,7 @@ ENTRY_STRATEGIES = {
         st.booleans(),
     ),
     Linear: st.builds(Linear, st.just(0.0) | POSITIVE, ANGLES),
+    SlideEntry: st.builds(SlideEntry, st.just(0.0) | POSITIVE, st.floats(-1.0, 1.0)),
     Exponential: st.builds(
         Exponential,
         st.lists(

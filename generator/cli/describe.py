@@ -15,6 +15,7 @@ from generator.contact.spheres import SegmentSpheres, SphereSource, fit_contact_
 from generator.contact_file.parts import BodyContact, BodyPart
 from generator.diagnostics import Diagnostic, InputError
 from generator.figure import ContactSphere, JointAxis, Segment, is_rotation
+from generator.kinematics.effective_mass import head_effective_masses
 from generator.model import Model, contact_of_figure
 from generator.motion_files.action import format_chain
 from generator.person.identity import identity_of
@@ -103,6 +104,7 @@ class Description(CommandResult):
     root: str
     degrees_of_freedom: int
     total_mass_kg: float
+    head_effective_mass_kg: Mapping[str, float] | None
     segments: Sequence[SegmentData]
     joints: Sequence[JointData]
     springs: Mapping[str, object]
@@ -124,6 +126,11 @@ class Description(CommandResult):
         ]
         if self.sex is not None:
             lines.append(f"{self.sex}, stature {self.stature_m:.4g} m")
+        if self.head_effective_mass_kg:
+            masses = (f"{mass:.3g} kg" for mass in self.head_effective_mass_kg.values())
+            places = ("at the crown", "from front or back", "from the side")
+            blows = ", ".join(map(" ".join, zip(masses, places, strict=True)))
+            lines.append(f"head effective mass {blows}, in a short blow towards its centre of mass")
         lines.append("can be simulated")
         if self.obstacles:
             more = len(self.obstacles) - 1
@@ -165,6 +172,7 @@ def describe(name: options.FigureName, springs: options.SpringsChoice = None) ->
         root=str(figure.root),
         degrees_of_freedom=figure.degrees_of_freedom,
         total_mass_kg=figure.total_mass,
+        head_effective_mass_kg=None if person is None else head_effective_masses(figure) or None,
         segments=[
             _segment_data(
                 segment,

@@ -24,6 +24,7 @@ from generator.person.densities import (
     SegmentDensity,
     segment_densities,
 )
+from generator.person.joints import DEFAULT_NECK, Neck
 from generator.person.measures import MEASURES_FILE, Sex, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
@@ -175,6 +176,14 @@ def person(
             "sphere resists by itself, with the stiffness of pelvic flesh (spheres)."
         ),
     ] = PersonContact.PARTS,
+    neck: Annotated[
+        Neck | None,
+        typer.Option(
+            help="Neck: it turns only (rigid), or gives way to shear and to a force along it "
+            f"(elastic); without springs it is rigid. [default: {DEFAULT_NECK.value}]",
+            show_default=False,
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -201,6 +210,7 @@ def person(
         estimate_measures(sex, metres, kilograms, parsed and parsed.require_value()),
         springs=springs,
         hip_datum=datum,
+        neck=neck,
     )
     files = (
         None

@@ -5,11 +5,13 @@ the limb: the carrying angle of the elbow is not modelled. The forearm turns at 
 elbows, wrists and ankles have two axes; the other joints are spherical.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from math import degrees, pi
+from typing import Any
 
-from generator.diagnostics import by_name
+from generator.diagnostics import UsageError, by_name
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
     Attribute,
@@ -28,7 +30,7 @@ from generator.figure import (
 from generator.person.body import LIMB_SEGMENTS, SIDES, TRUNK_SEGMENTS, Body, BodySegment
 from generator.person.identity import Identity, range_publications
 from generator.person.shape import foot_contact_spheres
-from generator.person.sources import Origin, SourcedNumber
+from generator.person.sources import Origin, SourcedNumber, load_data_file
 from generator.person.stance import Stance, standing_stance
 from generator.person.survey import Sex
 from springs.published.range_of_motion import (
@@ -68,6 +70,62 @@ class JointRotation:
     def axis_name(self) -> str:
         """Letter of the axis, as springs name it."""
         return "xyz"[[abs(part) for part in self.axis].index(1.0)]
+
+
+class Neck(StrEnum):
+    """Kinds of the neck of a person."""
+
+    RIGID = "rigid"
+    """It turns only."""
+
+    ELASTIC = "elastic"
+    """It has three translations beside its rotations."""
+
+
+DEFAULT_NECK = Neck.RIGID
+"""Neck of a person without a choice."""
+
+
+def resolve_neck(neck: Neck | None, springs: str) -> Neck:
+    """Return the neck of a person with some springs, `DEFAULT_NECK` without a choice.
+
+    Raises UsageError for an elastic neck without springs; without a choice that neck is rigid.
+    """
+    if springs != "none":
+        return DEFAULT_NECK if neck is None else Neck(neck)
+    if neck is not None and Neck(neck) is Neck.ELASTIC:
+        raise UsageError("an elastic neck needs springs: a person without any has a rigid one")
+    return Neck.RIGID
+
+
+SLIDING_JOINT = "neck"
+"""Joint with the translations of an elastic neck."""
+
+
+@dataclass(frozen=True)
+class JointSlide:
+    """A translation of a joint, along an axis of the parent's site.
+
+    Attributes:
+        motion: name of a positive displacement of the child.
+        axis: axis in the joint's frame.
+    """
+
+    motion: str
+    axis: Vector
+
+    @property
+    def axis_name(self) -> str:
+        """Letter of the axis."""
+        return "xyz"[self.axis.index(1.0)]
+
+
+NECK_SLIDES = (
+    JointSlide("forward shear", _X),
+    JointSlide("shear to the left", _Y),
+    JointSlide("lengthening", _Z),
+)
+"""Translations of an elastic neck."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +213,7 @@ PERSON_JOINTS: tuple[PersonJoint, ...] = (
 """The joints between the segments, without that to the ground."""
 
 
-def person_figure(body: Body) -> Figure:
+def person_figure(body: Body, neck: Neck = DEFAULT_NECK) -> Figure:
     """Return the figure of a person, standing upright at the world's origin in its stance."""
     segments = [_trunk_segment(body, body.segments[name]) for name in TRUNK_SEGMENTS]
     for name in LIMB_SEGMENTS:
@@ -165,6 +223,8 @@ def person_figure(body: Body) -> Figure:
     for joint in PERSON_JOINTS:
         sides = SIDES if joint.has_sides else ("",)
         joints += [_joint(joint, side, body, stance) for side in sides]
+    if neck is Neck.ELASTIC:
+        joints = [_with_slides(one) if one.name == SLIDING_JOINT else one for one in joints]
     base = Site("base", Location.at(0.0, -stance.hip_height(body), 0.0))
     sites = by_name(Site("distal", Location((_UPRIGHT,))), base)
     ground = Segment(GROUND_SEGMENT, mass=-1e-3, sites=sites)
@@ -295,6 +355,28 @@ def _joint(joint: PersonJoint, side: str, body: Body, stance: Stance) -> Joint:
     limits = [motion_range(joint, rotation, body.measures.sex) for rotation in joint.rotations]
     lower, upper = (tuple(map(_limit, row)) for row in zip(*limits, strict=True))
     return replace(figure_joint, lower_limit=lower, upper_limit=upper)
+
+
+def _with_slides(joint: Joint) -> Joint:
+    """Return the neck with its translations, the outermost factors of its chain."""
+    slides = tuple(JointAxis(AxisKind.TRANSLATION, each.axis) for each in NECK_SLIDES)
+    limits = [row["limit_m"] for _, row in slide_rows()]
+    chain, zeros = (*joint.chain, *slides), (0.0,) * len(slides)
+    assert joint.lower_limit is not None
+    assert joint.upper_limit is not None
+    return replace(
+        joint,
+        chain=chain,
+        displacement=(*joint.displacement, *zeros),
+        lower_limit=(*joint.lower_limit, *(-limit for limit in limits)),
+        upper_limit=(*joint.upper_limit, *limits),
+    )
+
+
+def slide_rows() -> tuple[tuple[JointSlide, Mapping[str, Any]], ...]:
+    """Return the translations of an elastic neck, each with its row of the data file."""
+    rows = {row["motion"]: row for row in load_data_file("passive_joints").content["slide"]}
+    return tuple((slide, rows[slide.motion]) for slide in NECK_SLIDES)
 
 
 def _mirrored(axis: Vector) -> Vector:

@@ -8,12 +8,20 @@ from a damping ratio of the limb that swings about the joint (`generator.person.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
-from math import degrees, pi, radians
+from math import degrees, pi, radians, sqrt
 from textwrap import fill
 
 from generator.diagnostics import UsageError
 from generator.person.body import SIDES, Body
-from generator.person.joints import PERSON_JOINTS, JointRotation, PersonJoint, motion_range
+from generator.person.joints import (
+    PERSON_JOINTS,
+    SLIDING_JOINT,
+    JointRotation,
+    JointSlide,
+    PersonJoint,
+    motion_range,
+    slide_rows,
+)
 from generator.person.limb_pendulum import LimbPendulum, limb_pendulum
 from generator.person.passive_laws import (
     LawContext,
@@ -24,7 +32,9 @@ from generator.person.passive_laws import (
     rest_stiffness,
 )
 from generator.person.sources import DataFile, Origin, SourcedNumber, load_data_file
+from generator.springs_file.axes import SLIDE_PREFIX
 from generator.springs_file.coupled import CoupledEntry
+from generator.springs_file.laws import SlideEntry
 from generator.springs_file.parse import REACH_AXES, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.reach import ReachEntry
@@ -137,6 +147,99 @@ class PassiveAxis:
         return _ESTIMATE if self.ratio_reference is None else str(self.ratio_reference)
 
 
+@short_repr
+@dataclass(frozen=True)
+class PassiveSlide:
+    """The spring and the damping along a translation of an elastic neck.
+
+    Attributes:
+        slide: translation.
+        stiffness: stiffness of its spring [N/m].
+        limit: displacement at which a stop begins, in both senses [m].
+        origin: origin of stiffness and limit.
+        mass: mass that moves along it, that of the head [kg].
+        ratio: damping ratio of this mass on the spring.
+        ratio_origin: origin of the ratio.
+        ratio_rule: how the ratio was found.
+        choice: why the stiffness was chosen.
+    """
+
+    slide: JointSlide
+    stiffness: float
+    limit: float
+    origin: Origin
+    mass: float
+    ratio: float
+    ratio_origin: Origin
+    ratio_rule: str
+    choice: str
+
+    @property
+    def damping(self) -> Damping:
+        """Viscous damping of the ratio [N s/m]."""
+        return Damping(round_significant(2.0 * self.ratio * sqrt(self.stiffness * self.mass)))
+
+    @property
+    def damping_rule(self) -> str:
+        """Rule of the damping, in a sentence."""
+        frequency = sqrt(self.stiffness / self.mass)
+        return (
+            f"Damping: {self.ratio:g} of the critical one, an estimate ({self.ratio_rule}), for "
+            f"the head, {self.mass:.4g} kg, which swings along it at {frequency:.3g} rad/s."
+        )
+
+    @property
+    def entry(self) -> SpringEntry:
+        """Table of a springs file."""
+        return SpringEntry(
+            (SLIDING_JOINT,),
+            f"{SLIDE_PREFIX}{self.slide.axis_name}",
+            SlideEntry(self.stiffness),
+            damping=self.damping,
+            motion=self.slide.motion,
+            reference=_ESTIMATE,
+            why=f"An estimate. {self.choice} {self.damping_rule}",
+        )
+
+    @property
+    def sources(self) -> tuple[SourcedNumber, ...]:
+        """Its numbers with their origin."""
+        rows = (
+            ("stiffness", self.stiffness, "N/m", self.origin, self.choice),
+            ("limit in both senses", self.limit, "m", self.origin, self.choice),
+            ("damping ratio of the head", self.ratio, "", self.ratio_origin, self.ratio_rule),
+            ("viscous damping", self.damping.viscous, "N s/m", Origin.ESTIMATE, self.damping_rule),
+        )
+        return tuple(
+            SourcedNumber(
+                SLIDING_JOINT, f"{self.slide.motion}: {name}", value, unit, origin, None, rule
+            )
+            for name, value, unit, origin, rule in rows
+        )
+
+
+def neck_slides(body: Body) -> tuple[PassiveSlide, ...]:
+    """Return the springs along the translations of an elastic neck, the same for all persons."""
+    damping = load_data_file(_DATA_FILE).content["damping"]
+    slides: list[PassiveSlide] = []
+    for slide, row in slide_rows():
+        ratio = damping[row["damping"]]
+        slides.append(
+            PassiveSlide(
+                slide,
+                row["stiffness_N_m"],
+                row["limit_m"],
+                Origin(row["kind"]),
+                body.segments["head"].mass,
+                ratio["ratio"],
+                Origin(ratio["kind"]),
+                ratio["why"].strip(),
+                row["why"].strip(),
+            )
+        )
+    return tuple(slides)
+
+
 def springs_comment() -> str:
     """Lines on the scaling of the torques and on the damping, for the head of a springs file."""
     scale = "Torques are scaled with mass times stature squared."
@@ -150,7 +253,10 @@ def springs_comment() -> str:
 
 
 def person_springs(
-    axes: Iterable[PassiveAxis], leg: SpringsFile, reach: SpringsFile
+    axes: Iterable[PassiveAxis],
+    leg: SpringsFile,
+    reach: SpringsFile,
+    slides: Iterable[PassiveSlide] = (),
 ) -> SpringsFile:
     """Return the passive springs of a person: one curve an axis but for those of leg and reach.
 
@@ -158,12 +264,13 @@ def person_springs(
         axes: the `passive_axes` of the person.
         leg: its `leg_springs`.
         reach: its `reach_springs`.
+        slides: its `neck_slides`, for an elastic neck.
     """
     axes = tuple(axes)
     own = {(entry.joints, entry.axis): entry for entry in (*leg.entries, *reach.entries)}
     entries = [own.pop((axis.names, axis.axis), None) or _entry(axis) for axis in axes]
     return SpringsFile(
-        (*entries, *own.values()),
+        (*entries, *own.values(), *(slide.entry for slide in slides)),
         law=SphericalLaw.COORDINATES,
         coupled=leg.coupled,
         reaches=reach.reaches,

@@ -10,13 +10,14 @@ from generator.figure import Figure
 from generator.geometry.surface import Surface
 from generator.model import Model
 from generator.person.body import Body, build_body
-from generator.person.joints import limit_sources, person_figure
+from generator.person.joints import Neck, limit_sources, person_figure, resolve_neck
 from generator.person.measures import Measures, measure_sources
 from generator.person.passive_joints import (
     HIP_DATUM,
     PERSON_SPRINGS,
     PassiveAxis,
     leg_springs,
+    neck_slides,
     passive_axes,
     person_springs,
     reach_springs,
@@ -88,7 +89,10 @@ class Person:
 
 
 def build_person(
-    measures: Measures, springs: str = "published", hip_datum: float = HIP_DATUM
+    measures: Measures,
+    springs: str = "published",
+    hip_datum: float = HIP_DATUM,
+    neck: Neck | None = None,
 ) -> Person:
     """Return the person of these measures.
 
@@ -97,15 +101,19 @@ def build_person(
         springs: "published", "riener" with the law of hip and knee alone, or "none"; "coupled" is
             "published".
         hip_datum: hip flexion of the upright person in the coordinate of Silder et al. [rad].
+        neck: kind of the neck; an elastic one has three translations, and springs along them. None
+            for `DEFAULT_NECK`, rigid without springs.
 
     Raises:
-        UsageError: for unknown springs, and for a hip datum beyond 0 to 15 deg.
+        UsageError: for unknown springs, an elastic neck without springs, and a hip datum beyond 0
+            to 15 deg.
     """
     if springs not in PERSON_SPRINGS:
         known = ", ".join(PERSON_SPRINGS)
         raise UsageError(f"a person has no springs `{shorten(springs)}`; there are {known}")
+    neck = resolve_neck(neck, springs)
     body = build_body(measures)
-    figure = person_figure(body)
+    figure = person_figure(body, neck)
     surfaces = body_surfaces(body)
     sources = (*measure_sources(measures), *body.sources, *limit_sources(body))
     sources += (*stance_sources(body), *shape_sources(body))
@@ -118,7 +126,9 @@ def build_person(
     )
     reach = reach_springs(body, axes)
     sources += spring_sources(body, axes, (*legs, reach))
-    springs_file = person_springs(axes, legs[0], reach)
+    slides = neck_slides(body) if neck is Neck.ELASTIC else ()
+    sources += tuple(row for slide in slides for row in slide.sources)
+    springs_file = person_springs(axes, legs[0], reach, slides)
     figure = replace(figure, springs_text=write_springs(springs_file))
     beside = None if springs == "riener" else riener
     return Person(body, figure, surfaces, axes, springs_file, beside, sources)

@@ -291,9 +291,10 @@ def newton_euler_reactions(
     reactions: dict[str, Array] = {}
     tone_torques = motion.tone_torques(joints)
     springs = {
-        joint.name: np.concatenate(
+        joint.name: _slide_spring_wrench(model, joint, joints[joint.name])
+        + np.concatenate(
             [
-                _slide_spring_force(model, joint, joints[joint.name]),
+                np.zeros((count, 3)),
                 passive_torques[joint.name] + tone_torques.get(joint.name, 0.0),
             ],
             axis=1,
@@ -336,8 +337,12 @@ def _add_wrench(wrench: Array, force: Array, point: Array) -> None:
     wrench[:, 3:] += np.cross(point, force)
 
 
-def _slide_spring_force(model: ExudynModel, joint: Joint, motion: JointMotion) -> Array:
-    """Force of the springs along a joint's translations on the child, parent's axes, (n, 3) [N]."""
+def _slide_spring_wrench(model: ExudynModel, joint: Joint, motion: JointMotion) -> Array:
+    """Force and moment of the springs along a joint's translations on the child, (n, 6) [N, N m].
+
+    At the child's site, in the parent's site axes. Where the translations are along axes of the
+    child, the force is along a line through the parent's site.
+    """
     total = np.zeros((len(motion.displacements), 3))
     chain = model.placement.tree.chains[joint.name]
     for connector in model.springs.get(joint.name, ()):
@@ -347,15 +352,16 @@ def _slide_spring_force(model: ExudynModel, joint: Joint, motion: JointMotion) -
         size = generalized_force(
             connector.springs[0], motion.displacements[:, index], motion.rates[:, index], NUMPY
         )
+        weights = np.asarray(connector.output_weights)
+        if len(chain.translations) == 1:
+            weights = unit_vector(chain.joint_axes[index].axis)
+        total += np.outer(size, weights)
+    moment = np.zeros_like(total)
+    if not chain.translations_are_outer:
+        total = (motion.pose_in_parent[:, :3, :3] @ total[..., None])[..., 0]
         if len(chain.translations) > 1:
-            total += np.outer(size, connector.output_weights)
-            continue
-        axis = unit_vector(chain.joint_axes[index].axis)
-        direction = np.broadcast_to(axis, total.shape)
-        if not chain.translations_are_outer:
-            direction = motion.pose_in_parent[:, :3, :3] @ axis
-        total += np.asarray(size)[:, None] * direction
-    return total
+            moment = np.cross(-motion.pose_in_parent[:, :3, 3], total)
+    return np.concatenate([total, moment], axis=1)
 
 
 def _continuous_displacements(chain: Chain, pose_in_parent: Array, start: Array) -> Array:

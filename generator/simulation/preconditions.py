@@ -40,7 +40,6 @@ from generator.rotations import (
 from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, SpringSet, rotation_law
 from springs.axis import Direction
 from springs.coordinates import LARGEST_SINE
-from springs.elastic import Frictional
 
 _HALF_TURN_TOLERANCE = 1e-6
 """A rotation nearer than this to 180 deg has the sign of its vector from its rounding [rad]."""
@@ -183,12 +182,9 @@ def placement_obstacles(
         elastic = name in coupled or own.is_elastic
         chain = placement.tree.chains[name]
         several = len(chain.rotations) > 1
-        obstacle = _translation_obstacle(placement, joint, own)
         axes = [a.direction for s in springs.coupled for a in s.axes if a.joint == name]
         coordinates = _coordinate_obstacle(joint, chain, own, axes, springs.law)
-        if obstacle is not None:
-            yield obstacle
-        elif coordinates is not None:
+        if coordinates is not None:
             yield coordinates
         elif own.reach is not None:
             continue
@@ -240,35 +236,6 @@ def _is_at_half_turn(placement: Placement, joint: Joint) -> bool:
         return False
     size = float(np.linalg.norm(rotation_vector_from_matrix(rotation)))
     return size > np.pi - _HALF_TURN_TOLERANCE
-
-
-def _translation_obstacle(
-    placement: Placement, joint: Joint, springs: JointSprings
-) -> Diagnostic | None:
-    """Check springs along several translations, which Exudyn supports without rotations only."""
-    chain, ground = placement.tree.chains[joint.name], placement.tree.figure.ground
-    if not springs.translations or len(chain.translations) < 2:
-        return None
-    if chain.rotations:
-        return error(
-            f"joint {joint.name} has rotations and more than one translation: "
-            "springs along its translations are not supported",
-            origin_span(joint.origins, "stiff", "llimit", "ulimit", "damp"),
-        )
-    is_between_bodies = not {ref.segment for ref in joint.ends} & ground
-    if is_between_bodies and any(_has_damping(spring) for spring in springs.translations):
-        # Exudyn returns the difference of two points' velocities, which includes the parent's spin.
-        return error(
-            f"joint {joint.name} has more than one translation between two moving segments: "
-            "damping along its translations is not supported",
-            origin_span(joint.origins, "damp"),
-        )
-    return None
-
-
-def _has_damping(spring: AxisSpring) -> bool:
-    has_friction = any(isinstance(law, Frictional) for law in spring.elastic)
-    return has_friction or spring.damping.viscous > 0.0 or spring.damping.coulomb > 0.0
 
 
 def import_exudyn() -> None:

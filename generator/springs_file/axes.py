@@ -13,6 +13,12 @@ from springs.joint import CoupledSpring
 AXIS_NAMES = ("x", "y", "z")
 """Axes of the joint frame: the frame of the site after `connect`."""
 
+SLIDE_PREFIX = "along "
+"""Begin of the name of a translation's axis in a springs file: `along z`."""
+
+SLIDE_NAMES = tuple(f"{SLIDE_PREFIX}{letter}" for letter in AXIS_NAMES)
+"""Names of the translations of a joint in a springs file."""
+
 ONLY_AXIS = "joint"
 """Name of the only axis of a joint in a file."""
 
@@ -32,6 +38,16 @@ class AxisError(ValueError):
 def rotation_axes(joint: Joint) -> tuple[Vector, ...]:
     """Unit axes of the rotations of a joint's chain, in its order."""
     return tuple(unit_axis(factor.axis) for factor in joint.chain if is_rotation(factor.kind))
+
+
+def slide_axes(joint: Joint) -> tuple[Vector, ...]:
+    """Unit axes of the translations of a joint's chain, in its order."""
+    return tuple(unit_axis(factor.axis) for factor in joint.chain if not is_rotation(factor.kind))
+
+
+def is_slide(name: str | None) -> bool:
+    """Return whether an axis of a springs file is that of a translation."""
+    return name in SLIDE_NAMES
 
 
 def parallel_sign(direction: Vector, axis: Vector) -> int:
@@ -61,11 +77,14 @@ def axis_by_name(joint: Joint, name: str | None) -> Vector:
 
     Args:
         joint: the joint.
-        name: "x", "y" or "z" of the joint frame, or None for the only axis of the joint.
+        name: "x", "y" or "z" of the joint frame, None for the only axis of the joint, or one of
+            `SLIDE_NAMES` for a translation.
 
     Raises:
-        AxisError: the joint does not turn about that axis.
+        AxisError: the joint does not turn about that axis, or slide along it.
     """
+    if name in SLIDE_NAMES:
+        return _slide_by_name(joint, name)
     turns, who = rotation_axes(joint), f"joint `{shorten(joint.name)}`"
     if not turns:
         raise AxisError(f"{who} does not turn", "only turning joints have such springs")
@@ -80,6 +99,17 @@ def axis_by_name(joint: Joint, name: str | None) -> Vector:
     if len(turns) == 3:
         return x, y, z
     raise AxisError(f"{who} does not turn about {name}", f"it turns about {_format_axes(turns)}")
+
+
+def _slide_by_name(joint: Joint, name: str) -> Vector:
+    """Return the axis of a translation in the sense that the chain declares. Raises AxisError."""
+    slides, who = slide_axes(joint), f"joint `{shorten(joint.name)}`"
+    x, y, z = (float(letter == name.removeprefix(SLIDE_PREFIX)) for letter in AXIS_NAMES)
+    found = next((slide for slide in slides if parallel_sign((x, y, z), slide)), None)
+    if found is None:
+        hint = f"it slides along {_format_axes(slides)}" if slides else "it has no translation"
+        raise AxisError(f"{who} does not slide {name}", hint)
+    return found
 
 
 def axis_by_number(joint: Joint, number: int) -> Vector:

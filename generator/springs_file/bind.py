@@ -12,6 +12,7 @@ from generator.springs_file.axes import (
     axis_by_name,
     axis_by_number,
     is_bounded,
+    is_slide,
     parallel_sign,
     rotation_axes,
 )
@@ -19,6 +20,7 @@ from generator.springs_file.laws import (
     COEFFICIENTS_KEY,
     ELASTIC_KEYS,
     CubicEntry,
+    SlideEntry,
     is_finite,
 )
 from generator.springs_file.optional import OptionalRecord
@@ -49,6 +51,7 @@ class BoundSpring:
         stop_stiffness: [N m/rad].
         stop_onset: [rad].
         has_damping: whether the file states the damping.
+        slides: whether the spring is along a translation, with the default stops.
     """
 
     joint: str
@@ -57,6 +60,12 @@ class BoundSpring:
     stop_stiffness: float = DEFAULT_STOP_STIFFNESS
     stop_onset: float = DEFAULT_STOP_ONSET
     has_damping: bool = True
+    slides: bool = False
+
+    def is_about(self, joint: str, direction: Vector, *, slides: bool = False) -> bool:
+        """Return whether it is about an axis of a joint in either sense, or along a translation."""
+        is_same = (self.joint, self.slides) == (joint, slides)
+        return is_same and parallel_sign(self.spring.direction, direction) != 0
 
 
 def bind_optional_records(
@@ -112,6 +121,7 @@ def bind_springs_file(
                     spelling_hint(name, figure.joints),
                 )
                 continue
+            slides = is_slide(entry.axis)
             try:
                 direction = axis_by_name(joint, entry.axis)
             except AxisError as fault:
@@ -121,7 +131,8 @@ def bind_springs_file(
             spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
             if spring is not None:
                 stop = (entry.stop_stiffness, entry.stop_onset)
-                bound.append(BoundSpring(name, spring, place, *stop, entry.damping is not None))
+                has_damping = entry.damping is not None
+                bound.append(BoundSpring(name, spring, place, *stop, has_damping, slides))
     return drop_duplicates(bound, diagnostics)
 
 
@@ -266,6 +277,8 @@ def _base_law(
     stated = entry.law
     if isinstance(stated, PublishedLaw):
         return stated.law, ""
+    if isinstance(stated, SlideEntry):
+        return stated.law, ""
     if not isinstance(stated, CubicEntry):
         return stated, ""
     try:
@@ -305,14 +318,16 @@ def drop_duplicates(springs: list[BoundSpring], diagnostics: Diagnostics) -> lis
     by_joint: dict[str, list[BoundSpring]] = {}
     for one in springs:
         others = by_joint.setdefault(one.joint, [])
-        same = [o for o in others if parallel_sign(o.spring.direction, one.spring.direction)]
+        direction = one.spring.direction
+        same = [o for o in others if o.is_about(one.joint, direction, slides=one.slides)]
         if not same:
             others.append(one)
             kept.append(one)
             continue
         first = same[0].span
         diagnostics.error(
-            f"a second spring about one axis of `{shorten(one.joint)}`",
+            f"a second spring {'along' if one.slides else 'about'} one axis of "
+            f"`{shorten(one.joint)}`",
             one.span,
             f"the first is in line {first.line}" if first else "",
         )

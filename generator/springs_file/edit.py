@@ -1,6 +1,6 @@
 """Changes of springs, and the springs file that states them over the one that it extends."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from math import degrees
@@ -9,11 +9,18 @@ from typing import TypeVar
 
 from generator.diagnostics import ModelError, UsageError, shorten
 from generator.figure import Figure, Joint, Vector
-from generator.springs_file.axes import AXIS_NAMES, AxisError, axis_by_name, parallel_sign
+from generator.springs_file.axes import (
+    AXIS_NAMES,
+    SLIDE_NAMES,
+    AxisError,
+    axis_by_name,
+    is_slide,
+    parallel_sign,
+)
 from generator.springs_file.bind import modified_law
 from generator.springs_file.bind_reach import reach_entry, reach_laws
 from generator.springs_file.coupled import CoupledEntry
-from generator.springs_file.laws import CubicEntry, EntryLaw, write_law
+from generator.springs_file.laws import CubicEntry, EntryLaw, SlideEntry, write_law
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.reach import ReachEntry
@@ -25,6 +32,7 @@ from springs import (
     Cubic,
     Damping,
     Elastic,
+    JointSprings,
     Linear,
     Reach,
     SphericalLaw,
@@ -233,6 +241,16 @@ def _spring_about(axes: Iterable[AxisSpring], direction: Direction) -> AxisSprin
     return next((axis for axis in axes if parallel_sign(axis.direction, direction)), None)
 
 
+def _paired(
+    joint: JointSprings, below: JointSprings
+) -> Iterator[tuple[AxisSpring, AxisSpring | None, bool]]:
+    """Yield the springs of a joint with those of another set, and whether along a translation."""
+    for spring in joint.axes:
+        yield spring, _spring_about(below.axes, spring.direction), False
+    for spring in joint.translations:
+        yield spring, _spring_about(below.translations, spring.direction), True
+
+
 def format_changes(
     figure: Figure,
     base: SpringSet,
@@ -255,15 +273,15 @@ def format_changes(
     entries: list[SpringEntry] = []
     reaches: list[ReachEntry] = []
     for name, joint in springs.joints.items():
-        below = base.joints[name].axes if name in base.joints else ()
+        below = base.joints.get(name, JointSprings(name))
         if joint.reach is not None and (
             name not in base.joints or joint.reach != base.joints[name].reach
         ):
             _add_reach(figure, name, joint.reach, reaches, entries)
-        for spring in joint.axes:
-            before = _spring_about(below, spring.direction)
+        for spring, before, slides in _paired(joint, below):
             if before is None or spring != before.oriented_along(spring.direction):
-                _add_entry(entries, _entry(figure.joints[name], spring, before))
+                entry = _entry(figure.joints[name], spring, before, slides=slides)
+                _add_entry(entries, entry)
     if not entries and not reaches and law is None:
         return ""
     stem = None if figure.path is None else figure.path.stem
@@ -279,9 +297,9 @@ def format_all(figure: Figure, springs: SpringSet) -> str:
     for name, joint in springs.joints.items():
         if joint.reach is not None:
             _add_reach(figure, name, joint.reach, reaches, entries)
-        for spring in joint.axes:
+        for spring, _, slides in _paired(joint, JointSprings(name)):
             if elastic_law(spring) is not None or spring.damping != Damping():
-                _add_entry(entries, _entry(figure.joints[name], spring, None))
+                _add_entry(entries, _entry(figure.joints[name], spring, None, slides=slides))
     stem = None if figure.path is None else figure.path.stem
     file = SpringsFile(tuple(entries), stem, springs.law, reaches=tuple(reaches), stands_alone=True)
     return write_springs(file) if entries or reaches else ""
@@ -303,11 +321,10 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     for name, joint in springs.joints.items():
         if joint.reach is not None:
             _add_reach(figure, name, joint.reach, reaches, entries)
-        below = own.joints[name].axes if name in own.joints else ()
-        for spring in joint.axes:
-            before = _spring_about(below, spring.direction)
+        below = own.joints.get(name, JointSprings(name))
+        for spring, before, slides in _paired(joint, below):
             if before is None or spring != before.oriented_along(spring.direction):
-                _add_entry(entries, _entry(figure.joints[name], spring, None))
+                _add_entry(entries, _entry(figure.joints[name], spring, None, slides=slides))
     coupled = tuple(_coupled_entry(figure, spring) for spring in springs.coupled)
     text = ""
     law = None if springs.law is own.law else springs.law
@@ -367,9 +384,11 @@ def _add_entry(entries: list[Entry], entry: Entry) -> None:
     entries.append(entry)
 
 
-def _entry(joint: Joint, spring: AxisSpring, before: AxisSpring | None) -> SpringEntry:
+def _entry(
+    joint: Joint, spring: AxisSpring, before: AxisSpring | None, *, slides: bool = False
+) -> SpringEntry:
     """Return the table of a spring that differs from another one."""
-    axis, direction = _declared_axis(joint, spring.direction)
+    axis, direction = _declared_axis(joint, spring.direction, slides=slides)
     before = before and before.oriented_along(direction)
     return _entry_about(axis, joint, spring.oriented_along(direction), before)
 
@@ -396,7 +415,7 @@ def _entry_about(
             stop_stiffness=stop.stiffness,
             stop_onset=stop.onset,
         )
-    plain, stated = _entry_law(joint, plain_law(law), law)
+    plain, stated = _entry_law(joint, plain_law(law), law, slides=is_slide(axis))
     keeps = before is not None and before.damping == spring.damping and not linear
     if isinstance(stated, PublishedLaw) or not keeps:  # published laws may bring their own damping
         damping: Damping | None = spring.damping
@@ -419,9 +438,11 @@ def _entry_about(
     )
 
 
-def _declared_axis(joint: Joint, direction: Vector) -> tuple[str | None, Vector]:
+def _declared_axis(
+    joint: Joint, direction: Vector, *, slides: bool = False
+) -> tuple[str | None, Vector]:
     """Return name and direction of an axis as a springs file states it. Raises ModelError."""
-    for name in (None, *AXIS_NAMES):
+    for name in SLIDE_NAMES if slides else (None, *AXIS_NAMES):
         try:
             found = axis_by_name(joint, name)
         except AxisError:
@@ -431,8 +452,16 @@ def _declared_axis(joint: Joint, direction: Vector) -> tuple[str | None, Vector]
     raise ModelError(f"a springs file cannot state this axis of `{shorten(joint.name)}`")
 
 
-def _entry_law(joint: Joint, plain: PlainLaw, law: Elastic) -> tuple[PlainLaw, EntryLaw]:
+def _entry_law(
+    joint: Joint, plain: PlainLaw, law: Elastic, *, slides: bool = False
+) -> tuple[PlainLaw, EntryLaw]:
     """Return a law with its modifiers as a table states it. Raises ModelError."""
+    if slides:
+        linear = plain.law
+        if not isinstance(linear, Linear) or plain.hysteresis:
+            raise ModelError(f"a springs file cannot state the law of `{shorten(joint.name)}`")
+        moved = replace(plain, offset=0.0)
+        return moved, SlideEntry(linear.stiffness, linear.rest + plain.offset)
     if isinstance(plain.law, Cubic):
         cubic = plain.law
         return plain, CubicEntry(cubic.coefficients, cubic.sense, cubic.dead_zone, True, cubic.rest)

@@ -56,7 +56,8 @@ class FileSprings:
         )
         base_axes = [axis for spring in kept_coupled for axis in _axes(spring)]
         for one in self.springs:
-            if one.spring.elastic and _has_axis(base_axes, one.joint, one.spring.direction):
+            is_elastic = one.spring.elastic and not one.slides
+            if is_elastic and _has_axis(base_axes, one.joint, one.spring.direction):
                 diagnostics.error(
                     f"`{shorten(one.joint)}` has a law over several joints about this axis in "
                     f"{base.origin}, to which this one would add",
@@ -66,7 +67,8 @@ class FileSprings:
         reached = {one.joint for one in self.reaches}
         kept_reaches = tuple(one for one in base.reaches if one.joint not in reached)
         for one in self.springs:
-            if one.spring.elastic and any(one.joint == other.joint for other in kept_reaches):
+            is_elastic = one.spring.elastic and not one.slides
+            if is_elastic and any(one.joint == other.joint for other in kept_reaches):
                 diagnostics.error(
                     f"`{shorten(one.joint)}` has a reach in {base.origin}: axes have damping only",
                     one.span,
@@ -108,14 +110,13 @@ def _merge(
             (
                 one
                 for one in own
-                if one.joint == below.joint
-                and parallel_sign(one.spring.direction, below.spring.direction) != 0
+                if one.is_about(below.joint, below.spring.direction, slides=below.slides)
             ),
             None,
         )
         is_coupled = _has_axis(coupled_axes, below.joint, below.spring.direction)
         kept = below.spring
-        if is_coupled or below.joint in reached:
+        if not below.slides and (is_coupled or below.joint in reached):
             kept = replace(kept, elastic=(), reference="", why="")
         if above is None:
             if kept.elastic or kept.damping != Damping():

@@ -71,7 +71,25 @@ class CubicEntry:
     rest: float = 0.0
 
 
-EntryLaw: TypeAlias = Elastic | CubicEntry | PublishedLaw
+@dataclass(frozen=True)
+class SlideEntry:
+    """A linear spring along a translation, as a table states it.
+
+    Attributes:
+        stiffness: stiffness [N/m].
+        rest: displacement without force [m].
+    """
+
+    stiffness: float
+    rest: float = 0.0
+
+    @property
+    def law(self) -> Linear:
+        """The law of the displacement."""
+        return Linear(self.stiffness, self.rest)
+
+
+EntryLaw: TypeAlias = Elastic | CubicEntry | SlideEntry | PublishedLaw
 """The law of a table: complete, or to be completed by its joint or by the published tables."""
 
 L = TypeVar("L")
@@ -555,8 +573,17 @@ LAWS: tuple[LawSchema[Any], ...] = (
 
 _SCHEMAS = {schema.law: schema for schema in LAWS}
 
+SLIDE_FORM = LawForm(
+    "a linear spring along a translation",
+    SlideEntry,
+    (Number("stiffness_N_m", 0.0, hint=ENERGY_HINT, attribute="stiffness"),),
+    (Number("rest_m", attribute="rest"),),
+)
+"""The form of the law of a translation."""
+
 LAW_FORMS: tuple[LawForm[Any], ...] = (
     *(schema.form for schema in LAWS if schema.form is not None),
+    SLIDE_FORM,
     LawForm(
         "a published curve",
         PublishedLaw,

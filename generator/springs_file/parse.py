@@ -12,7 +12,13 @@ from typing import Any
 
 from generator.diagnostics import Diagnostics, Source, Span, shorten
 from generator.file_kind import FileKind
-from generator.springs_file.axes import AXIS_NAMES, ONLY_AXIS, names_other_joint
+from generator.springs_file.axes import (
+    AXIS_NAMES,
+    ONLY_AXIS,
+    SLIDE_NAMES,
+    is_slide,
+    names_other_joint,
+)
 from generator.springs_file.coupled import PROVENANCE_ROWS, CoupledEntry, parse_coupled_entry
 from generator.springs_file.laws import (
     DECREASING_KEY,
@@ -20,6 +26,7 @@ from generator.springs_file.laws import (
     INCREASING_KEY,
     LAW_FORMS,
     LAW_ROWS,
+    SLIDE_FORM,
     EntryLaw,
     LawForm,
     parse_law,
@@ -82,7 +89,7 @@ class _Axis(Choice[str]):
 
 _HEAD = (
     Names("joints", example='["left_knee", "right_knee"]'),
-    _Axis("axis", (*AXIS_NAMES, ONLY_AXIS, *REACH_AXES), is_always_written=True),
+    _Axis("axis", (*AXIS_NAMES, ONLY_AXIS, *REACH_AXES, *SLIDE_NAMES), is_always_written=True),
     Text("motion"),
 )
 _HYSTERESIS = Number("hysteresis_Nm", 0.0, hint=ENERGY_HINT, attribute="hysteresis")
@@ -92,8 +99,9 @@ _SLIP_RATE = Number(
     hint="the rate at which friction reaches 76 % of its full value, such as 0.01",
     attribute="slip_rate",
 )
+_SCALE = Number("scale", 0.0, hint=ENERGY_HINT)
 _MODIFIERS = (
-    Number("scale", 0.0, hint=ENERGY_HINT),
+    _SCALE,
     Number("offset_deg", attribute="offset"),
     _HYSTERESIS,
 )
@@ -107,6 +115,17 @@ _VISCOUS = Number(
     is_always_written=True,
 )
 _COULOMB = Number("coulomb_Nm", 0.0, hint=ENERGY_HINT, attribute="damping.coulomb")
+_SLIDE_VISCOUS = Number(
+    "viscous_Ns_m",
+    0.0,
+    hint=ENERGY_HINT,
+    attribute="damping.viscous",
+    is_always_written=True,
+)
+_SLIDE_COULOMB = Number("coulomb_N", 0.0, hint=ENERGY_HINT, attribute="damping.coulomb")
+_SLIDE_DAMPING = (_SLIDE_VISCOUS, _SLIDE_COULOMB)
+"""Rows of the damping along a translation."""
+
 _WITHOUT_LAW = (
     _VISCOUS,
     _COULOMB,
@@ -116,7 +135,14 @@ _WITHOUT_LAW = (
 """Rows that are enough without an elastic law."""
 
 _TAIL = (*_MODIFIERS, _SLIP_RATE, *_WITHOUT_LAW, *PROVENANCE_ROWS)
-SPRING_ROWS = TableRows("spring", (*_HEAD, *LAW_ROWS, *_TAIL))
+_SLIDE_TAIL = (_SCALE, *_SLIDE_DAMPING, *PROVENANCE_ROWS)
+SPRING_ROWS = TableRows("spring", (*_HEAD, *LAW_ROWS, *_TAIL, *_SLIDE_DAMPING))
+
+_SLIDE_KEYS = tuple(row.key for row in (*SLIDE_FORM.rows, *_SLIDE_DAMPING))
+"""Keys that only a translation has."""
+
+_SHARED_KEYS = tuple(row.key for row in (*_HEAD, _SCALE, *PROVENANCE_ROWS))
+"""Keys of rotations and translations."""
 
 
 @short_repr
@@ -128,8 +154,9 @@ class SpringEntry:
 
     Attributes:
         joints: the joints that have this spring.
-        axis: "x", "y" or "z" of the joint frame, None for the only axis of a joint, or one of
-            `REACH_AXES`.
+        axis: "x", "y" or "z" of the joint frame, None for the only axis of a joint, one of
+            `REACH_AXES`, or one of `SLIDE_NAMES`, along which [m], [N] and [N/m] stand for [rad],
+            [N m] and [N m/rad].
         law: elastic law, or None for damping alone.
         scale: factor of the elastic torque.
         offset: shift of the elastic curve towards larger angles [rad].
@@ -228,9 +255,12 @@ def _parse_content(
 def _parse_entry(table: TableReader) -> SpringEntry | None:
     """Parse one `[[spring]]` table; None, with a fault noted, if it has no joints."""
     SPRING_ROWS.check_keys(table)
-    _check_combination(table)
+    slides = is_slide(table.content.get("axis"))
+    if _has_keys_of_other_kind(table, slides=slides):
+        return None
+    _check_combination(table, slides=slides)
     law = parse_law(table)
-    values = read_rows(table, (*_HEAD, *_TAIL))
+    values = read_rows(table, (*_HEAD, *(_SLIDE_TAIL if slides else _TAIL)))
     joints: tuple[str, ...] = values.get("joints", ())
     if not joints:
         return None
@@ -258,15 +288,33 @@ def entry_lines(entry: SpringEntry) -> Iterator[str]:
     yield from lines_of_rows(entry, _HEAD)
     if entry.law is not None:
         yield from write_law(entry.law)
-    yield from lines_of_rows(entry, _TAIL)
+    yield from lines_of_rows(entry, _SLIDE_TAIL if is_slide(entry.axis) else _TAIL)
 
 
-def _check_combination(table: TableReader) -> None:
+def _has_keys_of_other_kind(table: TableReader, *, slides: bool) -> bool:
+    """Return whether a spring has keys of a rotation along a translation, or the other way."""
+    if slides:
+        wrong = [key for key in table.content if key not in (*_SLIDE_KEYS, *_SHARED_KEYS)]
+    else:
+        wrong = [key for key in table.content if key in _SLIDE_KEYS]
+    for key in wrong:
+        if slides:
+            message = f"`{shorten(key)}` is of a rotation, but the axis is that of a translation"
+            table.error(key, message, f"a translation has {', '.join(_SLIDE_KEYS)}")
+        else:
+            message = f"`{key}` is of a translation, but the axis is that of a rotation"
+            table.error(key, message, f"a translation has an axis such as `{SLIDE_NAMES[-1]}`")
+    return bool(wrong)
+
+
+def _check_combination(table: TableReader, *, slides: bool) -> None:
     """Check that a table has a law or damping, at most one law, and only keys of that law."""
-    content, sufficient_keys = table.content, tuple(row.key for row in _WITHOUT_LAW)
+    content, rows = table.content, _SLIDE_DAMPING if slides else _WITHOUT_LAW
+    sufficient_keys = tuple(row.key for row in rows)
     present = [form for form in LAW_FORMS if form.is_present(table)]
     if not present and not any(key in content for key in sufficient_keys):
-        known = (*ELASTIC_KEYS, *sufficient_keys)
+        elastic = [key for key in ELASTIC_KEYS if (key in _SLIDE_KEYS) is slides]
+        known = (*elastic, *sufficient_keys)
         table.diagnostics.error(
             "this spring has no law", table.header_span, f"it needs one of: {', '.join(known)}"
         )
@@ -299,7 +347,8 @@ def _misplaced_keys(
             yield key, " or ".join(form.name for form in owners), f"with {hint}"
     for key in (row.key for row in _MODIFIERS):
         if key in content and not present:
-            yield key, "an elastic law", f"with one of: {', '.join(ELASTIC_KEYS)}"
+            known = (one for one in ELASTIC_KEYS if one not in _SLIDE_KEYS)
+            yield key, "an elastic law", f"with one of: {', '.join(known)}"
     has_two = any(INCREASING_KEY in form.required_keys for form in present)
     if _HYSTERESIS.key in content and has_two:
         yield (

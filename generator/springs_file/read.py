@@ -25,7 +25,7 @@ from generator.figure import AxisKind, Figure, Joint, Vector, is_rotation
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
 from generator.rotations import unit_axis
-from generator.springs_file.axes import parallel_sign
+from generator.springs_file.axes import SLIDE_PREFIX, is_slide, parallel_sign
 from generator.springs_file.bind import (
     BoundSpring,
     bind_optional_records,
@@ -520,19 +520,20 @@ def _combine_springs(
     bound_springs = [one for one in bound.springs if one.joint == joint.name]
     reach = next((one.reach for one in bound.reaches if one.joint == joint.name), None)
     if reach is not None:
-        dampers = tuple(replace(one.spring, elastic=()) for one in bound_springs)
-        return JointSprings(joint.name, dampers, reach=reach)
+        dampers = tuple(replace(o.spring, elastic=()) for o in bound_springs if not o.slides)
+        along = tuple(one.spring for one in bound_springs if one.slides)
+        return JointSprings(joint.name, dampers, along, reach)
     used: list[BoundSpring] = []
     axes: list[AxisSpring] = []
     slides: list[AxisSpring] = []
     for k, factor in enumerate(joint.chain):
-        axis = unit_axis(factor.axis)
+        axis, slides_along = unit_axis(factor.axis), not is_rotation(factor.kind)
+        matches = (
+            one for one in bound_springs if one.is_about(joint.name, axis, slides=slides_along)
+        )
+        bound_spring = next(matches, None)
         match factor.kind:
             case AxisKind.ROTATION:
-                matches = (
-                    one for one in bound_springs if parallel_sign(one.spring.direction, axis)
-                )
-                bound_spring = next(matches, None)
                 if bound_spring is None:
                     stop = (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET)
                     axes += _figure_spring(joint, k, axis, stop, diagnostics)
@@ -541,10 +542,15 @@ def _combine_springs(
                     axes.append(_add_stops(joint, bound_spring))
             case AxisKind.TRANSLATION:
                 stop = (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET)
-                slides += _figure_spring(joint, k, axis, stop, diagnostics)
+                if bound_spring is None:
+                    slides += _figure_spring(joint, k, axis, stop, diagnostics)
+                else:
+                    used.append(bound_spring)
+                    laws = (*bound_spring.spring.elastic, *_build_stops(joint, k, *stop))
+                    slides.append(replace(bound_spring.spring, elastic=laws))
             case _:
                 assert_never(factor.kind)
-    axes += [one.spring for one in bound_springs if one not in used]
+    axes += [one.spring for one in bound_springs if not one.slides and one not in used]
     return JointSprings(joint.name, tuple(axes), tuple(slides)) if axes or slides else None
 
 
@@ -664,15 +670,18 @@ def _springs_without_figure(
     bound_springs: list[BoundSpring] = []
     for entry in content.entries:
         for k, name in enumerate(() if entry.axis in REACH_AXES else entry.joints):
-            spring = spring_from_entry(
-                name, entry, _AXIS_DIRECTIONS[entry.axis], diagnostics, bounded=False
-            )
+            slides = is_slide(entry.axis)
+            letter = (entry.axis or "").removeprefix(SLIDE_PREFIX) or None
+            direction = _AXIS_DIRECTIONS[letter]
+            spring = spring_from_entry(name, entry, direction, diagnostics, bounded=False)
             if spring is not None:
-                bound_springs.append(BoundSpring(name, spring, entry.origins.get(f"joints.{k}")))
-    axes: dict[str, list[AxisSpring]] = {}
+                place = entry.origins.get(f"joints.{k}")
+                bound_springs.append(BoundSpring(name, spring, place, slides=slides))
+    joints: dict[str, JointSprings] = {}
     for one in drop_duplicates(bound_springs, diagnostics):
-        axes.setdefault(one.joint, []).append(one.spring)
-    joints = {name: JointSprings(name, tuple(springs)) for name, springs in axes.items()}
+        own = joints.get(one.joint, JointSprings(one.joint))
+        field = "translations" if one.slides else "axes"
+        joints[one.joint] = replace(own, **{field: (*getattr(own, field), one.spring)})
     coupled = build_coupled_springs(
         content, lambda binding, _: _AXIS_DIRECTIONS[binding.axis], diagnostics
     )

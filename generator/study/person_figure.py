@@ -6,11 +6,12 @@ from pathlib import Path
 from generator.diagnostics import UsageError
 from generator.model import Model
 from generator.person.body import build_body
-from generator.person.joints import person_figure
+from generator.person.joints import Neck, person_figure, resolve_neck
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import (
     PERSON_SPRINGS,
     leg_springs,
+    neck_slides,
     passive_axes,
     person_springs,
     reach_springs,
@@ -35,7 +36,7 @@ def make_person(
     figure has contact spheres in place of psurfs, and these belong to parts of the body.
 
     Args:
-        person: sex, stature, mass, springs and hip datum.
+        person: sex, stature, mass, springs, hip datum and neck.
         measured: dimensions by name [m].
         law: law of spherical joints; None for that of a springs file.
         with_spheres: whether the segments get contact spheres, which takes about half the time.
@@ -43,20 +44,23 @@ def make_person(
             two seconds.
 
     Raises:
-        UsageError: for impossible measures, unknown springs, and an impossible hip datum.
+        UsageError: for impossible measures, unknown springs, an impossible hip datum, and an
+            elastic neck without springs.
     """
     if person.springs not in PERSON_SPRINGS:
         known = ", ".join(PERSON_SPRINGS)
         raise UsageError(f"a person has no springs `{person.springs}`; there are {known}")
     body = build_body(estimate_measures(person.sex, person.stature, person.mass, measured))
-    figure = person_figure(body)
+    neck = resolve_neck(person.neck, person.springs)
+    figure = person_figure(body, neck)
     file, content = None, None
     if person.springs != "none":
         axes = passive_axes(body)
         kind = "riener" if person.springs == "riener" else "published"
         leg = leg_springs(body, axes, kind, person.hip_datum)
         file = Path(f"person{SPRINGS_FILE.suffix}")
-        content = person_springs(axes, leg, reach_springs(body, axes))
+        slides = neck_slides(body) if neck is Neck.ELASTIC else ()
+        content = person_springs(axes, leg, reach_springs(body, axes), slides)
     loaded = load_springs(figure, choice=file, law=law, content=content).require_value()
     if not with_spheres:
         return Model(figure, loaded.springs)

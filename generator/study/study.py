@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from generator.model import Model
+from generator.person.joints import Neck
 from generator.person.passive_joints import HIP_DATUM
 from generator.person.survey import Sex
 from generator.recording import Ending
@@ -24,6 +25,7 @@ class PersonArguments:
         mass: [kg].
         springs: "published", "riener", "none", or "coupled", which is "published".
         hip_datum: hip flexion of the upright person in the coordinate of its source [rad].
+        neck: kind of the neck; None for that of `build_person` without a choice.
     """
 
     sex: Sex
@@ -31,6 +33,7 @@ class PersonArguments:
     mass: float
     springs: str = "published"
     hip_datum: float = HIP_DATUM
+    neck: Neck | None = None
 
 
 @dataclass(frozen=True)

@@ -233,6 +233,7 @@ def _parse_person(
         model = make_person(person, law=law, with_spheres=_has_props(top), stops_edges=has_boxes)
     except UsageError as failure:
         words = {"a stature": "stature_m", "the hip datum": "hip_datum_deg"}
+        words["an elastic neck"] = "neck"
         keys = (key for start, key in words.items() if str(failure).startswith(start))
         table.error(next(keys, "mass_kg"), str(failure))
         return None

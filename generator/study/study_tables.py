@@ -8,6 +8,7 @@ from typing import Any, TypeVar, cast
 
 from generator.diagnostics import Diagnostics, Parsed, shorten
 from generator.input_files.csv_columns import MAX_ABS_VALUE
+from generator.person.joints import Neck
 from generator.person.survey import Sex
 from generator.run_options import STUDY_OPTIONS
 from generator.study.person_figure import PERSON_SPRINGS
@@ -67,6 +68,7 @@ PERSON_ROWS = TableRows(
         Number("mass_kg", example="62", attribute="mass"),
         Choice("springs", PERSON_SPRINGS),
         Number("hip_datum_deg", attribute="hip_datum"),
+        Choice("neck", tuple(Neck)),
     ),
 )
 MEASURE_ROWS = TableRows(

@@ -47,7 +47,7 @@ def rows(part: str) -> set[str]:
 
 
 def test_every_example_is_read_and_written_and_read():
-    assert len(EXAMPLES) == 5
+    assert len(EXAMPLES) == 6
     for example in EXAMPLES:
         assert content(write_springs(content(example))) == content(example)
 

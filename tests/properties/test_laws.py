@@ -11,7 +11,15 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from generator.simulation.exudyn_model.exudyn_api import SYMBOLIC, symbols
-from generator.springs_file.laws import LAW_FORMS, LAWS, EntryLaw, LawForm, describe_law, law_data
+from generator.springs_file.laws import (
+    LAW_FORMS,
+    LAWS,
+    EntryLaw,
+    LawForm,
+    SlideEntry,
+    describe_law,
+    law_data,
+)
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
@@ -266,6 +274,8 @@ def test_a_law_is_described_in_one_line_and_in_json(
 @given(data=st.data())
 def test_a_law_that_is_written_is_read_back(form: LawForm[EntryLaw], data: st.DataObject):
     law = data.draw(ENTRY_STRATEGIES[form.entry_type], label="law")
-    content = SpringsFile((SpringEntry(("knee",), law=law, motion="x", reference="x", why="x"),))
+    axis = "along y" if isinstance(law, SlideEntry) else None
+    texts = {"motion": "x", "reference": "x", "why": "x"}
+    content = SpringsFile((SpringEntry(("knee",), axis, law, **texts),))
     (entry,) = SPRINGS_FILE.parse_text(write_springs(content)).require_value().entries
     assert entry.law == law

@@ -82,23 +82,10 @@ def group_dofs(
             current = joined.dofs
             continue
         alone = _joint_group(unit, separate=False)
-        split = _split_free_joint(unit) if alone is None else (alone,)
-        groups += split
-        current = split[-1].dofs
+        assert alone is not None, "freedoms of one joint of a model form a joint"
+        groups.append(alone)
+        current = alone.dofs
     return tuple(groups)
-
-
-def _split_free_joint(dofs: tuple[DegreeOfFreedom, ...]) -> tuple[JointGroup, JointGroup]:
-    """Return the translations and the rotations of a free joint with springs or damping.
-
-    Springs along translations act on a joint without rotations only. That of the translations
-    leads to the world, so its three springs lose no moment.
-    """
-    slides = tuple(freedom for freedom in dofs if not is_rotation(freedom.kind))
-    turns = tuple(freedom for freedom in dofs if is_rotation(freedom.kind))
-    ball = _joint_group(turns, separate=False)
-    assert ball is not None, "the rotations of a free joint are those of a ball"
-    return JointGroup(slides, (0.0, 0.0, 0.0), np.eye(3)), ball
 
 
 def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | None:
@@ -120,7 +107,6 @@ def rotation_group(dofs: Sequence[DegreeOfFreedom], joint: str) -> JointGroup | 
 def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointGroup | None:
     """Return the joint of these degrees of freedom; None if they do not form one."""
     turns = [freedom for freedom in dofs if is_rotation(freedom.kind)]
-    slides = [freedom for freedom in dofs if not is_rotation(freedom.kind)]
     try:
         build_chain(_joint_chain(dofs, np.eye(3)))
     except ModelError:
@@ -131,9 +117,6 @@ def _joint_group(dofs: tuple[DegreeOfFreedom, ...], *, separate: bool) -> JointG
     passive = any(freedom.is_passive for freedom in turns)
     is_ball = bool(turns) and len({freedom.joint or freedom.name for freedom in turns}) == 1
     if len(turns) > 1 and passive and not is_ball and (separate or not _are_orthogonal(turns)):
-        return None
-    if len(slides) > 1 and any(freedom.is_passive for freedom in slides):
-        # Exudyn's connectors would lose a moment there.
         return None
     return JointGroup(dofs, centre, _joint_frame(turns))
 

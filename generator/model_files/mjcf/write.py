@@ -555,7 +555,7 @@ class _BodyWriter:
 
 def chain_indices(branch: TreeJoint, laws: JointLaws) -> list[int | None]:
     """Places in a branch's chain, the outermost first; None stands for a ball of three turns."""
-    slides = laws.chain.translations
+    slides = laws.chain.translations[::-1]
     about: list[int | None] = [None] if laws.is_ball else [*reversed(laws.chain.rotations)]
     outermost_first = [*slides, *about] if laws.chain.translations_are_outer else [*about, *slides]
     return outermost_first if branch.parent_is_inboard else outermost_first[::-1]

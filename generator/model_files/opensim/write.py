@@ -241,7 +241,8 @@ class _JointWriter:
         parent, child = (self._frames[ref] for ref in joint.ends)
         outside = chain.translations_are_outer
         sign = 1.0 if outside else -1.0
-        places = [*chain.translations, *(chain.rotations[::-1] if outside else chain.rotations)]
+        rotations = chain.rotations[::-1] if outside else chain.rotations
+        places = [*chain.translations[::-1], *rotations]
         coordinates = [self._coordinate(joint, k, sign) for k in places]
         if not outside:
             parent, child = child, parent

@@ -53,7 +53,13 @@ from generator.simulation.exudyn_model.contacts import add_contacts
 from generator.simulation.exudyn_model.coupled_springs import CoupledObject, add_coupled_spring
 from generator.simulation.exudyn_model.exudyn_api import Index, MainSystem, exu
 from generator.simulation.exudyn_model.righting import RightingConnector, add_righting
-from generator.simulation.exudyn_model.springs import Connector, SpringBuilder, add_joint_springs
+from generator.simulation.exudyn_model.slides import add_slide_springs
+from generator.simulation.exudyn_model.springs import (
+    Connector,
+    SpringBuilder,
+    add_joint_springs,
+    needs_slide_object,
+)
 from generator.simulation.muscle_tone import JointTones, bind_tone, upright_orientations
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
 from generator.simulation.preconditions import model_obstacles, place, placement_obstacles
@@ -419,6 +425,11 @@ def _build_from_initial_state(
         for name in dict.fromkeys([*springs.joints, *coupled_joints, *tones])
         if name in moving
     }
+    for name, connected in connectors.items():
+        own = springs.joints.get(name, JointSprings(name))
+        if needs_slide_object(placement, moving[name], own):
+            slides = add_slide_springs(builder, moving[name], own.translations)
+            connectors[name] = (*connected, *slides)
     righting = {} if tone is None else add_righting(builder)
     coupled = tuple(add_coupled_spring(builder, spring, connectors) for spring in coupled_springs)
     constraints: tuple[CoordinateConstraint, ...] = ()

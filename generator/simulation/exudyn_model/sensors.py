@@ -18,7 +18,7 @@ from generator.rotations import (
 from generator.simulation.exudyn_model.constraints import CoordinateConstraint
 from generator.simulation.exudyn_model.exudyn_api import Index, exu, items
 from generator.simulation.exudyn_model.model import ExudynModel
-from generator.simulation.exudyn_model.springs import Connector, JointKind
+from generator.simulation.exudyn_model.springs import Connector, JointKind, SlideFrame
 from generator.simulation.trace import mean_position
 from springs import AxisSpring, Singularity
 from springs.coordinates import LARGEST_SINE
@@ -58,6 +58,11 @@ class SensorLog:
             for joint, connectors in model.springs.items()
             for connector in connectors
         ]
+        self._frame_sensors = {
+            (joint, connector.axis_index): self._add_frame_sensors(connector, connector.frame)
+            for joint, connector, *_ in self._springs
+            if connector.frame is not None
+        }
         self._nonconservative = [one.spring for one in model.coupled if not one.is_conservative]
         coupled = {axis.joint for one in model.coupled for axis in one.spring.axes}
         self._half_turn_joints = {
@@ -112,6 +117,23 @@ class SensorLog:
             self._add_object_sensor(connector.item, position),
             self._add_object_sensor(connector.item, rate),
         )
+
+    def _add_frame_sensors(
+        self, connector: Connector, frame: SlideFrame
+    ) -> tuple[Index, Index | None]:
+        """Add sensors of a joint's rotation, and of the spin of the segment with its axes."""
+        kinds = exu.OutputVariableType
+        rotation = self._add_object_sensor(connector.item, kinds.Rotation)
+        if frame.body is None:
+            return rotation, None
+        spin = self._model.mbs.AddSensor(
+            items.SensorBody(
+                bodyNumber=frame.body,
+                storeInternal=True,
+                outputVariableType=kinds.AngularVelocityLocal,
+            )
+        )
+        return rotation, spin
 
     def _add_object_sensor(self, item: Index, kind: Any) -> Index:
         return self._model.mbs.AddSensor(
@@ -266,6 +288,13 @@ class SensorLog:
         for joint, connector, position_sensor, rate_sensor in self._springs:
             position, rate = self._stored_rows(position_sensor), self._stored_rows(rate_sensor)
             times, position, rate = rate[:, 0], position[:, 1:], rate[:, 1:]
+            if connector.frame is not None:
+                rotation_sensor, spin_sensor = self._frame_sensors[joint, connector.axis_index]
+                turn = self._stored_rows(rotation_sensor)[:, 1:]
+                spin = np.zeros_like(turn)
+                if spin_sensor is not None:
+                    spin = self._stored_rows(spin_sensor)[:, 1:]
+                position, rate = connector.frame.motion(position, turn, rate, spin)
             if connector.springs:
                 damped, sprung = _spring_powers(connector, position, rate)
                 powers[0].append(damped)

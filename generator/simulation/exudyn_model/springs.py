@@ -18,6 +18,7 @@ from generator.joint_chain import Chain
 from generator.kinematics.placement import Placement
 from generator.rotations import (
     Array,
+    matrix_from_rotation_vector,
     pose_matrix,
     rotation_with_z_axis,
 )
@@ -59,6 +60,54 @@ class JointKind(Enum):
     """One translation."""
 
 
+def _screw_chord(displacement: Array, rotation: Array) -> Array:
+    """Return the straight displacement of a screw, in the axes half-way, shape (..., 3) [m]."""
+    half = 0.5 * np.linalg.norm(rotation, axis=-1, keepdims=True)
+    axis = np.divide(rotation, 2.0 * half, out=np.zeros_like(rotation), where=half > 0.0)
+    along = np.sum(axis * displacement, axis=-1, keepdims=True) * axis
+    return along + np.sinc(half / np.pi) * (displacement - along)
+
+
+@dataclass(frozen=True)
+class SlideFrame:
+    """Axes along which a joint with several translations slides, where a connector cannot tell.
+
+    A connector knows displacement and velocity in the axes half-way between its sites. Its
+    displacement is that of the screw from one site to the other, which is longer across the
+    rotation than their distance; its velocity contains the spin of the parent. The axes are those
+    of the parent's site where the translations are outside the rotations, else of the child's.
+
+    Attributes:
+        body: Exudyn body of the segment that has the axes; None for the ground.
+        site: axes in those of the segment, shape (3, 3).
+        is_parent: whether they are the parent's.
+    """
+
+    body: Index | None
+    site: Array
+    is_parent: bool
+
+    def half_turn(self, rotation: Array) -> Array:
+        """Return the turn from the half-way axes to these, of rotation vectors (..., 3)."""
+        return matrix_from_rotation_vector((0.5 if self.is_parent else -0.5) * rotation)
+
+    def motion(
+        self, displacement: Array, rotation: Array, velocity: Array, spin: Array
+    ) -> tuple[Array, Array]:
+        """Return the offset of the child's site from the parent's and its rate, in these axes.
+
+        Args:
+            displacement: displacement of the connector, shape (..., 3) [m].
+            rotation: rotation vector of the joint, shape (..., 3) [rad].
+            velocity: difference of the velocities of the sites in these axes, (..., 3) [m/s].
+            spin: angular velocity of the segment in its own axes, shape (..., 3) [rad/s].
+        """
+        turn = self.half_turn(rotation)
+        chord = _screw_chord(displacement, rotation)
+        offset, speed = ((turn @ one[..., None])[..., 0] for one in (chord, velocity))
+        return offset, speed - np.cross(spin @ self.site, offset)
+
+
 @dataclass(frozen=True)
 class Connector:
     """A connector with springs, or one that only measures a rotation.
@@ -75,6 +124,8 @@ class Connector:
         angle_node: angle node of a revolute, the node that stores its angle at the last step.
         law: law of several rotations; None for a single displacement.
         tone: tones about the axes of the rotations.
+        frame: axes of a translation of several beside rotations; None where they are those half-way
+            between the sites.
     """
 
     item: Index
@@ -86,6 +137,7 @@ class Connector:
     angle_node: Index | None = None
     law: RotationLaw | None = None
     tone: tuple[AxisTone, ...] = ()
+    frame: SlideFrame | None = None
 
 
 @dataclass(frozen=True)
@@ -150,7 +202,7 @@ WrenchFunction = Callable[[Any, Any, Any, Any, Any], Any]
 rotation vector [rad], velocity [m/s] and angular velocity [rad/s]."""
 
 
-def _add_wrench_connector(
+def add_wrench_connector(
     builder: SpringBuilder, joint: Joint, wrench: WrenchFunction | None
 ) -> tuple[Index, Any]:
     """Add a connector between the sites of a joint; without a wrench it only measures."""
@@ -239,7 +291,7 @@ def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw)
 
     axes = tuple(law.axes)
     acts = bool(axes or tones) or isinstance(law, ReachLaw)
-    item, function = _add_wrench_connector(own, joint, wrench if acts else None)
+    item, function = add_wrench_connector(own, joint, wrench if acts else None)
     return Connector(item, axes, JointKind.SPHERICAL, function, law=law, tone=tones)
 
 
@@ -353,7 +405,7 @@ def _add_multi_translation_spring(
         ]
         return np.array(components) if builder.python_torques else symbols.Vector(components)
 
-    item, function = _add_wrench_connector(builder, joint, wrench)
+    item, function = add_wrench_connector(builder, joint, wrench)
     return Connector(item, (spring,), JointKind.PRISMATIC, function, index, (x, y, z))
 
 
@@ -383,7 +435,22 @@ def add_joint_springs(
         else:
             made = rotation_law(springs, law, chain.rotation_axes)
             connectors.append(add_spherical_spring(builder, joint, made))
-    connectors.extend(
-        add_prismatic_spring(builder, joint, chain, spring) for spring in springs.translations
-    )
+    if not needs_slide_object(builder.placement, joint, springs):
+        connectors.extend(
+            add_prismatic_spring(builder, joint, chain, spring) for spring in springs.translations
+        )
     return tuple(connectors)
+
+
+def needs_slide_object(placement: Placement, joint: Joint, springs: JointSprings) -> bool:
+    """Return whether no connector has the force of the springs along a joint's translations.
+
+    Exudyn's have it for one translation, and for several without a rotation; their velocity
+    contains the spin of the parent.
+    """
+    chain = placement.tree.chains[joint.name]
+    if not springs.translations or len(chain.translations) < 2:
+        return False
+    is_between_bodies = not {ref.segment for ref in joint.ends} & placement.tree.figure.ground
+    is_damped = any(spring.is_damped for spring in springs.translations)
+    return bool(chain.rotations) or (is_between_bodies and is_damped)

@@ -40,11 +40,13 @@ def numbers(rows: list[Row], title: str) -> np.ndarray:
 
 
 def rows_of(rows: list[Row], joint_name: str, direction: tuple[float, ...]) -> list[Row]:
+    """Rows of the curve about an axis of a joint."""
     titles = ("axis x", "axis y", "axis z")
     return [
         row
         for row in rows
         if row["joint"] == joint_name
+        and row["angle [deg]"]
         and np.allclose([float(row[title]) for title in titles], direction, atol=1e-8)
     ]
 

@@ -6,10 +6,13 @@ from pathlib import Path
 import pytest
 
 from generator import read_figure
+from generator.figure import AxisKind, JointAxis
 from generator.figure_file import FIGURE_FILE
+from generator.springs_file.edit import format_all, format_besides_fields, format_changes
 from generator.springs_file.read import joints_without_elastic_law, load_springs, load_springs_file
 from springs import Damping, Linear, SphericalLaw, SpringSet, Stop
 
+Z = (0.0, 0.0, 1.0)
 PROTOTYPE = read_figure("prototype")
 FOLDER = FIGURE_FILE.shipped()["prototype"].parent
 ELBOW = '[[spring]]\njoints = ["left_elbow"]\nstiffness_Nm_rad = 4\n'
@@ -138,3 +141,79 @@ def test_damping_alone_leaves_the_stops_as_they_are(path: Path, tmp_path: Path) 
     springs = load_springs(figure, FOLDER, "prototype", path).require_value().springs
     (stop,) = (s for s in springs.joints["left_elbow"].axes[0].elastic if isinstance(s, Stop))
     assert stop.stiffness == 999.0
+
+
+SLIDER = replace(
+    read_figure("male50"),
+    path=None,
+    springs_text="""[[spring]]
+joints = ["waist"]
+axis = "z"
+stiffness_Nm_rad = 4
+
+[[spring]]
+joints = ["waist"]
+axis = "along z"
+stiffness_N_m = 5000
+rest_m = 0.01
+viscous_Ns_m = 7
+coulomb_N = 2
+""",
+).with_parts(
+    replace(
+        read_figure("male50").joints["waist"],
+        chain=(*read_figure("male50").joints["waist"].chain, JointAxis(AxisKind.TRANSLATION, Z)),
+        displacement=(0.0,) * 4,
+        lower_limit=None,
+        upper_limit=None,
+    )
+)
+"""A person whose waist slides, with springs about and along one axis."""
+
+
+def test_springs_about_and_along_one_axis_stand_side_by_side():
+    springs = load_springs(SLIDER).require_value().springs.joints["waist"]
+    assert [(one.direction, one.elastic) for one in springs.axes] == [(Z, (Linear(4.0),))]
+    (slide,) = springs.translations
+    assert (slide.direction, slide.elastic) == (Z, (Linear(5000.0, 0.01),))
+    assert slide.damping == Damping(7.0, 2.0)
+
+
+def test_a_spring_along_an_axis_changes_that_along_it_only(path: Path):
+    text = '[[spring]]\njoints = ["waist"]\naxis = "along z"\nviscous_Ns_m = 9\n'
+    changed = load_springs(SLIDER, choice=path, text=text).require_value().springs.joints["waist"]
+    own = load_springs(SLIDER).require_value().springs.joints["waist"]
+    assert changed.axes == own.axes
+    assert changed.translations[0].elastic == own.translations[0].elastic
+    assert changed.translations[0].damping == Damping(9.0)
+
+
+def with_waist_scaled(springs: SpringSet, elastic: float, damping: float) -> SpringSet:
+    scaled = springs.of_joints({"waist"}).scaled(elastic, damping)
+    return replace(springs, joints={**springs.joints, **scaled.joints})
+
+
+def test_springs_along_an_axis_are_written_and_read(path: Path):
+    own = load_springs(SLIDER).require_value().springs
+    bare = replace(SLIDER, springs_text=None)
+    for factor in (1.0, 3.0):
+        springs = with_waist_scaled(own, factor, 1.0)
+        text = format_besides_fields(SLIDER, springs)
+        assert load_springs(bare, choice=path, text=text).require_value().springs.joints == (
+            springs.joints
+        )
+    edited = with_waist_scaled(own, 2.0, 0.5)
+    text = format_changes(SLIDER, own, edited)
+    assert 'axis = "along z"' in text
+    assert load_springs(SLIDER, choice=path, text=text).require_value().springs.joints == (
+        edited.joints
+    )
+    whole = format_all(SLIDER, own)
+    assert load_springs(bare, choice=path, text=whole).require_value().springs.joints == own.joints
+
+
+def test_a_file_without_its_figure_has_them_too(path: Path):
+    path.write_text(SLIDER.springs_text or "", encoding="utf-8")
+    springs = load_springs_file(path).require_value().springs.joints["waist"]
+    assert len(springs.axes) == len(springs.translations) == 1
+    assert springs.translations[0].elastic == (Linear(5000.0, 0.01),)

@@ -172,6 +172,24 @@ def test_values_of_any_kind_give_faults_and_no_traceback(own, coupled):
             assert str(fault).startswith("<text>:")
 
 
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ('axis = "along z"\nstiffness_Nm_rad = 3', "`stiffness_Nm_rad` is of a rotation"),
+        ('axis = "along z"\nstiffness_N_m = 3\nviscous_Nms_rad = 1', "`viscous_Nms_rad` is of a"),
+        ('axis = "z"\nstiffness_N_m = 3', "`stiffness_N_m` is of a translation"),
+        ("viscous_Ns_m = 3", "`viscous_Ns_m` is of a translation"),
+        ('axis = "along z"\nstiffness_N_m = -3', "`stiffness_N_m` must not be below zero"),
+        ('axis = "along z"\nrest_m = 0.1', "`rest_m` belongs to a linear spring along"),
+        ('axis = "along z"', "this spring has no law"),
+    ],
+)
+def test_keys_of_rotations_and_translations_do_not_mix(lines: str, message: str):
+    reading = SPRINGS_FILE.parse_text(f'[[spring]]\njoints = ["neck"]\n{lines}\n')
+    assert reading.value is None
+    assert message in "\n".join(map(str, reading.diagnostics))
+
+
 def test_the_locator_passes_over_strings_and_comments():
     text = (
         '# joints = 1\na = """\nb = 2\n[[spring]]\n"""\n[[spring]]\n"b" = [ # [\n "x]",\n [1, 2],'

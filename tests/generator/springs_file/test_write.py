@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import select_errors
 from generator.springs_file.coupled import CoupledEntry
+from generator.springs_file.laws import SlideEntry
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.write import write_springs
@@ -33,6 +34,17 @@ def spring_entries(draw: st.DrawFn) -> SpringEntry:
     law = draw(st.none() | st.one_of(*ENTRY_STRATEGIES.values()))
     # What a published row brings along is written as if it were the file's own.
     texts = SAID if isinstance(law, PublishedLaw) else TEXTS
+    if isinstance(law, SlideEntry) or (law is None and draw(st.booleans())):
+        return SpringEntry(
+            joints=tuple(draw(st.lists(NAMES, min_size=1, max_size=3))),
+            axis=draw(st.sampled_from(["along x", "along y", "along z"])),
+            law=law,
+            scale=1.0 if law is None else draw(st.just(1.0) | st.just(0.0) | POSITIVE),
+            damping=Damping(draw(st.just(0.0) | POSITIVE), draw(st.just(0.0) | POSITIVE)),
+            motion=draw(TEXTS),
+            reference=draw(TEXTS),
+            why=draw(TEXTS),
+        )
     is_two_curves = isinstance(law, Hysteresis)
     hysteresis = 0.0 if law is None or is_two_curves else draw(st.just(0.0) | POSITIVE)
     return SpringEntry(

@@ -6,6 +6,9 @@ from generator.contact.spheres import fit_contact_spheres
 from generator.diagnostics import UsageError
 from generator.figure_file.read import read_figure
 from generator.model import contact_of_figure
+from generator.person.joints import Neck
+from generator.person.measures import estimate_measures
+from generator.person.person import build_person
 from generator.person.survey import Sex
 from generator.springs_file.read import read_springs
 from generator.study.person_figure import make_person
@@ -52,3 +55,18 @@ def test_impossible_person() -> None:
         make_person(PersonArguments(Sex.MALE, 1.75, 75.0, "soft"), with_spheres=False)
     with pytest.raises(UsageError, match="the hip datum is from 0 to 15 deg"):
         make_person(PersonArguments(Sex.MALE, 1.75, 75.0, hip_datum=0.3), with_spheres=False)
+
+
+@pytest.mark.parametrize("neck", Neck)
+def test_neck_is_that_of_build_person(neck: Neck) -> None:
+    made = make_person(PersonArguments(Sex.MALE, 1.756, 85.5, neck=neck), with_spheres=False)
+    whole = build_person(estimate_measures(Sex.MALE, 1.756, 85.5), neck=neck).model
+    assert made.figure.joints == whole.figure.joints
+    assert made.springs.joints["neck"] == whole.springs.joints["neck"]
+    assert bool(made.springs.joints["neck"].translations) is (neck is Neck.ELASTIC)
+
+
+def test_elastic_neck_without_springs() -> None:
+    person = PersonArguments(Sex.MALE, 1.75, 75.0, "none", neck=Neck.ELASTIC)
+    with pytest.raises(UsageError, match="an elastic neck needs springs"):
+        make_person(person, with_spheres=False)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.figure import Figure
+from generator.figure import Figure, Joint, is_rotation
 from generator.recording import Ending
+from generator.rotations import Array
 from generator.simulation.compiled import refinement
 from generator.simulation.compiled.mechanism import CompiledModel
 from generator.simulation.compiled.refinement import (
@@ -50,12 +51,19 @@ class Motion:
             moving = [j for j in moving if not {ref.segment for ref in j.ends} & ground]
         displacements = {
             j.name: np.asarray(j.displacement)
-            + self.angle * rng.uniform(-1.0, 1.0, j.degrees_of_freedom)
+            + self.angle * rng.uniform(-1.0, 1.0, j.degrees_of_freedom) * sizes(j)
             for j in moving
         }
-        velocities = {j.name: self.speed * rng.normal(size=j.degrees_of_freedom) for j in moving}
+        velocities = {
+            j.name: self.speed * rng.normal(size=j.degrees_of_freedom) * sizes(j) for j in moving
+        }
         plan = replace(self.plan, displacements=displacements, velocities=velocities)
         return compile_model(build_model(self.figure, plan))
+
+
+def sizes(joint: Joint) -> Array:
+    """A twentieth along translations, as of an elastic neck, whose stops are at 4 cm."""
+    return np.array([1.0 if is_rotation(axis.kind) else 0.05 for axis in joint.chain])
 
 
 def motion(made: Figure, seed: int, stop: float, **fields) -> Motion:

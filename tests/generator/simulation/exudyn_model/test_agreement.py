@@ -40,7 +40,7 @@ from generator.simulation.joint_motion import SegmentMotion
 from generator.simulation.plan import Plan
 from generator.simulation.trace import Trace, frame_times
 from springs import NUMPY, AxisSpring, Damping, Linear, SphericalLaw, SpringSet
-from tests.chains import BALL, SKEW, X, chain, free_body, one_body, row
+from tests.chains import BALL, SKEW, X, Y, Z, chain, free_body, one_body, row
 from tests.poses import Pose, motion_matrix, random_pose
 from tests.runs import springs_of
 
@@ -194,6 +194,13 @@ SLIDES = springs_of(
     "joint0",
     slides=(AxisSpring(X, (Linear(200.0, 0.1),), Damping(3.0)),),
 )
+SPRUNG = tuple(
+    AxisSpring(axis, (Linear(stiffness, 0.02),), Damping(damping))
+    for axis, stiffness, damping in ((X, 200.0, 3.0), (Y, 400.0, 5.0), (Z, 900.0, 2.0))
+)
+"""Springs along three translations."""
+
+OUTSIDE, INSIDE = chain("Rz Rx Ry Tx Ty Tz"), chain("Tx Ty Tz Rz Rx Ry")
 MIXED = (BALL, chain("Rz"), chain("Rx Ry"))
 KNEES = Links((link(("right_knee", 0), ("left_knee", 0), 0.7),))
 
@@ -232,6 +239,26 @@ CASES = {
     ),
     "loads": (row(3, MIXED), {"loads": LOADED}),
     "slides": (row(4, SLIDING), {"springs": SLIDES}),
+    "slides outside a ball": (
+        row(3, (BALL, OUTSIDE, chain("Rz"))),
+        {"springs": springs_of("joint1", slides=SPRUNG)},
+    ),
+    "slides within a ball": (
+        row(3, (BALL, INSIDE, chain("Rz"))),
+        {"springs": springs_of("joint1", slides=SPRUNG)},
+    ),
+    "slides at the ground": (
+        row(2, (OUTSIDE, INSIDE)),
+        {"springs": springs_of("joint0", slides=SPRUNG)},
+    ),
+    "two slides and a hinge": (
+        row(2, (BALL, chain("Rz Tx Ts"))),
+        {"springs": springs_of("joint1", slides=(SPRUNG[0],))},
+    ),
+    "slides between bodies": (
+        row(2, (BALL, chain("Tx Ty Tz"))),
+        {"springs": springs_of("joint1", slides=SPRUNG)},
+    ),
 }
 
 
