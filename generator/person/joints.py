@@ -82,7 +82,7 @@ class Neck(StrEnum):
     """It has three translations beside its rotations."""
 
 
-DEFAULT_NECK = Neck.RIGID
+DEFAULT_NECK = Neck.ELASTIC
 """Neck of a person without a choice."""
 
 
