@@ -20,9 +20,10 @@ from benchmarks import tables
 from generator import Falls, Model, Plan, fall_plan, read_figure, run_falls, simulate
 from generator.contact.scene import Scene, floor_prop
 from generator.run_options import Integrator
-from generator.study.falls import HANDS, HEAD, PELVIS
+from generator.study.falls import HANDS, HEAD, HIP, PELVIS
 from plots.fall_facts import fall_facts
 from springs.contact_part import PartLaw, part_forces
+from springs.layer import Layer
 
 COMMAND = "python -m benchmarks falls-of-people"
 
@@ -39,11 +40,8 @@ BACKWARD_SPEED = 0.5
 FLOOR_SPEED = 3.5
 """Speed of the pelvis to which forces on floors are scaled [m/s]."""
 
-FLOOR_DURATION, FLOOR_FRAME = 0.9, 5e-4
-"""Duration of falls on floors, until after the first peak, and time between frames [s]."""
-
-SEAT = (PELVIS, "left_upper_leg", "right_upper_leg")
-"""Segments whose forces are those on the buttocks."""
+FLOOR_DURATION = 0.9
+"""Duration of a fall on a floor [s]."""
 
 HEAD_MASS, HEAD_SPEEDS = 4.54, (2.02, 7.41)
 """Mass of a dummy's head [kg], and speeds at the ends of the interval of dummies [m/s]."""
@@ -85,13 +83,13 @@ def _hits(falls: Falls) -> dict[str, np.ndarray]:
 def fall_on(model: Model, stiffness: float) -> tuple[float, float, float]:
     """Return the fall of a model on a floor [N/m].
 
-    It is the speed of the pelvis [m/s], the peak force on it, and that on pelvis and thighs [N].
+    It is the speed of the lower torso [m/s], the peak force on it, and that on the part pelvis [N].
     """
     floor = floor_prop((0.0, 1.0, 0.0))
-    floor = replace(floor, surface=replace(floor.surface, own_stiffness=stiffness))
+    layer = None if stiffness == inf else Layer(((0.0, stiffness),))
+    floor = replace(floor, surface=replace(floor.surface, layer=layer))
     plan = Plan(
         stop=FLOOR_DURATION,
-        frame=FLOOR_FRAME,
         free_root=True,
         height=0.0,
         scene=Scene((floor,)),
@@ -100,9 +98,8 @@ def fall_on(model: Model, stiffness: float) -> tuple[float, float, float]:
     )
     contact = simulate(model, plan).contact
     assert contact is not None
-    force = np.sum([contact.forces[name] for name in SEAT], axis=0)
-    pelvis = contact.segments[PELVIS]
-    return pelvis.impact_speed, pelvis.peak_force, float(np.linalg.norm(force, axis=1).max())
+    torso = contact.segments[PELVIS]
+    return torso.impact_speed, torso.peak_force, contact.parts[HIP].peak_force
 
 
 def drop_head(law: PartLaw, speed: float) -> tuple[float, float]:

@@ -53,8 +53,9 @@ Measured = dict[str, float | None]
 T = TypeVar("T")
 
 _TOUCH, _SPEED, _FORCE = ".first_touch", ".impact_speed", ".peak_force"
+_WEIGHTS = ".body_weights"
 _INJURY, _ACCELERATION = ".injury_criterion", ".peak_acceleration"
-_SINGLE = (_TOUCH, _SPEED, _FORCE, _INJURY, _ACCELERATION)
+_SINGLE = (_TOUCH, _SPEED, _FORCE, _WEIGHTS, _INJURY, _ACCELERATION)
 """Ends of the names of columns that are one number of the whole run."""
 
 _PART = "part."
@@ -185,7 +186,7 @@ def _more_columns(
 def _part_columns(names: Iterable[str]) -> Iterator[Column]:
     """Yield the columns of parts of the body."""
     for name in names:
-        for end, unit in ((_TOUCH, "s"), (_SPEED, "m/s"), (_FORCE, "N")):
+        for end, unit in ((_TOUCH, "s"), (_SPEED, "m/s"), (_FORCE, "N"), (_WEIGHTS, "1")):
             read = partial(_of_part, name, end)
             single = Column(f"{_PART}{name}{end}", unit, read, RecordingPart.CONTACT)
             yield replace(single, may_be_undefined=end != _FORCE)
@@ -230,6 +231,7 @@ def _of_part(name: str, end: str, motion: FigureMotion) -> Array:
         _TOUCH: time,
         _SPEED: nan if part.first_time is None else part.impact_speed,
         _FORCE: part.peak_force,
+        _WEIGHTS: nan if part.body_weights is None else part.body_weights,
     }
     return np.full(len(motion.times), numbers[end])
 

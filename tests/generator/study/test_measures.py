@@ -218,6 +218,7 @@ def test_parts_of_a_body_are_measured() -> None:
         "touch": "part.skin.first_touch [s]",
         "speed": "part.skin.impact_speed [m/s]",
         "force": "part.skin.peak_force [N]",
+        "weights": "part.skin.body_weights [1]",
         "none": "part.far.first_touch [s]",
         "nothing": "part.far.peak_force [N]",
     }
@@ -229,6 +230,7 @@ def test_parts_of_a_body_are_measured() -> None:
     assert contact is not None
     part = contact.parts["skin"]
     assert (found["touch"], found["speed"]) == (part.first_time, part.impact_speed)
+    assert found["weights"] == part.body_weights
     assert found["force"] == part.peak_force == contact.segments["link"].peak_force > 100.0
     assert (found["none"], found["nothing"]) == (None, 0.0)
     wrong = replace(made, measures={"m": Measure("m", columns["force"], Statistic.TIME_OF_LARGEST)})
