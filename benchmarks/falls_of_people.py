@@ -20,7 +20,7 @@ from benchmarks import tables
 from generator import Falls, Model, Plan, fall_plan, read_figure, run_falls, simulate
 from generator.contact.scene import Scene, floor_prop
 from generator.run_options import Integrator
-from generator.study.falls import HANDS, HEAD, HIP, PELVIS
+from generator.study.falls import HANDS, HEAD, HEADS, HIP, PELVIS
 from plots.fall_facts import fall_facts
 from springs.contact_part import PartLaw, part_forces
 from springs.layer import Layer
@@ -48,7 +48,7 @@ HEAD_MASS, HEAD_SPEEDS = 4.54, (2.02, 7.41)
 
 GRAVITY = 9.81
 
-_HITS = {"pelvis_hits": (PELVIS,), "head_hits": (HEAD,), "hand_hits": HANDS}
+_HITS = {"pelvis_hits": (PELVIS,), "head_hits": HEADS, "hand_hits": HANDS}
 
 
 def contact_name(model: Model) -> str:

@@ -289,8 +289,8 @@ def _falls_on_floors() -> Iterator[Line]:
 
 _FLOOR_COLUMNS = (
     ("pelvis [m/s]", "pelvis_speed_m_per_s", 1.0),
-    ("force on the pelvis [kN]", "pelvis_force_N", 1e-3),
-    ("on pelvis and thighs [kN]", "force_N", 1e-3),
+    ("on the lower torso [kN]", "pelvis_force_N", 1e-3),
+    ("on the part pelvis [kN]", "force_N", 1e-3),
     ("the same at 3.5 m/s [kN]", "floor_force_N", 1e-3),
 )
 

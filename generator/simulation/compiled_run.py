@@ -329,7 +329,7 @@ def _contact_steps(model: ExudynModel, compiled: CompiledModel, run: CompiledRun
         spheres[:, 1::2],
         centres,
         accelerations.reshape(len(rows), links, 3)[:, bodies],
-        parts.reshape(len(rows), -1, 3)[:, :laws],
+        parts.reshape(len(rows), parts.shape[1] // 3, 3)[:, :laws],
     )
 
 

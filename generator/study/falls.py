@@ -47,6 +47,10 @@ HIP = "pelvis"
 """Part of the body whose force is measured in place of that of the segment, where there is one. It
 spans the upper ends of the thighs."""
 
+HEADS = (HEAD, "face")
+"""Parts of the body that are measured in place of the segment `HEAD`, where there are some. The
+segment has the neck as well, which touches where a person lies on the back."""
+
 _SEED, _DIRECTION = "seed", "direction_deg"
 
 _COLUMNS = (
@@ -61,6 +65,7 @@ _HEAD_PEAK = Measure(f"{HEAD}_acceleration_g", f"{HEAD}.peak_acceleration [g]", 
 
 _PART_COLUMNS = (
     ("touch_s", ".first_touch [s]", Statistic.LAST),
+    ("speed_m_per_s", ".impact_speed [m/s]", Statistic.LAST),
     ("force_N", ".peak_force [N]", Statistic.LAST),
 )
 """Measures of a part of the body, likewise."""
@@ -130,13 +135,17 @@ class Falls:
     @property
     def head_speed(self) -> Array:
         """Return the speed of the head at its first touch, shape (N,) [m/s]."""
-        return self.measure(f"{HEAD}_speed_m_per_s")
+        return self._first_speed(HEADS)
 
     @property
     def hand_speed(self) -> Array:
         """Return the speed of the hand that touches first, shape (N,) [m/s]."""
-        first, other = (self.measure(f"{hand}_touch_s") for hand in HANDS)
-        speeds = [self.measure(f"{hand}_speed_m_per_s") for hand in HANDS]
+        return self._first_speed(HANDS)
+
+    def _first_speed(self, parts: Sequence[str]) -> Array:
+        """Return the speed of the one of two parts that touches first, shape (N,) [m/s]."""
+        first, other = (self.measure(f"{part}_touch_s") for part in parts)
+        speeds = [self.measure(f"{part}_speed_m_per_s") for part in parts]
         return np.where((first <= other) | np.isnan(other), *speeds)
 
     @property
@@ -162,7 +171,8 @@ class Falls:
     @property
     def head_force(self) -> Array:
         """Return the peak force on the head, where it touches, shape (N,) [N]."""
-        return np.where(self.hits(HEAD), self.measure(f"{HEAD}_force_N"), np.nan)
+        forces = np.fmax(*(self.measure(f"{part}_force_N") for part in HEADS))
+        return np.where(self.hits(*HEADS), forces, np.nan)
 
     @property
     def head_acceleration(self) -> Array:
@@ -170,7 +180,7 @@ class Falls:
 
         It is in multiples of g.
         """
-        return np.where(self.hits(HEAD), self.measure(_HEAD_PEAK.name), np.nan)
+        return np.where(self.hits(*HEADS), self.measure(_HEAD_PEAK.name), np.nan)
 
     def hits(self, *parts: str) -> NDArray[np.bool_]:
         """Return whether one of some segments touches a prop in each fall, shape (N,)."""
@@ -190,7 +200,7 @@ class Falls:
     @property
     def head_hit_share(self) -> float:
         """Return the share of falls in which the head touches; NaN without a head or a fall."""
-        return self.hit_share(HEAD)
+        return self.hit_share(*HEADS)
 
     def quantities(self) -> dict[str, Array]:
         """Return the numbers of the falls by the keys of `--json`, each of shape (N,)."""
@@ -281,19 +291,23 @@ def run_falls(
 
 def _study(model: Model, kind: str, plan: Plan, count: int, seed: int, method: RunMethod) -> Study:
     """Return the study of which each fall is a run."""
-    parts = [name for name in (PELVIS, HEAD, *HANDS) if name in model.figure.bodies]
+    known = () if model.contact is None else [part.name for part in model.contact.parts]
+    parts = [name for name in (HIP, *HEADS) if name in known]
+    segments = [
+        name for name in (PELVIS, HEAD, *HANDS) if name in model.figure.bodies and name not in parts
+    ]
     measures = [
-        Measure(f"{part}_{name}", f"{part}{column}", take)
-        for part in parts
+        Measure(f"{segment}_{name}", f"{segment}{column}", take)
+        for segment in segments
         for name, column, take in _COLUMNS
     ]
-    if HEAD in parts:
+    measures += [
+        Measure(f"{part}_{name}", f"part.{part}{column}", take)
+        for part in parts
+        for name, column, take in _PART_COLUMNS
+    ]
+    if HEAD in model.figure.bodies:
         measures.append(_HEAD_PEAK)
-    if model.contact is not None and any(part.name == HIP for part in model.contact.parts):
-        measures += [
-            Measure(f"{HIP}_{name}", f"part.{HIP}{column}", take)
-            for name, column, take in _PART_COLUMNS
-        ]
     seeds = range(seed, seed + count)
     rows = tuple((float(one), degrees(fall_direction(kind, one))) for one in seeds)
     return Study(

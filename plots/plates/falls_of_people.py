@@ -57,8 +57,6 @@ CAUSES = {
     ("hip_force", "spread"): _BUTTOCKS,
     ("hip_force_directions", "ratio"): "backward, nobody bends hips and knees to brace",
     ("hip_force_predicted", "median"): f"predicted from loads below 1 kN; {_BUTTOCKS}",
-    ("dummy_head_acceleration", "median"): "the neck is a rigid joint, so that the trunk takes "
-    "part in a blow",
 }
 """Likely reasons of differences, by fact and criterion."""
 

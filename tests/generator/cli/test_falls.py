@@ -107,7 +107,7 @@ def test_many_falls_state_their_tone_and_parameters():
     words = ("simulate", "male50", "--fall", "push", "--stop", 0.05, "--starts", 2)
     scale = ("--scale", "contact.pelvis.stiffness_scale=1.5")
     text, data = run(*words, *scale).stdout, answer(*words, *scale)
-    tone = "fall; righting neck 0.6, trunk 0.6; strengths of axes: 3 published, 6 estimate"
+    tone = "fall; righting neck 0.45, trunk 0.45; strengths of axes: 3 published, 6 estimate"
     assert data["tone"] == tone
     assert data["scale"] == {"contact.pelvis.stiffness_scale": 1.5}
     assert f"\ntone   {tone}\nscale  contact.pelvis.stiffness_scale = 1.5\n" in text

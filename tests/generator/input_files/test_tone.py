@@ -42,7 +42,7 @@ def test_file_is_read() -> None:
 
 def test_shipped_file_is_read_with_its_sources() -> None:
     tone = TONE_FILE.read("fall")
-    assert tone.righting == {"neck": 0.6, "trunk": 0.6}
+    assert tone.righting == {"neck": 0.45, "trunk": 0.45}
     assert tone.hold == {}
     assert (tone.width, tone.lead, tone.release) == (0.2, 0.1, inf)
 
@@ -80,7 +80,7 @@ def test_errors_name_the_line(old: str, new: str, line: int, sentence: str) -> N
 def test_options() -> None:
     assert tone_from_options("0.03") == Tone({"all": 0.03})
     found = tone_from_options("fall", ["neck = 0.2"], ["left_knee,arms=0.1"], "100ms", "0.3 s")
-    assert found.righting == {"neck": 0.2, "trunk": 0.6}
+    assert found.righting == {"neck": 0.2, "trunk": 0.45}
     assert found.hold == {"left_knee": 0.1, "arms": 0.1}
     assert (found.delay, found.release, found.name) == (0.1, 0.3, "fall")
     assert not tone_from_options(None)

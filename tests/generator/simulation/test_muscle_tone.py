@@ -120,7 +120,7 @@ def test_implicit_method_has_the_same_motion() -> None:
 
 
 def test_righting_keeps_the_head_up_on_a_fixed_pelvis() -> None:
-    start = {"waist": (0.0, 0.1, 0.5), "neck": (0.2, -0.1, 0.6)}
+    start = {"waist": (0.0, 0.1, 0.5), "neck": (0.2, -0.1, 0.6, 0.0, 0.0, 0.0)}
     tones = (Tone(), Tone({}, {"neck": 1.0, "trunk": 1.0}))
     upright = upright_orientations(MALE, tones[1])["neck"]
     errors: list[float] = []

@@ -238,7 +238,7 @@ def test_falls_of_several_persons_have_their_own_starts():
     assert first.plan.displacements != other.plan.displacements
     assert other.plan.tone is None
     assert first.plan.tone is not None
-    assert first.plan.tone.righting == {"neck": 0.3, "trunk": 0.3}
+    assert first.plan.tone.righting == {"neck": 0.225, "trunk": 0.225}
     assert woman.figure.total_mass == pytest.approx(80.0)
     assert woman.plan.scene == first.plan.scene
     for case, factor in ((first, 2.0), (other, 1.0)):
