@@ -54,10 +54,17 @@ _TITLES = {
 REPEATED = 1e-3
 """Largest relative difference of a repeated run, for other processors: rounding grows in a fall."""
 
-_STRONG = (("pelvis_force", "Force on the pelvis", "start", "the start"),)
+_STRONG = (
+    ("pelvis_force", "Force on the pelvis", "start", "the start"),
+    ("head_force", "Force on the head", "start", "the start"),
+    ("head_force", "Force on the head", "tone", "the tone"),
+)
 """Measure, its name, parameter and its name, where the parameter matters."""
 
-_WEAK = (("pelvis_force", "Force on the pelvis", "head", "the stiffness of the head"),)
+_WEAK = (
+    ("pelvis_force", "Force on the pelvis", "pelvis", "the stiffness of the pelvis"),
+    ("pelvis_force", "Force on the pelvis", "head", "the stiffness of the head"),
+)
 """The same, where it hardly does."""
 
 

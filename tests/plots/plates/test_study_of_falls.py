@@ -56,11 +56,11 @@ def test_the_claims_hold() -> None:
 def test_a_claim_fails_where_the_interval_reaches_the_bound() -> None:
     indices = read_indices(PEOPLE / "sensitivity.json")
     measure = indices.measures["head_force"]
-    damping = measure.parameters["damping"]
-    wide = replace(damping[IndexKind.TOTAL], low=0.02)
-    parameters = {**measure.parameters, "damping": {**damping, IndexKind.TOTAL: wide}}
+    tone = measure.parameters["tone"]
+    wide = replace(tone[IndexKind.TOTAL], low=0.02)
+    parameters = {**measure.parameters, "tone": {**tone, IndexKind.TOTAL: wide}}
     changed = replace(measure, parameters=parameters)
     changed = replace(indices, measures={**indices.measures, "head_force": changed})
     failing = [claim.sentence for claim in _index_claims(changed) if not claim.holds]
     assert len(failing) == 1
-    assert "damping" in failing[0]
+    assert "tone" in failing[0]
