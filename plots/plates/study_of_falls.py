@@ -179,7 +179,8 @@ def _repeated_run(runs: StudyRuns) -> Claim:
         found = np.nan if value is None else value
         differences.append(abs(found - column[0]) / np.nanmax(np.abs(column)))
     return Claim(
-        "First run, computed again: largest difference of a measure from the table, over its largest value",
+        "First run, computed again: largest difference of a measure from the table, over its "
+        "largest value",
         float(np.max(differences)),
         at_most=REPEATED,
         is_repetition=True,
