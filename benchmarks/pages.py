@@ -246,7 +246,9 @@ def _falls_that_differ() -> Iterator[Line]:
             continue
         labels = "; ".join(f"{one.body}: {', '.join(one.failing)}" for one in found)
         failing = dict.fromkeys(label for one in found for label in one.failing)
-        causes = [cause for label in failing if (cause := CAUSES.get((fact.key, label)))]
+        causes = dict.fromkeys(
+            cause for label in failing if (cause := CAUSES.get((fact.key, label)))
+        )
         yield f"{fact.group.value}: {fact.name}", labels, "; ".join(causes) or "not known"
 
 

@@ -17,7 +17,7 @@ from generator import fall_plan, read_figure, run_falls
 from generator.model import Model
 from generator.tone import Tone
 
-RIGHTING = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+RIGHTING = (0.0, 0.2, 0.3, 0.4, 0.45, 0.5)
 HOLD = (0.0, 0.01, 0.03)
 """Shares of strength."""
 

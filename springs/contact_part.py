@@ -80,6 +80,10 @@ class PartLaw:
         begins = {begin for begin, _ in (*self.stages, *other.stages)}
         return any(self._stiffness(begin) < other._stiffness(begin) for begin in begins)
 
+    def no_softer_than(self, other: "PartLaw") -> "PartLaw":
+        """Return the law with at least the stiffness of another one at the depths of its stages."""
+        return replace(self, stages=tuple((x, max(k, other._stiffness(x))) for x, k in self.stages))
+
     def _stiffness(self, depth: float) -> float:
         """Return the tangent stiffness of the stage at a depth, without transitions [N/m]."""
         return [k for begin, k in self.stages if begin <= depth][-1]

@@ -79,10 +79,20 @@ def compression_under(curve: Stages, force: Array) -> Array:
     return depths[place] + np.maximum(force - np.array(forces)[place], 0.0) / stiffnesses[place]
 
 
+_ROUNDING = 1e-9
+"""Relative difference of the forces of two bends that is rounding."""
+
+
 def series_stages(curves: Sequence[Stages]) -> Stages:
     """Return the stages of several curves in series."""
+    bends: list[float] = []
+    for force in sorted(force for curve in curves for force in _stage_forces(curve)):
+        if bends and force - bends[-1] <= _ROUNDING * force:
+            bends[-1] = force  # one bend, of which rounding makes two
+        else:
+            bends.append(force)
     stages: list[tuple[float, float]] = []
-    for force in sorted({force for curve in curves for force in _stage_forces(curve)}):
+    for force in bends:
         depth, compliance = 0.0, 0.0
         for curve in curves:
             at = np.searchsorted(_stage_forces(curve), force, side="right") - 1

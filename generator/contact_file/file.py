@@ -14,6 +14,9 @@ from springs.contact_part import PartLaw
 PART_TABLE = "part"
 
 _FILE_KIND = "contact file"
+MAX_STIFFNESS = 1e9
+"""Largest stiffness of a part [N/m]."""
+
 _USUAL = {"within": "", "norm_scale": 1.0}
 """Values that are not written."""
 
@@ -38,7 +41,7 @@ PART_ROWS = TableRows(
             example="[30e3, 71e3]",
             count="from_m",
             positive_error=_POSITIVE,
-            largest=1e9,
+            largest=MAX_STIFFNESS,
             hint="at most 1e9 N/m",
             noun="stiffness",
         ),

@@ -100,7 +100,7 @@ def _older_parts_loss(path: Path) -> Loss | None:
     beside = CONTACT_FILE.beside(path)
     if not beside.exists():
         return None
-    return Loss("an older contact file stands beside the figure and will be used", (str(beside),))
+    return Loss("an older contact file stands beside the figure: delete it", (str(beside),))
 
 
 def describe_measures(measures: Measures) -> str:

@@ -120,8 +120,9 @@ def study_starts(
     """
     if not plan.scene.props:
         raise ModelError("falls from several starts need a plan whose scene has props")
-    figure = model if isinstance(model, Figure) else model.figure
-    initial_state(figure, plan)
+    whole = Model.of(model) if isinstance(model, Figure) else model
+    figure = whole.figure
+    initial_state(figure, plan, whole.contact)
     generator = np.random.default_rng(seed)
 
     def runs() -> Iterator[Recording | MoverError]:

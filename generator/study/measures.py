@@ -137,7 +137,7 @@ def motion_columns(
     """
     from generator.simulation.exudyn_model.model import initial_state  # imports Exudyn
 
-    start = initial_state(figure, plan)
+    start = initial_state(figure, plan, body)
     joints = start.placement.tree.figure.joints
     chains = {name: joint.chain for name, joint in joints.items()}
     parts = _part_names(body) if start.spheres else ()

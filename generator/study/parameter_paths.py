@@ -383,10 +383,12 @@ class _PathParser:
         return tuple(Target(joint.name, axis.direction, axis.slides) for axis in found)
 
     def _stopped_axes(self, joint: Joint, axes: Sequence[_Axis]) -> tuple[Target, ...]:
+        own = self._case.springs.joints.get(joint.name)
+        reach = own and own.reach
         found = tuple(
             Target(joint.name, axis.direction, axis.slides)
             for axis in axes
-            if axis.spring and any(isinstance(law, Stop) for law in axis.spring.elastic)
+            if reach or (axis.spring and any(isinstance(law, Stop) for law in axis.spring.elastic))
         )
         if not found:
             self._fail(f"`{joint.name}` has no stop here, so that it cannot be changed")
@@ -518,6 +520,11 @@ class _PathParser:
         word = self._words[1]
         if word not in _SURFACE_WORDS:
             self._fail(f"unknown quantity `{shorten(word)}`", 1, _SURFACE_WORDS)
+        if word == "stiffness" and self._case.model.contact is not None:
+            self._fail(
+                "parts of the body have stiffnesses of their own; `contact.stiffness_scale` varies "
+                "them, and a mat (docs/contact.md) is in series with them"
+            )
         target = Target(self._words[0])
         return ParameterPath(self._text, _SURFACE_WORDS[word], Quantity(word), (target,))
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from math import degrees, inf, isfinite, nan, radians
 
-from generator.contact.box import Box
 from generator.contact.scene import Scene
+from generator.contact_file.file import MAX_STIFFNESS
+from generator.contact_file.parts import BodyPart
 from generator.diagnostics import ModelError
 from generator.figure import Segment
 from generator.model import Model
@@ -249,13 +250,19 @@ def _scale_stops(case: Case, path: ParameterPath, value: float) -> Case:
             ),
         )
 
-    for target in path.targets:
-        case = _change_axis(case, target, scale)
     if path.targets:
-        return case
+        for target in path.targets:
+            if _spring_at(case, target) is not None:
+                case = _change_axis(case, target, scale)
+        names = {target.name for target in path.targets}
+        joints = {
+            name: _with_reach(joint, scale) if name in names else joint
+            for name, joint in case.springs.joints.items()
+        }
+        return case.with_springs(replace(case.springs, joints=joints))
     joints = {
         name: replace(
-            joint,
+            _with_reach(joint, scale),
             axes=tuple(map(scale, joint.axes)),
             translations=tuple(map(scale, joint.translations)),
         )
@@ -270,11 +277,18 @@ def _scale_parts(case: Case, path: ParameterPath, value: float) -> Case:
     is_stiffness = path.quantity is Quantity.PART_STIFFNESS
     factors = (value, 1.0) if is_stiffness else (1.0, value)
     names = {target.name for target in path.targets}
-    parts = tuple(
-        replace(part, law=part.law.scaled(*factors)) if part.name in names else part
-        for part in case.model.contact.parts
-    )
-    contact = replace(case.model.contact, parts=parts)
+    own = {part.name: part for part in case.model.contact.parts}
+    parts: list[BodyPart] = []
+    for part in own.values():
+        law = part.law
+        if part.name in names:
+            law = law.scaled(*factors)
+            if part.within and part.within not in names:
+                law = law.no_softer_than(own[part.within].law)
+            if max(stiffness for _, stiffness in law.stages) > MAX_STIFFNESS:
+                raise ValueError(f"`{part.name}` would be stiffer than {MAX_STIFFNESS:g} N/m")
+        parts.append(replace(part, law=law))
+    contact = replace(case.model.contact, parts=tuple(parts))
     return replace(case, model=replace(case.model, contact=contact))
 
 
@@ -445,8 +459,7 @@ def _person_model(study: Study, assigned: Sequence[tuple[ParameterPath, float]])
     datum = radians(own.pop("hip_datum", degrees(person.hip_datum)))
     person = replace(person, stature=stature, mass=mass, hip_datum=datum)
     props, law = study.plan.scene.props, study.model.springs.law
-    has_boxes = any(isinstance(prop.shape, Box) for prop in props)
-    return _known_person(person, tuple(own.items()), law, bool(props), has_boxes)
+    return _known_person(person, tuple(own.items()), law, bool(props), study.stops_edges)
 
 
 @lru_cache(maxsize=8)

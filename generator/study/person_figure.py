@@ -1,9 +1,13 @@
 """Model of a person, without the sources of its numbers."""
 
 from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
+from generator.contact_file.parts import BodyContact
 from generator.diagnostics import UsageError
+from generator.figure import ContactSphere
 from generator.model import Model
 from generator.person.body import build_body
 from generator.person.joints import Neck, person_figure, resolve_neck
@@ -16,6 +20,7 @@ from generator.person.passive_joints import (
     person_springs,
     reach_springs,
 )
+from generator.person.survey import Sex
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.study.study import PersonArguments
@@ -64,8 +69,32 @@ def make_person(
     loaded = load_springs(figure, choice=file, law=law, content=content).require_value()
     if not with_spheres:
         return Model(figure, loaded.springs)
+    key = person.sex, person.stature, person.mass, tuple((measured or {}).items())
+    spheres, contact = _spheres_and_parts(*key, stops_edges)
+    segments = (
+        replace(figure.segments[name], contact_spheres=some) for name, some in spheres.items()
+    )
+    return Model(figure.with_parts(*segments), loaded.springs, contact)
+
+
+@lru_cache(maxsize=8)
+def _spheres_and_parts(
+    sex: Sex,
+    stature: float,
+    mass: float,
+    measured: tuple[tuple[str, float], ...],
+    stops_edges: bool,
+) -> tuple[Mapping[str, tuple[ContactSphere, ...]], BodyContact]:
+    """Return the contact spheres of the segments of a body, and its parts.
+
+    Springs and hip datum have no effect on them.
+    """
     from generator.person.contact_parts import person_contact
     from generator.person.shape import body_surfaces
 
-    figure, contact = person_contact(figure, body_surfaces(body), stops_edges=stops_edges)
-    return Model(figure, loaded.springs, contact)
+    body = build_body(estimate_measures(sex, stature, mass, dict(measured)))
+    figure, contact = person_contact(
+        person_figure(body), body_surfaces(body), stops_edges=stops_edges
+    )
+    spheres = {name: segment.contact_spheres for name, segment in figure.bodies.items()}
+    return spheres, contact

@@ -112,7 +112,7 @@ def _parse_fall(top: TableReader, figure: Figure | None) -> Plan | None:
 def _parse_tone(top: TableReader, figure: Figure, folder: Path) -> Tone | None:
     """Return the tone of a share, a file or a shipped name; None for a share of 0, or an error."""
     value: Any = top.content["tone"]
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
+    if not isinstance(value, str | bool):
         share = Number("tone", 0.0, 1.0).read(top)
         tone = None if share is None else Tone({ALL: share})
     else:

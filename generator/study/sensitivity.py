@@ -113,7 +113,8 @@ class MeasureIndices:
 
     def ranked(self, kind: IndexKind) -> list[str]:
         """Return the parameters from the largest size of an index to the smallest."""
-        return sorted(self.parameters, key=lambda name: -abs(self.parameters[name][kind].value))
+        sizes = {name: abs(each[kind].value) for name, each in self.parameters.items()}
+        return sorted(sizes, key=lambda name: -sizes[name] if isfinite(sizes[name]) else 1.0)
 
 
 @dataclass(frozen=True)

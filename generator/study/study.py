@@ -192,6 +192,7 @@ class Study:
         persons: arguments of the figure, where it is a person; of several, of which a parameter
             chooses one, the first is that of the model. Empty for a figure's file.
         fall: kind of fall of which each run has its own start; "" for the start of the plan.
+        stops_edges: Whether persons have spheres along their limbs, at which edges of boxes stop.
         sensitivity: indices that are asked for; None without any.
         method: integration of its runs.
         text: text of its file.
@@ -205,6 +206,7 @@ class Study:
     measures: Mapping[str, Measure]
     persons: tuple[PersonArguments, ...] = ()
     fall: str = ""
+    stops_edges: bool = True
     sensitivity: Sensitivity | None = None
     method: RunMethod = RunMethod.FAST
     text: str = field(default="", compare=False, repr=False)

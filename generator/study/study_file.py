@@ -4,12 +4,13 @@ A study names its figure, the options of its runs as `mover simulate` has them, 
 the runs, and what is measured in each. Paths in it are relative to its folder.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import radians
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 from generator.diagnostics import (
     Diagnostic,
@@ -27,6 +28,7 @@ from generator.diagnostics import (
 from generator.figure_file.read import FIGURE_FILE
 from generator.file_kind import FileKind
 from generator.model import Model, contact_of_figure
+from generator.person.joints import resolve_neck
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import check_hip_datum
 from generator.run_options import RUN_OPTIONS
@@ -139,6 +141,7 @@ def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
         measures={name: one for name, one in measures.items() if one is not None},
         persons=subject.persons,
         fall=str(document.get("fall", "")),
+        stops_edges=_stops_edges(top),
         sensitivity=sensitivity,
         text=source.text,
     )
@@ -215,6 +218,14 @@ def _parse_persons(top: TableReader, law: SphericalLaw | None) -> _Subject | Non
     persons = tuple(person for subject in subjects for person in subject.persons)
     if len(persons) == 1:
         return subjects[0]
+    necks = {resolve_neck(person.neck, person.springs) for person in persons}
+    if len(necks) > 1:
+        top.diagnostics.error(
+            "one person has an elastic neck and another a rigid one",
+            top.spans.table("person"),
+            "give all the same `neck`; without springs it is rigid",
+        )
+        return None
     return _Subject(f"{len(persons)} persons", subjects[0].model, persons)
 
 
@@ -229,8 +240,9 @@ def _parse_person(
         return None
     person = PersonArguments(**values)
     try:
-        has_boxes = _has_boxes(top)
-        model = make_person(person, law=law, with_spheres=_has_props(top), stops_edges=has_boxes)
+        model = make_person(
+            person, law=law, with_spheres=_has_props(top), stops_edges=_stops_edges(top)
+        )
     except UsageError as failure:
         words = {"a stature": "stature_m", "the hip datum": "hip_datum_deg"}
         words["an elastic neck"] = "neck"
@@ -246,10 +258,18 @@ def _has_props(top: TableReader) -> bool:
     return top.content.get("floor") is True or bool(top.content.keys() & {"scene", "fall"})
 
 
-def _has_boxes(top: TableReader) -> bool:
-    """Return whether the runs have a scene, which may have boxes."""
+def _stops_edges(top: TableReader) -> bool:
+    """Return whether persons have spheres along their limbs, at which edges of boxes stop.
+
+    Without boxes the bodies of which a parameter changes the size do without them.
+    """
+    parameters = cast("dict[str, Any]", top.content.get("parameters", {}))
+    rows = (cast("dict[str, Any]", row) for row in parameters.values() if isinstance(row, dict))
+    texts = str([row.get("path") for row in rows])
+    varies_size = bool(re.search(r"person\.(?!hip_datum)", texts))
     fall = top.content.get("fall")
-    return "scene" in top.content or any(fall == name and one.scene for name, one in FALLS.items())
+    has_boxes = any(fall == name and one.scene for name, one in FALLS.items())
+    return has_boxes or "scene" in top.content or not varies_size
 
 
 # Measures and sensitivity
@@ -296,6 +316,15 @@ def _parse_sensitivity(top: TableReader, kind: DesignKind | None) -> Sensitivity
 def _check_paths(study: Study, top: TableReader) -> None:
     """Note unknown paths, two of one quantity, and values that a quantity cannot have."""
     case = Case(study.model, study.plan)
+    if len(study.persons) > 1 and not any(
+        "person" in parameter.paths for parameter in study.parameters.values()
+    ):
+        numbers = [*range(1, len(study.persons) + 1)]
+        top.diagnostics.error(
+            f"no parameter chooses one of the {len(study.persons)} persons",
+            top.spans.table("person"),
+            f'write `person = {{ path = "person", values = {numbers} }}` below `[parameters]`',
+        )
     first: dict[Number, Span] = {}
     for parameter in study.parameters.values():
         place = f"parameters.{parameter.name}"

@@ -176,6 +176,21 @@ def test_a_region_adds_what_it_has_more_than_its_part(floor, depth):
     )
 
 
+@pytest.mark.parametrize(
+    ("cover", "floor"),
+    [
+        (None, Layer(((0.0, 57e3),), 0.015)),
+        (Layer(((0.0, 100e3),), 0.009), Layer(((0.0, 30e3),), 0.03)),
+    ],
+)
+def test_bends_at_one_force_are_one(cover, floor):
+    """Rounding makes two of them; the pelvis bends at 855 N."""
+    law = replace(PELVIS, cover=cover).on(floor)
+    depths = np.array([x for x, _ in law.stages])
+    assert np.min(np.diff(depths)) > 1e-6
+    assert law.stages[-1][1] == pytest.approx(71e3)
+
+
 @pytest.mark.parametrize("spheres", [1, 3])
 @pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
 def test_restitution_is_that_of_the_closed_form(spheres, speed):

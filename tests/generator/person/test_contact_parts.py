@@ -129,7 +129,7 @@ def test_a_person_with_parts_is_written_read_and_run(tmp_path):
     done = run_command("simulate", path, "--floor", "--stop", "0.02")
     assert f"spheres of {len(contact.parts)} parts" in done.stdout
     again = run_command(*made, "--contact", "spheres", "-o", path)
-    assert "an older contact file stands beside the figure" in again.stderr
+    assert "an older contact file stands beside the figure: delete it" in again.stderr
     (tmp_path / "me.contact.toml").write_text("# mine\n")
     broken = mover("simulate", path, "--floor", "--stop", "0.02")
     assert broken.exit_code == 1

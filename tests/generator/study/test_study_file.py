@@ -14,7 +14,8 @@ from generator.simulation.falls import fall_plan
 from generator.simulation.plan import Plan
 from generator.springs_file.read import read_springs
 from generator.study.designs import design_points, run_count
-from generator.study.parameters import build_case
+from generator.study.parameter_paths import parse_path
+from generator.study.parameters import apply_values, build_case
 from generator.study.study import (
     Design,
     DesignKind,
@@ -253,6 +254,29 @@ def test_falls_of_several_persons_have_their_own_starts():
     assert stops[1].stiffness == 3.0 * stops[0].stiffness
 
 
+@pytest.mark.parametrize(("share", "held"), [("0.03", {"all": 0.03}), ("1", {"all": 1.0})])
+def test_a_tone_may_be_a_share(share: str, held: dict[str, float]):
+    tone = read(FALLS.replace('tone = "fall"', f"tone = {share}")).plan.tone
+    assert tone is not None
+    assert tone.hold == held
+
+
+def test_a_region_is_softened_down_to_its_part():
+    case = build_case(read(FALLS), [1, 3, 0.5, 1.0, 1.0])
+    path = parse_path("contact.buttocks.stiffness_scale", case)
+    contact = apply_values(case, [(path, 0.5)]).model.contact
+    assert contact is not None
+    assert contact.laws["buttocks"].stages == ((0.0, 30e3), (0.03, 90e3))
+
+
+def test_stops_of_a_reach_are_scaled():
+    case = build_case(read(FALLS), [1, 3, 0.5, 1.0, 2.0])
+    reach = case.springs.joints["left_shoulder"].reach
+    assert reach is not None
+    laws = [law for axis in (reach.beyond, reach.turn) for law in axis.elastic]
+    assert {law.stiffness for law in laws if isinstance(law, Stop)} == {2000.0}
+
+
 @pytest.mark.parametrize(
     ("old", "new", "line", "message"),
     [
@@ -263,6 +287,10 @@ def test_falls_of_several_persons_have_their_own_starts():
         ('tone = "fall"', 'scene = "bed"', 2, "exclude each other"),
         ("[1, 2]", "[1, 3]", 15, "`person` cannot be 3: they are numbered from 1 to 2"),
         ("[1, 2]", "[1, 1.5]", 15, "`person` cannot be 1.5"),
+        ('body = { path = "person", values = [1, 2] }', "", 3, "no parameter chooses one of the 2"),
+        ("mass_kg = 80", 'mass_kg = 80\nneck = "rigid"', 3, "an elastic neck and another a rigid"),
+        ("contact.head.stiffness_scale", "floor.stiffness", 18, "have stiffnesses of their own"),
+        ("low = 0.5, high = 2", "low = 1, high = 1e9", 18, "would be stiffer than 1e+09 N/m"),
         ("low = 0, high = 1e6", "low = -1, high = 1", 16, "must not be negative"),
         ("stature_m = 1.55", "stature_m = 15", 9, "stature"),
         ("low = 0.5, high = 2", "low = 0, high = 2", 18, "stiffness of a stage must be positive"),
