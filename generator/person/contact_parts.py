@@ -52,11 +52,11 @@ def person_contact(
     """
     spheres: dict[str, list[ContactSphere]] = {}
     for name, surface in surfaces.items():
-        fitted = fit_spheres(surface)
-        for segment in side_names(name):
+        fitted, sides = fit_spheres(surface), side_names(name)
+        if stops_edges and is_limb(figure, sides[0], surface):
+            fitted = add_limb_spheres(surface, fitted)
+        for segment in sides:
             own = figure.segments[segment].contact_spheres or fitted
-            if own is fitted and stops_edges and is_limb(figure, segment, surface):
-                own = add_limb_spheres(surface, fitted)
             spheres[segment] = [_rounded(sphere) for sphere in own]
     contact = _body_contact(spheres)
     segments = (

@@ -23,7 +23,7 @@ def test_tone_is_in_the_summary_and_in_the_balance():
     )
     said = answer(*words, "--delay", "0.02s", "--release", "80ms")
     assert said["tone"] == (
-        "fall; holding legs 0.03; righting neck 0.2, trunk 0.4; from 0.02 s; until 0.08 s; "
+        "fall; holding legs 0.03; righting neck 0.2, trunk 0.45; from 0.02 s; until 0.08 s; "
         "strengths of axes: 9 published, 12 estimate"
     )
     assert said["agreement_with_exudyn"] < 1e-8
@@ -60,7 +60,7 @@ def test_figure_without_strengths_says_so():
 def test_tone_file_is_checked(tmp_path: Path):
     shipped = TONE_FILE.shipped()["fall"]
     text = run("check", shipped).output
-    assert "righting neck 0.4, trunk 0.4" in text
+    assert "righting neck 0.45, trunk 0.45" in text
     assert "no errors, no warnings; the tone can be used" in text
     path = tmp_path / "own.tone.toml"
     path.write_text(shipped.read_text(encoding="utf-8").replace("share = 0.4", "share = 5"))
@@ -74,7 +74,7 @@ def test_options_add_to_the_tone_of_a_fall():
     words = ("simulate", "male50", "--fall", "push", "--stop", 0.02)
     said = answer(*words, "--hold", "legs=0.1", "--right", "neck=0.2", "--release", "15ms")
     assert said["tone"].startswith(
-        "fall; holding legs 0.1; righting neck 0.2, trunk 0.4; until 0.015 s; "
+        "fall; holding legs 0.1; righting neck 0.2, trunk 0.45; until 0.015 s; "
     )
     assert "tone" not in answer(*words, "--tone", "0")
     result = mover("simulate", "male50", "--fall", "faint", "--release", "15ms")
