@@ -10,6 +10,7 @@ between them.
 """
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import combinations, product
 from typing import Any
 
@@ -101,8 +102,15 @@ def add_limb_spheres(
         surface: Surface of the segment.
         spheres: Contact spheres fitted to it.
     """
-    hull = _Hull(_points(surface), _EDGES)
-    measure, choices, made = _Hull(hull.points, _MEASURED_EDGES), hull.choices(), tuple(spheres)
+    return _with_limb_spheres(_points(surface).tobytes(), tuple(spheres))
+
+
+@lru_cache(maxsize=16)
+def _with_limb_spheres(
+    points: bytes, spheres: tuple[ContactSphere, ...]
+) -> tuple[ContactSphere, ...]:
+    hull = _Hull(np.frombuffer(points).reshape(-1, 3), _EDGES)
+    measure, choices, made = _Hull(hull.points, _MEASURED_EDGES), hull.choices(), spheres
     for depth in np.arange(LARGEST_ERROR - 2.0 * _DEPTH_STEP, 0.5 * LARGEST_ERROR, -_DEPTH_STEP):
         made = (*spheres, *_further_spheres(hull, choices, spheres, float(depth)))
         if measure.stops(_table(made), LARGEST_ERROR):

@@ -63,7 +63,7 @@ def test_tone_file_is_checked(tmp_path: Path):
     assert "righting neck 0.45, trunk 0.45" in text
     assert "no errors, no warnings; the tone can be used" in text
     path = tmp_path / "own.tone.toml"
-    path.write_text(shipped.read_text(encoding="utf-8").replace("share = 0.4", "share = 5"))
+    path.write_text(shipped.read_text(encoding="utf-8").replace("share = 0.45", "share = 5"))
     result = mover("check", path)
     assert result.exit_code == 1
     assert "must be from 0 to 1, not 5" in result.output
