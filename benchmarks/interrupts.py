@@ -40,6 +40,7 @@ MADE = {
     "out.riener.springs.toml",
     "out.sources.csv",
     "out_geometry",
+    "out.contact.toml",
 }
 COMMANDS = ((SIMULATE, set(OUTPUTS)), (CONVERT, CONVERTED), (PERSON, MADE))
 
