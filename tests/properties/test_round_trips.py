@@ -217,7 +217,7 @@ def read_carried(path: Path, model: Model) -> tuple[Imported, SpringSet]:
         assert_equal(whole if model.springs.joints else without_fields(whole), imported.figure)
         assert springs.joints == model.springs.joints
         path.write_text(without_carried_texts(text), encoding="utf-8")
-        path.with_suffix(".springs.toml").unlink(missing_ok=True)  # of the first reading
+    (path.parent / "model.springs.toml").unlink(missing_ok=True)  # of an earlier reading
     return read_with_springs(path, model)
 
 
