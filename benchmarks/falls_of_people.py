@@ -75,7 +75,7 @@ def push(body: str, model: Model, tone: str, starts: int) -> Iterator[tables.Row
 
 
 def _hits(falls: Falls) -> dict[str, np.ndarray]:
-    """Whether parts touch in each fall: 1, 0, or NaN where it failed."""
+    """Return 1 for each fall in which a part touches, 0 for others, and NaN for failed ones."""
     done = falls.is_done
     return {name: np.where(done, falls.hits(*parts), nan) for name, parts in _HITS.items()}
 

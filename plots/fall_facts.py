@@ -9,28 +9,11 @@ from importlib.resources import files
 from math import isfinite
 from typing import Any, cast
 
+from springs.published.reference import Sureness
+
 
 class FallFactError(ValueError):
     """A row of the file is wrong; the sentence names the row."""
-
-
-class Sureness(StrEnum):
-    """Verification of a number."""
-
-    READ = "R"
-    ONE_CODE = "C1"
-    TWO_SOURCES = "C2"
-    MEMORY = "M"
-
-    @property
-    def description(self) -> str:
-        """Description in words."""
-        return {
-            Sureness.READ: "abstract, page or caption read",
-            Sureness.ONE_CODE: "typed in one public code base",
-            Sureness.TWO_SOURCES: "two independent secondary sources",
-            Sureness.MEMORY: "from memory",
-        }[self]
 
 
 class Use(StrEnum):

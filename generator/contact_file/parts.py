@@ -81,7 +81,7 @@ class BodyContact:
         outer = {part.name: part for part in self.parts if not part.within}.get(region.within)
         if outer is None:
             raise ModelError(
-                f"part `{region.name}` is within `{region.within}`, which is no other part"
+                f"part `{region.name}` is within `{region.within}`, but no other part has this name"
             )
         for segment, number in region.spheres:
             if (segment, number) not in outer.spheres:

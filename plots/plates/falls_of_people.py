@@ -19,7 +19,6 @@ from plots.fall_facts import (
     Falls,
     Group,
     Rule,
-    Sureness,
     Use,
     fall_facts,
 )
@@ -39,6 +38,7 @@ from plots.medium import typographic
 from plots.plate import Claim, Outcome
 from plots.plate_definition import PlateDefinition
 from springs.backends import Array
+from springs.published.reference import Sureness
 
 _BUTTOCKS = "the firmer region of the buttocks touches in falls to the side as well"
 
@@ -273,7 +273,8 @@ def _with_cause(found: Comparison, label: str, claim: Claim) -> Claim:
 
 def _sign(facts: FallFacts) -> str:
     """Return what the marks mean, and which facts chose which parameter."""
-    grades = "; ".join(f"{one.value}: {one.description}" for one in Sureness)
+    used = {fact.sureness for fact in facts.facts}
+    grades = "; ".join(f"{one}: {one.description}" for one in Sureness if one in used)
     chosen: dict[str, list[str]] = {}
     for fact in facts.facts:
         if fact.use is Use.SETS:

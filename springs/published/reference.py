@@ -1,11 +1,11 @@
 """Sources of published numbers, their verification, and what was measured for them."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, StrEnum
 from typing import assert_never
 
 
-class Sureness(Enum):
+class Sureness(StrEnum):
     """Verification of a published number."""
 
     SEVERAL_CODES = "C2"
@@ -13,6 +13,7 @@ class Sureness(Enum):
     PAGE = "P"
     CODE_AND_PAGE = "C1+P"
     DISPUTED = "D"
+    MEMORY = "M"
 
     @property
     def description(self) -> str:
@@ -23,6 +24,7 @@ class Sureness(Enum):
             Sureness.PAGE: "read on a page",
             Sureness.CODE_AND_PAGE: "a code base and a page agree",
             Sureness.DISPUTED: "code bases disagree",
+            Sureness.MEMORY: "from memory",
         }[self]
 
 

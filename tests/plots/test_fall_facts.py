@@ -20,11 +20,11 @@ from plots.fall_facts import (
     FallFacts,
     Group,
     Rule,
-    Sureness,
     Use,
     fall_facts,
     parse_fall_facts,
 )
+from springs.published.reference import Sureness
 
 SHIPPED = tomllib.loads(files("plots").joinpath("data/fall_facts.toml").read_text(encoding="utf-8"))
 MEAN, INTERVAL = "head_speed", "dummy_head_force"
@@ -89,7 +89,7 @@ def test_facts_that_set_a_parameter_name_it():
         (MEAN, {"low": 1.0}, "rule `mean` has no use for `low`"),
         (MEAN, {"unit": "km/h"}, "unit is `km/h`, but its numbers are in `m/s`"),
         (MEAN, {"rule": "mode"}, "rule is one of mean, share, odds"),
-        (MEAN, {"sureness": "P"}, "sureness is one of R, C1, C2, M, not 'P'"),
+        (MEAN, {"sureness": "R"}, "sureness is one of C2, C1, P, C1+P, D, M, not 'R'"),
         (MEAN, {"falls": "asleep"}, "falls is one of awake, limp"),
         (MEAN, {"direction": "up"}, "direction is one of forward, sideways, backward"),
         (MEAN, {"source": "nobody"}, "unknown source `nobody`"),

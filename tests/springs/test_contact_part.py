@@ -59,7 +59,7 @@ def test_equal_spheres_together_are_a_little_stiffer_than_one(depth, count):
 
 @given(depth=st.floats(2e-3, 0.1), rate=st.floats(-1.0, 3.0), count=st.integers(1, 9))
 def test_a_scaled_norm_has_the_law_in_the_reference_pose(depth, rate, count):
-    """Where n spheres touch at one depth and rate, they are together as one."""
+    """Together, n spheres at one depth and rate have the force of a single one."""
     law = replace(PELVIS, norm_scale=count ** (-1.0 / NORM))
     found = part_forces(law, np.full(count, depth), np.full(count, rate))
     alone = part_forces(PELVIS, np.array([depth]), np.array([rate]))

@@ -44,8 +44,8 @@ def test_a_region_is_within_a_part():
 @pytest.mark.parametrize(
     ("stiffness", "sphere", "within", "message"),
     [
-        (6e4, ("thigh", 1), "arm", "`knee` is within `arm`, which is no other part"),
-        (6e4, ("thigh", 1), "knee", "`knee` is within `knee`, which is no other part"),
+        (6e4, ("thigh", 1), "arm", "`knee` is within `arm`, but no other part has this name"),
+        (6e4, ("thigh", 1), "knee", "`knee` is within `knee`, but no other part has this name"),
         (6e4, ("thigh", 0), "leg", "sphere 0 of segment `thigh`, which `leg`, that it is within"),
         (2e4, ("thigh", 1), "leg", "`knee` is softer than `leg`"),
     ],
