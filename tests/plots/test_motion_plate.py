@@ -118,6 +118,7 @@ def test_other_springs_than_those_of_the_motion_are_told(tmp_path: Path) -> None
     assert "two motions would be written as `fall`" in twice.stderr
 
 
+@pytest.mark.slow
 def test_a_table_of_opensim_is_drawn_with_the_figure_that_is_named(tmp_path: Path) -> None:
     path = tmp_path / "theirs.mot"
     path.write_text("inDegrees=yes\nendheader\ntime left_knee_1\n0 0\n1 20\n2 50\n", "utf-8")

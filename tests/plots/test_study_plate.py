@@ -342,6 +342,7 @@ def test_damaged_files_are_input_errors(tmp_path: Path, name: str, text: str) ->
         study_plates(path)
 
 
+@pytest.mark.slow
 def test_name_of_a_plate_comes_between_folders_with_and_without_runs(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

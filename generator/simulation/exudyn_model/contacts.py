@@ -29,7 +29,7 @@ from generator.contact.states import (
     evaluate_self_contact,
     turned,
 )
-from generator.figure import Figure
+from generator.figure import ContactSphere, Figure
 from generator.kinematics.placement import Placement
 from generator.rotations import Array, pose_matrix
 from generator.simulation.exudyn_model.bodies import add_marker
@@ -54,6 +54,9 @@ _MAX_LENGTHS = 5
 
 _COORDINATES = 7
 """Number of coordinates of a rigid body with Euler parameters."""
+
+_NEAR = 1e-3
+"""Distance below which a sphere and a prop are evaluated [m]: many times a step of differences."""
 
 _DIFFERENCE = 1e-7
 """Step of the differences for the Jacobian, in all coordinates [m or 1] and their rates."""
@@ -244,8 +247,23 @@ class _PartContact:
     figure: Figure
 
     def near(self, positions: Array, rotations: Array) -> "_PartContact":
-        """Return what may touch in a state, which is all."""
-        return self
+        """Return what may touch in a state; all, where capsules touch each other too."""
+        if self.contacts.pairs:
+            return self
+        names = list(self.figure.bodies)
+        near: dict[str, Sequence[ContactSphere]] = {}
+        for name, spheres in self.contacts.spheres.items():
+            k = names.index(name)
+            local = np.array([sphere.centre for sphere in spheres])
+            local -= np.asarray(self.figure.segments[name].centre_of_mass)
+            centres = positions[k] + local @ rotations[k].T
+            radii = np.array([sphere.radius for sphere in spheres]) + _NEAR
+            for prop in self.contacts.scene.props:
+                pose = prop.shape.pose
+                x, y, z = ((centres - pose[:3, 3]) @ pose[:3, :3]).T
+                if np.any(np.asarray(prop.shape.distance((x, y, z))[0]) < radii):
+                    near[name] = spheres
+        return _PartContact(replace(self.contacts, spheres=near), self.figure)
 
     @property
     def owners(self) -> NDArray[np.intp]:
@@ -257,6 +275,8 @@ class _PartContact:
         self, positions: Array, rotations: Array, velocities: Array, spins: Array
     ) -> Array:
         """Return force, and moment about the centre of mass, of each body, shape (n, B, 6)."""
+        if not self.contacts.spheres:
+            return np.zeros((*positions.shape[:2], 6))
         found = evaluate_contacts(
             self.contacts, self.figure, positions, rotations, velocities, spins
         )

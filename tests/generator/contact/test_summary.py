@@ -371,7 +371,15 @@ def test_a_part_has_the_contact_of_its_spheres_in_all_segments() -> None:
     assert alone.parts["a"].peak_force == 0.0
 
 
-@pytest.mark.parametrize("integrator", list(Integrator))
+SLOW_EXUDYN = [
+    Integrator.COMPILED,
+    Integrator.IMPLICIT,
+    pytest.param(Integrator.EXUDYN, marks=pytest.mark.slow),
+]
+"""Exudyn evaluates the contact of parts in Python, which takes a millisecond."""
+
+
+@pytest.mark.parametrize("integrator", SLOW_EXUDYN)
 def test_a_region_has_the_contact_of_its_own_spheres(integrator: Integrator) -> None:
     """The higher one of two balls of a part is firmer."""
     made = two_balls()
@@ -380,7 +388,7 @@ def test_a_region_has_the_contact_of_its_own_spheres(integrator: Integrator) -> 
     firm = PartLaw(((0.0, 3e4), (0.005, 9e4)))
     region = replace(part("firm", "other", law=firm), within="both")
     body = as_body(made.with_parts(one, other), part("both", "one", "other"), region)
-    fields = {"stop": 0.25, "tolerance": 1e-5, "scene": FLOOR, "integrator": integrator}
+    fields = {"stop": 0.25, "tolerance": 1e-4, "scene": FLOOR, "integrator": integrator}
     contact = contact_of(run_plan(body, **fields))
     whole, firmer = contact.parts["both"], contact.parts["firm"]
     higher = contact.segments["other"]
@@ -412,24 +420,30 @@ def test_exudyn_s_integrator_records_the_same_fall() -> None:
     assert found.weight_carried == pytest.approx(expected.weight_carried, abs=1e-2)
 
 
-def test_other_integrators_give_the_same_parts_and_heads() -> None:
+@pytest.mark.parametrize(
+    ("integrator", "tolerance"),
+    [(Integrator.IMPLICIT, 1e-5), pytest.param(Integrator.EXUDYN, 1e-4, marks=pytest.mark.slow)],
+)
+def test_other_integrators_give_the_same_parts_and_heads(
+    integrator: Integrator, tolerance: float
+) -> None:
     """The steps of the compiled integrator are longer, and the peak between two is not seen."""
-    made = two_balls(("left foot", "head"), 1.0)
+    made = two_balls(("left foot", "head"), 0.35)
     head = replace(made.joints["to head"], displacement=(0.0, 0.0, 0.0, 0.3, 0.3, 0.0))
     body = as_body(
         made.with_parts(head), part("skull", "head"), part("sole", "left foot", law=SOLE)
     )
-    fields = {"stop": 0.5, "tolerance": 1e-5, "scene": FLOOR}
-    first, *others = (contact_of(run_plan(body, integrator=each, **fields)) for each in Integrator)
-    assert first.head_injury["head"] > 1.0
-    assert len(others) == 2
-    for other in others:
-        assert other.head_injury["head"] == pytest.approx(first.head_injury["head"], rel=2e-2)
-        for found, exact in zip(other.parts.values(), first.parts.values(), strict=True):
-            assert exact.peak_force > 100.0
-            assert found.first_time == pytest.approx(exact.first_time, abs=1e-4)
-            assert found.impact_speed == pytest.approx(exact.impact_speed, rel=1e-3)
-            assert found.peak_force == pytest.approx(exact.peak_force, rel=1e-2)
-            assert found.peak_time == pytest.approx(exact.peak_time, abs=1e-3)
-        found, exact = other.heads["head"], first.heads["head"]
-        assert found.peak_acceleration == pytest.approx(exact.peak_acceleration, rel=1e-2)
+    fields = {"stop": 0.3, "tolerance": tolerance, "scene": FLOOR}
+    exact = contact_of(run_plan(body, **fields))
+    found = contact_of(run_plan(body, integrator=integrator, **fields))
+    assert exact.head_injury["head"] > 1.0
+    assert found.head_injury["head"] == pytest.approx(exact.head_injury["head"], rel=2e-2)
+    for one, other in zip(found.parts.values(), exact.parts.values(), strict=True):
+        assert other.peak_force > 100.0
+        assert one.first_time == pytest.approx(other.first_time, abs=1e-4)
+        assert one.impact_speed == pytest.approx(other.impact_speed, rel=1e-3)
+        assert one.peak_force == pytest.approx(other.peak_force, rel=1e-2)
+        assert one.peak_time == pytest.approx(other.peak_time, abs=1e-3)
+    assert found.heads["head"].peak_acceleration == pytest.approx(
+        exact.heads["head"].peak_acceleration, rel=1e-2
+    )

@@ -29,7 +29,7 @@ from tests.generator.model_files.imported_models import (
 from tests.generator.model_files.resaved import stated
 
 SUFFIXES = (".xml", ".osim")
-NAMES = ("prototype", "male50")
+NAMES = ("prototype", pytest.param("male50", marks=pytest.mark.slow))
 
 POSES = 40
 
@@ -169,6 +169,7 @@ def test_an_edited_spring_leaves_the_law_and_the_other_joints(
     assert added[:, :2] == pytest.approx(0.0 * rows[:, :2], abs=allowed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_an_edited_mass_leaves_all_springs_as_they_were(suffix: str, tmp_path: Path):
     of = edited("male50", suffix, tmp_path, HEAVIER[suffix])
@@ -222,6 +223,7 @@ def test_a_reach_comes_back_whole_beside_an_edited_spring(tmp_path: Path):
     assert figure.joints["left_shoulder"].chain == of.figure.joints["left_shoulder"].chain
 
 
+@pytest.mark.slow
 def test_a_reach_whose_forces_have_another_factor_has_it(tmp_path: Path):
     def softer(text: str) -> str:
         for label in ("reach", "turn_upper", "turn_lower"):
@@ -237,6 +239,7 @@ def test_a_reach_whose_forces_have_another_factor_has_it(tmp_path: Path):
     assert springs.joints["right_shoulder"].reach == of.springs.joints["right_shoulder"].reach
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pattern", "new"),
     [

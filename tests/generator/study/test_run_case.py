@@ -177,6 +177,7 @@ def bounce() -> RunResult:
     return measure_case(case_study(case, "link.contact_force [N]", Statistic.LARGEST), case)
 
 
+@pytest.mark.slow
 def test_earlier_runs_and_the_process_have_no_effect() -> None:
     run_case(study(integrator=Integrator.EXUDYN), [1.2, 0.8])
     results = bounce(), swing()

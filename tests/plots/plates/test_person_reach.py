@@ -14,6 +14,7 @@ def test_all_claims_hold_and_the_positions_agree() -> None:
     assert sum(claim.outcome is Outcome.AGREES for claim in drawn) == len(POSITIONS) + 1
 
 
+@pytest.mark.slow
 def test_outside_the_drawn_boundary_the_shoulder_drives_the_arm_back() -> None:
     """A step outwards from it costs energy; the positions of people are inside."""
     arm = collect_arm()
