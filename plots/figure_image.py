@@ -19,8 +19,8 @@ from generator.losses import Loss
 from generator.recording import Recording
 from generator.rotations import Array
 
-SKIN, PROP, GROUND = (0.97, 0.71, 0.54, 0.0), (0.60, 0.68, 0.78, 0.0), (0.83, 0.83, 0.81, 1.0)
-"""Colours of the figure, of boxes and of the floor; the last component is 1 where shadows fall."""
+PROP, GROUND = (0.60, 0.68, 0.78, 0.0), (0.83, 0.83, 0.81, 1.0)
+"""Colours of boxes and of the floor; the last component is 1 where shadows fall."""
 
 _LIGHT = np.array([-0.40, 0.55, 0.75])
 """Direction to the lamp, along the right, up and towards the viewer."""
@@ -152,22 +152,21 @@ class Body:
     losses: tuple[Loss, ...]
 
     @classmethod
-    def of_figure(cls, figure: Figure, colour: Colour | None = None) -> "Body":
-        """Return the body of a figure, in the colours of its segments or in one colour."""
+    def of_figure(cls, figure: Figure) -> "Body":
+        """Return the body of a figure, in the colours of its segments."""
         appearances, losses = segment_appearances(figure)
         surfaces = {name: each.surface for name, each in appearances.items()}
-        colours = [each.colour if colour is None else colour for each in appearances.values()]
-        return cls._of_surfaces(surfaces, colours, losses)
+        colours = [each.colour for each in appearances.values()]
+        return cls.of_surfaces(surfaces, colours, losses)
 
     @classmethod
-    def of_surfaces(cls, surfaces: Mapping[str, Surface], colour: Colour) -> "Body":
-        """Return the body of surfaces by segment, in one colour."""
-        return cls._of_surfaces(surfaces, [colour] * len(surfaces), ())
-
-    @classmethod
-    def _of_surfaces(
-        cls, surfaces: Mapping[str, Surface], colours: Sequence[Colour], losses: tuple[Loss, ...]
+    def of_surfaces(
+        cls,
+        surfaces: Mapping[str, Surface],
+        colours: Sequence[Colour],
+        losses: tuple[Loss, ...] = (),
     ) -> "Body":
+        """Return the body of surfaces by segment, a colour each."""
         corners = [_outward_triangles(surface) for surface in surfaces.values()]
         counts = [len(each) for each in corners]
         return cls(
@@ -236,9 +235,9 @@ class _Triangles:
 def strip_image(
     figure: Figure, recording: Recording, frames: Sequence[int], strip: Strip, scene: Scene
 ) -> NDArray[np.uint8]:
-    """Draw frames of a motion in one colour, as `draw_moments` does."""
+    """Draw frames of a motion, as `draw_moments` does."""
     moments = [{name: poses[frame] for name, poses in recording.poses.items()} for frame in frames]
-    return draw_moments(Body.of_figure(figure, SKIN[:3]), moments, strip, scene)
+    return draw_moments(Body.of_figure(figure), moments, strip, scene)
 
 
 def draw_moments(

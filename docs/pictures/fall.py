@@ -1,61 +1,80 @@
-"""Draws docs/pictures/fall.png: `male50` lets go of all muscles and falls on a floor.
+"""Draws docs/pictures/fall.gif: a man slips, trips over a step, and falls onto a chair.
 
 Run with `python docs/pictures/fall.py` in the project's folder.
 """
 
+from dataclasses import replace
 from math import radians
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
 
-from generator import Plan, read_figure, simulate
+from generator import Recording, fall_plan, read_figure, simulate
 from generator.contact.scene import Scene
-from plots.figure_image import Strip, View, strip_image
+from plots.figure_image import Body, Strip, View, draw_moments
 
-TIMES = (0.0, 0.3, 0.5, 0.7, 0.9, 1.2, 2.0)
-"""Moments that are drawn [s]."""
+LEFT_EDGES = {"slip": -1.35, "trip": -0.7, "seat": -1.5}
+"""Left edge of the picture of each kind of fall [m]."""
 
-FRAME = 0.1
+WIDTH = 2.7
+"""Width of a picture [m]."""
+
+STOP, FRAMES_PER_SECOND = 1.6, 20
+REST = 1000
+"""Time for which the last frame stays [ms]."""
+
 STRIP = Strip(
-    View(turn=radians(-50.0), tilt=radians(12.0)),
-    spacing=1.7,
-    left=-0.6,
-    right=1.25,
-    bottom=-0.3,
-    top=1.98,
-    floor=(-1.6, 1.6),
-    scale=130.0,
+    View(turn=radians(-72.0), tilt=radians(10.0)),
+    spacing=0.0,
+    left=0.0,
+    right=WIDTH,
+    bottom=-0.4,
+    top=2.05,
+    floor=(-1.5, 1.5),
+    scale=110.0,
 )
-DPI = 100
-LABEL_SHIFT = 0.1
-"""Of the times to the right [m]."""
+COLOURS = 64
+WHITE, TEXT = (255, 255, 255), (40, 40, 40)
+
+
+def drawn_frames(body: Body, recording: Recording, scene: Scene, kind: str) -> list[Image.Image]:
+    """Draw the frames of a fall on white."""
+    left = LEFT_EDGES[kind]
+    strip = replace(STRIP, left=left, right=left + WIDTH)
+    frames: list[Image.Image] = []
+    for k in range(len(recording.times)):
+        moment = {name: poses[k] for name, poses in recording.poses.items()}
+        drawn = Image.fromarray(draw_moments(body, [moment], strip, scene))
+        frame = Image.new("RGB", drawn.size, WHITE)
+        frame.paste(drawn, mask=drawn.getchannel("A"))
+        at = (frame.width // 2, 8)
+        font = ImageFont.load_default(18)
+        ImageDraw.Draw(frame).text(at, f"--fall {kind}", TEXT, font, anchor="ma")
+        frames.append(frame)
+    return frames
 
 
 def main() -> None:
     """Simulate, draw, write."""
     figure = read_figure("male50")
-    scene = Scene.floor()
-    plan = Plan(stop=TIMES[-1], frame=FRAME, free_root=True, height=0.0, scene=scene)
-    recording = simulate(figure, plan)
-    frames = [round(time / FRAME) for time in TIMES]
-    image = strip_image(figure, recording, frames, STRIP, scene)
-    height, width = image.shape[:2]
-    picture = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
-    axes = picture.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_axis_off()
-    right = STRIP.left + STRIP.width(len(TIMES))
-    axes.imshow(image, extent=(STRIP.left, right, STRIP.bottom, STRIP.top), aspect="auto")
-    for place, time in enumerate(TIMES):
-        axes.text(
-            place * STRIP.spacing + LABEL_SHIFT,
-            STRIP.bottom + 0.03,
-            f"{time:.1f} s",
-            fontsize=13,
-            ha="center",
-        )
-    FigureCanvasAgg(picture)
-    picture.savefig(Path(__file__).with_suffix(".png"), dpi=DPI, transparent=True)
+    body = Body.of_figure(figure)
+    columns: list[list[Image.Image]] = []
+    for kind in LEFT_EDGES:
+        plan = replace(fall_plan(figure, kind), stop=STOP, frame=1.0 / FRAMES_PER_SECOND)
+        recording = simulate(figure, plan)
+        columns.append(drawn_frames(body, recording, plan.scene or Scene(), kind))
+    wide = [
+        Image.fromarray(np.hstack([np.asarray(one) for one in moment]))
+        for moment in zip(*columns, strict=True)
+    ]
+    palette = wide[0].quantize(COLOURS, dither=Image.Dither.NONE)
+    frames = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in wide]
+    durations = [1000 // FRAMES_PER_SECOND] * (len(frames) - 1) + [REST]
+    path = Path(__file__).with_suffix(".gif")
+    frames[0].save(
+        path, save_all=True, append_images=frames[1:], duration=durations, loop=0, optimize=True
+    )
 
 
 if __name__ == "__main__":

@@ -29,8 +29,8 @@ from plots.canvas import (
     draw_strip,
     draw_strip_labels,
 )
-from plots.figure_image import SKIN, Strip, View
 from plots.figure_image import Body as Surfaces
+from plots.figure_image import Strip, View
 from plots.literature import Measurements, read_measurements, thesis_reference
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
@@ -226,7 +226,8 @@ def _draw(fall: Fall) -> Figure:
 def _draw_strip(axes: Axes, fall: Fall) -> None:
     """Draw the moments; the panel does not share the times of those below."""
     frames = [int(np.argmin(np.abs(fall.times - time))) for time in _MOMENTS]
-    surfaces = Surfaces.of_figure(fall.body, SKIN[:3])
+    surfaces = Surfaces.of_figure(fall.body)
+    colour = tuple(surfaces.colours[0])
     own, other = (
         [{name: each[frame] for name, each in poses.items()} for frame in frames]
         for poses in (fall.coordinates.poses, fall.poses[MUJOCO])
@@ -238,7 +239,7 @@ def _draw_strip(axes: Axes, fall: Fall) -> None:
     draw_strip_labels(inner, _STRIP, (f"{time:.1f} s" for time in _MOMENTS), fontsize=7.5)
     inner.legend(
         handles=[
-            Patch(color=SKIN[:3], label="this program"),
+            Patch(color=colour, label="this program"),
             Line2D([], [], color=VERMILION, lw=1.2, label="MuJoCo, outline"),
         ],
         loc="lower center",

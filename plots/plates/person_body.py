@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from generator.geometry.read import segment_colour
 from generator.inertia import MassProperties
 from generator.person.measures import Sex, estimate_measures
 from generator.person.person import Person, build_person
@@ -25,8 +26,8 @@ from plots.canvas import (
     draw_strip,
     draw_zero_line,
 )
-from plots.figure_image import SKIN, Poses, Strip, View
 from plots.figure_image import Body as Surfaces
+from plots.figure_image import Poses, Strip, View
 from plots.person_facts import MeasuredMan, person_facts
 from plots.plate import Claim, ClaimKind, incomparable_claim
 from plots.plate_definition import PlateDefinition
@@ -75,11 +76,13 @@ class WholePerson:
     @cached_property
     def surfaces(self) -> Surfaces:
         """Surfaces of the figure's segments."""
+        figure = self.person.figure
         surfaces = {
             name: self.person.surfaces[name.removeprefix("left_").removeprefix("right_")]
-            for name in self.person.figure.bodies
+            for name in figure.bodies
         }
-        return Surfaces.of_surfaces(surfaces, SKIN[:3])
+        colours = [segment_colour(figure, figure.segments[name]) for name in surfaces]
+        return Surfaces.of_surfaces(surfaces, colours)
 
     @property
     def stature(self) -> float:

@@ -30,8 +30,8 @@ from plots.canvas import (
     draw_strip_labels,
     draw_zero_line,
 )
-from plots.figure_image import SKIN, Poses, Strip, View
 from plots.figure_image import Body as Surfaces
+from plots.figure_image import Poses, Strip, View
 from plots.person_facts import person_facts
 from plots.plate import Claim, incomparable_claim
 from plots.plate_definition import PlateDefinition
@@ -309,7 +309,7 @@ def _draw(made: Swings) -> Figure:
 
 def _draw_setups(axes: Axes, made: Swings) -> None:
     """Draw the figures at rest, with outlines at the release and across from it."""
-    surfaces = Surfaces.of_figure(made.man, SKIN[:3])
+    surfaces = Surfaces.of_figure(made.man)
     swings = [(SETUPS[name][0], made.swing(name, MAN)) for name in ("knee", "elbow", "leg")]
 
     def poses(angle: Callable[[Swing], float]) -> list[Poses]:

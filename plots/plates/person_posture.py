@@ -25,8 +25,8 @@ from plots.canvas import (
     draw_marks,
     draw_strip,
 )
-from plots.figure_image import SKIN, Poses, Strip, View, draw_moments
 from plots.figure_image import Body as Surfaces
+from plots.figure_image import Poses, Strip, View, draw_moments
 from plots.person_facts import person_facts
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
@@ -282,7 +282,7 @@ def _draw(made: Postures) -> Figure:
 
 
 def _draw_standing(axes: Axes, standing: Standing) -> None:
-    surfaces = Surfaces.of_figure(standing.body, SKIN[:3])
+    surfaces = Surfaces.of_figure(standing.body)
     draw_strip(axes, _STANDING_STRIP, surfaces, [standing.poses])
     axes.axvline(0.0, color=BLACK, lw=0.8, ls=":")
     for forward, up in standing.landmarks.values():
@@ -328,7 +328,7 @@ def _draw_relaxed(axes: Axes, made: Postures) -> None:
     strip = _RELAXED_STRIP
     width, height = strip.width(1), strip.top - strip.bottom
     for place, (word, relaxed) in enumerate(made.relaxed.items()):
-        surfaces = Surfaces.of_figure(relaxed.body, SKIN[:3])
+        surfaces = Surfaces.of_figure(relaxed.body)
         image = draw_moments(surfaces, [relaxed.poses], strip, Scene())
         left = place * width
         extent = (left, left + width, 0.0, height)

@@ -17,7 +17,7 @@ from generator.figure import Figure
 from generator.geometry.appearance import Appearance, segment_appearances
 from generator.geometry.surface import Surface
 from plots import figure_image
-from plots.figure_image import GROUND, SKIN, Body, Strip, View, draw_moments, rasterize, strip_image
+from plots.figure_image import GROUND, Body, Strip, View, draw_moments, rasterize, strip_image
 from springs.contact import DEFAULT_SURFACE
 
 FRONT = View(turn=0.0, tilt=radians(15.0))
@@ -43,8 +43,8 @@ def pixel(image: np.ndarray, point: tuple[float, float, float], strip: Strip = S
 
 
 def is_skin(colour: np.ndarray) -> bool:
-    """Tell whether a colour is a shade of the figure's."""
-    return bool(np.allclose(colour[:3] / colour[0], np.array(SKIN[:3]) / SKIN[0], atol=0.03))
+    """Tell whether a colour is a shade of the prototype's."""
+    return bool(np.allclose(colour[:3] / colour[0], (1.0, 0.37, 0.0), atol=0.03))
 
 
 @given(st.floats(-4.0, 4.0), st.floats(-1.5, 1.5))
@@ -194,7 +194,8 @@ def test_surfaces_of_a_figure_are_its_body() -> None:
     figure, _ = motion()
     appearances, _ = segment_appearances(figure)
     surfaces = {name: each.surface for name, each in appearances.items()}
-    one, other = Body.of_surfaces(surfaces, SKIN[:3]), Body.of_figure(figure, SKIN[:3])
+    colours = [each.colour for each in appearances.values()]
+    one, other = Body.of_surfaces(surfaces, colours), Body.of_figure(figure)
     assert one.segments == other.segments
     assert np.array_equal(one.corners, other.corners)
     assert np.array_equal(one.colours, other.colours)
