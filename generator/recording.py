@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from generator.contact.record import ContactRecord
+from generator.contact.scene import NO_SCENE, Scene
 from generator.diagnostics import ModelError, NamedMapping, format_count
 from generator.figure import JointAxis, Site
 from generator.kinematics.free_root import tree_for_motion
@@ -266,6 +267,8 @@ class Recording:
         recorded: parts that the run recorded; mappings of others are empty.
         model: Figure and springs that were simulated, with a free root as well with all joints;
             None for a recording from an `.npz` file, which does not hold them.
+        scene: Props around the figure; of a live simulation those of the last frame. Files of older
+            versions have none.
     """
 
     times: Array
@@ -293,6 +296,7 @@ class Recording:
     contact: ContactRecord | None = None
     recorded: frozenset[RecordingPart] = WHOLE_RECORDING
     model: Model | None = None
+    scene: Scene = NO_SCENE
 
     def __post_init__(self) -> None:
         """Give the mappings errors that state the nearest name."""

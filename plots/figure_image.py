@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.contact.appearance import FLOOR_COLOUR, PROP_COLOUR
 from generator.contact.box import Box
 from generator.contact.scene import Scene
 from generator.contact.shape import Shape
@@ -19,7 +20,7 @@ from generator.losses import Loss
 from generator.recording import Recording
 from generator.rotations import Array
 
-PROP, GROUND = (0.60, 0.68, 0.78, 0.0), (0.83, 0.83, 0.81, 1.0)
+PROP, GROUND = (*PROP_COLOUR, 0.0), (*FLOOR_COLOUR, 1.0)
 """Colours of boxes and of the floor; the last component is 1 where shadows fall."""
 
 _LIGHT = np.array([-0.40, 0.55, 0.75])

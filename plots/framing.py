@@ -7,6 +7,7 @@ from math import isfinite, radians
 
 import numpy as np
 
+from generator.contact.appearance import is_level
 from generator.contact.scene import Scene
 from generator.diagnostics import MoverError, UsageError
 from generator.rotations import Array
@@ -108,7 +109,7 @@ def view_from_options(name: str, turn: float | None, tilt: float | None) -> View
 def floor_height(scene: Scene, floor: bool) -> float | None:
     """Height of the floor [m]: that of a level plane of the scene, or zero; None without one."""
     for prop in scene.props:
-        if prop.shape.is_endless and prop.shape.pose[1, 1] > 1.0 - 1e-9:
+        if is_level(prop.shape):
             return float(prop.shape.pose[1, 3])
     return 0.0 if floor else None
 

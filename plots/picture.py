@@ -26,13 +26,14 @@ from generator.cli.outputs import (
     write_all_or_none,
 )
 from generator.cli.progress import item_progress_bar, no_monitor
-from generator.contact.scene import Scene
+from generator.contact.appearance import is_level
+from generator.contact.scene import NO_SCENE, Scene
 from generator.conversion import check_readable
 from generator.diagnostics import Diagnostic, UsageError
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import read_scene
 from generator.kinematics.placement import Placement, batched_placements
-from generator.losses import Losses
+from generator.losses import Loss, Losses
 from generator.motion_files import MOTION_FORMATS, FigureMotion
 from generator.rotations import Array
 from generator.text_io import write_atomic
@@ -350,6 +351,14 @@ class ViewName(StrEnum):
     THREE_QUARTER = "three-quarter"
 
 
+def _undrawn_props(scene: Scene) -> Iterator[Loss]:
+    """Yield the loss of planes other than the floor, which have no end."""
+    endless = [prop for prop in scene.props if prop.shape.is_endless]
+    floors = [prop for prop in endless if is_level(prop.shape)]
+    if lost := [prop.name for prop in endless if prop not in floors[:1]]:
+        yield Loss("planes that are not drawn", tuple(lost))
+
+
 @dataclass(frozen=True)
 class PictureResult(CommandResult):
     """Pictures and videos that were written."""
@@ -430,8 +439,14 @@ def picture(
     ] = None,
     scene: Annotated[
         str | None,
-        typer.Option(metavar="FILE|NAME", help="Scene whose boxes and level floor are drawn."),
+        typer.Option(
+            metavar="FILE|NAME",
+            help="Scene whose boxes and level floor are drawn, in place of that of a motion.",
+        ),
     ] = None,
+    no_scene: Annotated[
+        bool, typer.Option("--no-scene", help="Leave out the props of the motion.")
+    ] = False,
     floor: Annotated[bool, typer.Option("--floor", help="Draw a floor at the height 0.")] = False,
     width: Annotated[
         str | None,
@@ -470,7 +485,9 @@ def picture(
     subject = read_subject(source, figure, pose, displacements or ())
     _check_options(files, subject, at, strip, fps, transparent)
     check_writable(files, (*subject.inputs, scene))
-    props = Scene() if scene is None else read_scene(scene)
+    props = NO_SCENE if subject.motion is None or no_scene else subject.motion.scene
+    if scene is not None:
+        props = read_scene(scene)
     ground = floor_height(props, floor)
     times = [] if subject.motion is None else times_from_options(at, strip, subject.motion)
     writers: list[tuple[Path, OutputWriter]] = []
@@ -508,6 +525,6 @@ def picture(
         files,
         sizes,
         frames,
-        list(map(str, subject.body.losses)),
+        list(map(str, (*subject.body.losses, *_undrawn_props(props)))),
         diagnostics=subject.warnings,
     )

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from generator.contact.box import Box
+from generator.contact.plane import Plane
 from generator.contact.record import (
     MIN_VERTICAL_FORCE,
     ContactRecord,
@@ -13,10 +15,21 @@ from generator.contact.record import (
     PartContact,
     SegmentContact,
 )
+from generator.contact.scene import Prop, Scene, floor_prop
 from generator.contact_file.parts import Evidence
 from generator.motion_files import FigureMotion
 from generator.recording import CONTACT_ENERGY_KINDS, Recording
+from springs.contact import DEFAULT_SURFACE
 from tests.motions import clip
+
+PROPS = Scene(
+    (
+        floor_prop((0.0, 1.0, 0.0)),
+        Prop("crate", Box((0.3, 0.2, -0.4), (0.4, 0.4, 0.5), (0.1, 0.7, -0.2)), DEFAULT_SURFACE),
+        Prop("wall", Plane((0.0, 0.0, -2.0), (0.2, 0.1, 1.0)), DEFAULT_SURFACE),
+    )
+)
+"""A floor, a crate and a leaning wall."""
 
 
 def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> ContactRecord:
@@ -35,6 +48,11 @@ def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> Contac
             *rng.uniform(0.0, 9.0, 4).tolist(), (0.1, *rng.normal(size=2).tolist())
         )
         for name in touching
+    }
+    parts = {"pelvis": forces[segments[0]], "sole": forces[segments[-1]]}
+    points = {
+        name: np.where(np.any(force, axis=1)[:, None], rng.normal(size=(count, 3)), 0.0)
+        for name, force in parts.items()
     }
     untouched = SegmentContact(None, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
     return ContactRecord(
@@ -63,17 +81,20 @@ def contact_record(segments: Sequence[str], count: int, seed: int = 0) -> Contac
             ),
             "sole": PartContact(None, 0.0, 0.0, 0.0, None, (1.0, 1.0), Evidence.ESTIMATE, "foot"),
         },
+        part_forces=parts,
+        force_points=points,
     )
 
 
 def with_contact(motion: FigureMotion, seed: int = 0) -> FigureMotion:
-    """The run of a motion with any contact of its moving segments."""
+    """The run of a motion with any contact of its moving segments with `PROPS`."""
     run, count = motion.recording, motion.times.size
     assert run is not None
     names = [name for name, segment in motion.figure.segments.items() if segment.mass > 0.0]
     energy = {**run.energy, **{kind: np.arange(count) / 3.0 for kind in CONTACT_ENERGY_KINDS}}
-    run = replace(run, energy=energy, contact=contact_record(names, count, seed))
-    return replace(motion, recording=run)
+    contact = contact_record(names, count, seed)
+    run = replace(run, energy=energy, contact=contact, scene=PROPS)
+    return replace(motion, recording=run, scene=PROPS)
 
 
 def touching_run() -> tuple[FigureMotion, Recording]:

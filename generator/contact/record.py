@@ -156,7 +156,7 @@ class ContactRecord:
     """Contact of a run of n frames; forces in world axes.
 
     `forces`, `depths` and `segments` have the names of all segments with contact spheres, `parts`
-    those of the parts of the body, and none without parts.
+    those of the parts of the body, and none without parts. `part_forces` add up to `forces`.
 
     Attributes:
         forces: forces on each segment, shape (n, 3) [N].
@@ -188,6 +188,9 @@ class ContactRecord:
         heads: Impact of each segment that is a head.
         pressed_layers: Layers of props and covers that parts of the body pressed through; none in
             files.
+        part_forces: Force on each part of the body, and on each segment for its spheres without a
+            part, shape (n, 3) [N]; none in files of older versions.
+        force_points: Point of each of these forces, zero without a force, shape (n, 3) [m].
     """
 
     forces: Mapping[str, Array]
@@ -211,6 +214,8 @@ class ContactRecord:
     parts: Mapping[str, PartContact] = field(default_factory=dict[str, PartContact])
     heads: Mapping[str, HeadImpact] = field(default_factory=dict[str, HeadImpact])
     pressed_layers: tuple[PressedLayer, ...] = ()
+    part_forces: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    force_points: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
     def chaotic_from(self, times: Array) -> float | None:
         """Return the time from which poses are chaotic [s]; None if they are not, or unknown.
@@ -232,8 +237,11 @@ class ContactRecord:
             raise ValueError("forces, depths and segments of a contact record differ in names")
         if not self.max_depth_part:
             object.__setattr__(self, "max_depth_part", self.max_depth_segment)
-        for name in ("forces", "depths", "segments", "parts"):
-            subject = f"the record has no contact of {'part' if name == 'parts' else 'segment'}"
+        if self.part_forces.keys() != self.force_points.keys():
+            raise ValueError("part forces and force points of a contact record differ in names")
+        for name in ("forces", "depths", "segments", "parts", "part_forces", "force_points"):
+            is_of_parts = name not in ("forces", "depths", "segments")
+            subject = f"the record has no contact of {'part' if is_of_parts else 'segment'}"
             object.__setattr__(self, name, NamedMapping(getattr(self, name), subject))
 
 

@@ -45,6 +45,12 @@ class ContactModel:
         return [one.part or name for name, some in self.spheres.items() for one in some]
 
     @property
+    def groups(self) -> dict[str, NDArray[np.intp]]:
+        """Spheres of each part of the body, and of each segment whose spheres have no part."""
+        names = np.array(self.parts)
+        return {name: np.flatnonzero(names == name) for name in dict.fromkeys(self.parts)}
+
+    @property
     def owners(self) -> NDArray[np.intp]:
         """Place of the segment of each sphere among those with spheres, shape (S,)."""
         sizes = [len(some) for some in self.spheres.values()]
@@ -65,6 +71,9 @@ class ContactStates:
         impact_power: impact power of damping in impacts, shape (n,) [W].
         friction_power: shape (n,) [W].
         part_forces: forces of props on each of the P parts with laws, shape (n, P, 3) [N].
+        group_forces: forces of props on each of the K groups of spheres, shape (n, K, 3) [N].
+        group_points: points of these forces: means of the touched points of the spheres, weighted
+            by the normal forces, zero without a force, shape (n, K, 3) [m].
     """
 
     depths: Array
@@ -75,6 +84,8 @@ class ContactStates:
     impact_power: Array
     friction_power: Array
     part_forces: Array
+    group_forces: Array
+    group_points: Array
 
     @property
     def forces(self) -> Array:
@@ -194,6 +205,7 @@ def evaluate_contacts(
     speeds = velocities[:, places] + np.cross(spins, arms)
     depths, rates = np.full((count, len(radii)), -np.inf), np.zeros((count, len(radii)))
     forces, moments = np.zeros_like(centres), np.zeros_like(centres)
+    weights, weighted_points = np.zeros_like(depths), np.zeros_like(centres)
     energy, impact, friction = (np.zeros(count) for _ in range(3))
     named = [(one.part, one.region) for some in contacts.spheres.values() for one in some]
     spheres_of = {
@@ -222,6 +234,10 @@ def evaluate_contacts(
             @ turn.T
             for parts in (force.direction, force.arm)
         )
+        outward = np.broadcast_arrays(*force.normal_direction, normal)[:3]
+        touched = centres - radii[:, None] * (np.stack(outward, axis=-1) @ turn.T)
+        weights += normal
+        weighted_points += normal[..., None] * touched
         forces += on_sphere
         moments += about_centre + np.cross(centres, on_sphere)
         energy += np.sum(stored, axis=1)
@@ -250,6 +266,10 @@ def evaluate_contacts(
         self_wrenches = states.wrenches[:, own_bodies]
         self_wrenches[..., 3:] += np.cross(positions[:, own_bodies], self_wrenches[..., :3])
     on_parts = [forces[:, own].sum(axis=1) for own in spheres_of.values()]
+    own_groups = contacts.groups.values()
+    on_groups = np.stack([forces[:, own].sum(axis=1) for own in own_groups], axis=1)
+    totals = np.stack([weights[:, own].sum(axis=1) for own in own_groups], axis=1)[..., None]
+    sums = np.stack([weighted_points[:, own].sum(axis=1) for own in own_groups], axis=1)
     return ContactStates(
         depths,
         rates,
@@ -259,6 +279,8 @@ def evaluate_contacts(
         impact,
         friction,
         np.stack(on_parts, axis=1) if on_parts else np.zeros((count, 0, 3)),
+        on_groups,
+        np.divide(sums, totals, out=np.zeros_like(sums), where=totals > 0.0),
     )
 
 

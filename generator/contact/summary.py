@@ -89,6 +89,8 @@ def build_contact_record(
         parts={} if body is None else _part_contacts(model, contact, body, weight),
         heads=_head_impacts(figure, contact, segments),
         pressed_layers=tuple(pressed_layers(model, steps, poses, frame_times)),
+        part_forces=dict(zip(model.groups, np.moveaxis(frames.group_forces, 1, 0), strict=True)),
+        force_points=dict(zip(model.groups, np.moveaxis(frames.group_points, 1, 0), strict=True)),
     )
 
 

@@ -35,6 +35,7 @@ from generator.motion_files.motion import (
     NONE,
     FigureMotion,
     Header,
+    lost_props,
     unrepresented,
 )
 from generator.recording import Ending
@@ -154,7 +155,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     """
     action = ActionFile(motion.header, motion.chains, motion.times, motion.displacements)
     write_atomic(path, format_action(action))
-    return Losses.collect("action file", [NO_FIGURE, unrepresented(motion)])
+    return Losses.collect("action file", [NO_FIGURE, lost_props(motion), unrepresented(motion)])
 
 
 def _lines(action: ActionFile) -> Iterator[str]:

@@ -4,8 +4,8 @@ One skeleton: the node of the figure, and within it a bone for every segment tha
 segment's name, within the bone of its parent segment. The skin lists the bones and
 their poses at rest, with all displacements zero, in which y of a bone points along its limb. The
 shape of a segment is the mesh of its bone, which it follows rigidly: programs that know nothing of
-skins draw the same. Lengths are metres, y is up, the figure faces +z: glTF's own convention is that
-of a figure's world.
+skins draw the same. Props are nodes beside the figure, a plane a sheet around the motion. Lengths
+are metres, y is up, the figure faces +z: glTF's own convention is that of a figure's world.
 
 The container of a binary glTF file (`.glb`): one JSON document and one block of numbers.
 
@@ -21,6 +21,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.contact.appearance import is_level, prop_colour, prop_surface
+from generator.contact.scene import Prop
 from generator.diagnostics import MoverError
 from generator.figure import Segment
 from generator.geometry.appearance import (
@@ -32,7 +34,7 @@ from generator.geometry.appearance import (
 )
 from generator.identifiers import free_name
 from generator.losses import Loss, Losses
-from generator.motion_files.motion import NO_MASSES, FigureMotion, unrepresented
+from generator.motion_files.motion import NO_MASSES, FigureMotion, unknown_props, unrepresented
 from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
 from generator.rotations import Array, inverse_pose
 from generator.text_io import write_atomic
@@ -113,6 +115,8 @@ def _chunk(kind: bytes, content: bytes, filler: bytes) -> bytes:
 _MIN_TRANSLATION = 1e-7
 """A segment gets a channel for its position when its joint moves it by more than this [m]."""
 
+_WALL_OPACITY = 0.2
+
 _ROUNDED = Loss("digits: numbers have 24 bits, some 7 digits")
 
 
@@ -136,6 +140,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
             else None,
             Loss("displacements: the file holds orientations, without whole turns"),
             NO_MASSES,
+            unknown_props(motion),
             unrepresented(motion),
             _ROUNDED,
         ],
@@ -154,6 +159,8 @@ def format_glb(motion: FigureMotion) -> tuple[bytes, list[Loss]]:
     document = _GlbBuilder(motion, skeleton)
     for name, segment in motion.figure.segments.items():
         document.add_segment(segment, appearances.get(name))
+    for prop in motion.scene.props:
+        document.add_prop(prop)
     document.add_animation()
     return document.to_bytes(), [*skeleton.losses(_MIN_TRANSLATION), *unseen]
 
@@ -165,10 +172,11 @@ class _GlbBuilder:
         self._motion, self._skeleton = motion, skeleton
         self._buffer = Buffer()
         self._meshes: list[dict[str, Any]] = []
-        self._materials: dict[Colour, int] = {}
+        self._materials: dict[tuple[Colour, float], int] = {}
         self._nodes: list[dict[str, Any]] = []
         self._node_indices: dict[str, int] = {}
         self._animations: list[dict[str, Any]] = []
+        self._props: list[int] = []
         path = motion.figure.path
         self._name = motion.figure.name or ("figure" if path is None else path.stem)
         self._channels: dict[str, tuple[Array, Array]] = {}
@@ -224,16 +232,38 @@ class _GlbBuilder:
             return
         corners, normals = triangles_with_normals(appearance.surface)
         turn = into_bone[:3, :3].T
+        corners, normals = corners @ turn + into_bone[:3, 3], normals @ turn
+        self._add_mesh(index, corners, normals, appearance.colour)
+
+    def _add_mesh(
+        self, node: int, corners: Array, normals: Array, colour: Colour, opacity: float = 1.0
+    ) -> None:
+        """Give a node a mesh of triangles in its axes."""
         attributes = {
-            "POSITION": self._buffer.add(
-                corners @ turn + into_bone[:3, 3], "VEC3", bounds=True, vertices=True
-            ),
-            "NORMAL": self._buffer.add(normals @ turn, "VEC3", vertices=True),
+            "POSITION": self._buffer.add(corners, "VEC3", bounds=True, vertices=True),
+            "NORMAL": self._buffer.add(normals, "VEC3", vertices=True),
         }
-        material = self._materials.setdefault(appearance.colour, len(self._materials))
+        material = self._materials.setdefault((colour, opacity), len(self._materials))
         primitive = {"attributes": attributes, "material": material}
-        self._meshes.append({"name": segment.name, "primitives": [primitive]})
-        self._nodes[index]["mesh"] = len(self._meshes) - 1
+        self._meshes.append({"name": self._nodes[node]["name"], "primitives": [primitive]})
+        self._nodes[node]["mesh"] = len(self._meshes) - 1
+
+    def add_prop(self, prop: Prop) -> None:
+        """Add a prop beside the figure; a plane that is not level is translucent."""
+        shape, pose = prop.shape, prop.shape.pose
+        index = self._add_node(
+            {
+                "name": free_name(prop.name, {node["name"] for node in self._nodes}),
+                "translation": pose[:3, 3].tolist(),
+                "rotation": continuous_quaternions(pose[None, :3, :3])[0].tolist(),
+                "extras": {"prop": shape.name, "level": is_level(shape)},
+            }
+        )
+        self._props.append(index)
+        origins = [poses[:, :3, 3] for poses in self._motion.poses.values()]
+        corners, normals = triangles_with_normals(prop_surface(shape, np.concatenate(origins)))
+        opacity = _WALL_OPACITY if shape.is_endless and not is_level(shape) else 1.0
+        self._add_mesh(index, corners, normals, prop_colour(shape), opacity)
 
     def add_animation(self) -> None:
         """Add the channels of the bones. Raises MoverError as `format_glb`.
@@ -284,25 +314,26 @@ class _GlbBuilder:
     def to_bytes(self) -> bytes:
         """The whole file."""
         header = dict(line.split(" ", 1) for line in self._motion.header.lines())
-        skins = self._skins()
+        skins, roots = self._skins(), [self._root, *self._props]
         return self._buffer.to_glb(
             {
                 "asset": {"version": "2.0", "generator": "exudyn-mover", "extras": header},
                 "scene": 0,
-                "scenes": [{"name": self._motion.header.figure, "nodes": [self._root]}],
+                "scenes": [{"name": self._motion.header.figure, "nodes": roots}],
                 "nodes": self._nodes,
                 "skins": skins,
                 "meshes": self._meshes,
-                "materials": [_material_json(colour) for colour in self._materials],
+                "materials": [_material_json(*each) for each in self._materials],
                 "animations": self._animations,
             }
         )
 
 
-def _material_json(colour: Colour) -> dict[str, Any]:
+def _material_json(colour: Colour, opacity: float) -> dict[str, Any]:
     surface = {
-        "baseColorFactor": [*linear_colour(colour), 1.0],
+        "baseColorFactor": [*linear_colour(colour), opacity],
         "metallicFactor": 0.0,
         "roughnessFactor": 0.8,
     }
-    return {"pbrMetallicRoughness": surface, "doubleSided": True}
+    blend = {} if opacity == 1.0 else {"alphaMode": "BLEND"}
+    return {"pbrMetallicRoughness": surface, "doubleSided": True, **blend}

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from generator.contact.record import ContactRecord
+from generator.contact.scene import NO_SCENE, Scene
 from generator.figure import Figure, JointAxis
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import batched_placements
@@ -113,6 +114,7 @@ class FigureMotion:
         displacements: displacements of each joint, shape (n, degrees of freedom) [rad or m].
         recording: the run that the motion is from; None for one from an action file.
         springs: springs of the run; None where only the header names them.
+        scene: Props around the figure.
     """
 
     figure: Figure
@@ -122,6 +124,7 @@ class FigureMotion:
     displacements: Mapping[str, Array]
     recording: Recording | None = None
     springs: SpringSet | None = None
+    scene: Scene = NO_SCENE
 
     @cached_property
     def tree(self) -> Tree:
@@ -158,6 +161,7 @@ def motion_from_recording(recording: Recording, figure: Figure | None = None) ->
         recording.displacements,
         recording,
         None if recording.model is None else recording.model.springs,
+        recording.scene,
     )
 
 
@@ -197,6 +201,7 @@ _QUANTITIES = ("velocities", "reactions", "passive torques", "energies", "error 
 GROUND_REACTION = "ground reaction"
 CONTACT_SIZES = "sizes of contact forces"
 CONTACT_DEPTHS = "contact depths"
+PART_FORCES = "contact forces of parts, with their points"
 
 
 def _contact_quantities(contact: ContactRecord | None) -> list[str]:
@@ -217,6 +222,8 @@ def _contact_quantities(contact: ContactRecord | None) -> list[str]:
         names.append("overlap of segments")
     if contact.parts:
         names.append("contact of parts of the body")
+    if contact.part_forces:
+        names.append(PART_FORCES)
     return [*names, "impacts of heads"] if contact.heads or contact.head_injury else names
 
 
@@ -233,6 +240,20 @@ def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
     contact = _contact_quantities(motion.recording.contact)
     left = [name for name in (*_QUANTITIES, *driven, *contact) if name not in represented]
     return Loss("results of the run other than the motion", tuple(left))
+
+
+def lost_props(motion: FigureMotion) -> Loss | None:
+    """Return the loss of the props, in a format without a scene; None for a motion without any."""
+    names = tuple(prop.name for prop in motion.scene.props)
+    return Loss("the props of the scene", names) if names else None
+
+
+def unknown_props(motion: FigureMotion) -> Loss | None:
+    """Return the loss of the props where the run had some, but its file is of an older version."""
+    run = motion.recording
+    if run is None or run.contact is None or motion.scene.props:
+        return None
+    return Loss("the props of the scene, which the recording does not hold")
 
 
 NO_FIGURE = Loss("the figure: its segments, masses and shapes; the joints alone are named")

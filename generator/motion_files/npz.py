@@ -25,11 +25,13 @@ from generator.contact.record import (
     PartContact,
     SegmentContact,
 )
+from generator.contact.scene import NO_SCENE, Scene
 from generator.contact_file.parts import Evidence
 from generator.diagnostics import InputError, ModelError, error
 from generator.figure import AxisKind, JointAxis
+from generator.input_files.scene import SCENE_FILE, write_scene
 from generator.losses import Loss, Losses
-from generator.motion_files.motion import FigureMotion, Header, first_frame_interval
+from generator.motion_files.motion import FigureMotion, Header, first_frame_interval, lost_props
 from generator.recording import (
     CONTACT_ENERGY_KINDS,
     ENERGY_KINDS,
@@ -54,6 +56,8 @@ FRAME_ERROR_FIELD = "error_by_frame"
 ENERGY_FIELD = "energy"
 CONTACT_FORCE_FIELD = "contact_forces"
 CONTACT_DEPTH_FIELD = "contact_depths"
+PART_FORCE_FIELD = "part_forces"
+FORCE_POINT_FIELD = "force_points"
 GROUND_REACTION_FIELD = "ground_reaction"
 EXTREME_FORCE_FIELD = "extreme_forces"
 SENSITIVITY_FIELDS = ("sensitivity", "height_sensitivity")
@@ -83,15 +87,18 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         arrays |= {"centre_of_mass": run.centre_of_mass, FRAME_ERROR_FIELD: run.accuracy.by_frame}
         arrays |= _prefix_names(ENERGY_FIELD, run.energy)
         arrays |= _contact_arrays(run.contact)
+    about = _metadata(motion)
     stream = BytesIO()
     np.savez_compressed(
         stream,
         allow_pickle=False,
         **arrays,
-        **{METADATA_KEY: np.array(json.dumps(_metadata(motion)))},
+        **{METADATA_KEY: np.array(json.dumps(about))},
     )
     write_atomic(path, stream.getvalue())
     losses = [Loss("the figure: its segments, masses and shapes; the names are there")]
+    if about["scene"] is None and (loss := lost_props(motion)) is not None:
+        losses.append(loss)
     if (size := sum(array.nbytes for array in arrays.values())) > MAX_RUN_BYTES:
         losses.append(Loss(f"a way back into this program: {_size_text(size)}"))
     return Losses.collect("npz", losses)
@@ -107,6 +114,8 @@ def _contact_arrays(contact: ContactRecord | None) -> dict[str, Array]:
         return {}
     arrays = _prefix_names(CONTACT_FORCE_FIELD, contact.forces)
     arrays |= _prefix_names(CONTACT_DEPTH_FIELD, contact.depths)
+    arrays |= _prefix_names(PART_FORCE_FIELD, contact.part_forces)
+    arrays |= _prefix_names(FORCE_POINT_FIELD, contact.force_points)
     arrays[GROUND_REACTION_FIELD] = contact.ground_reaction
     if contact.extreme_forces is not None:
         arrays[EXTREME_FORCE_FIELD] = contact.extreme_forces
@@ -129,6 +138,7 @@ def _metadata(motion: FigureMotion) -> dict[str, Any]:
         "law": header.law,
         "outcome": header.outcome.value,
         "message": header.message,
+        "scene": _scene_text(motion.scene),
         "chains": {
             name: [[f.kind.value, *f.axis] for f in chain] for name, chain in motion.chains.items()
         },
@@ -136,6 +146,14 @@ def _metadata(motion: FigureMotion) -> dict[str, Any]:
     if run is not None:
         about["run"] = _run_metadata(run)
     return about
+
+
+def _scene_text(scene: Scene) -> str | None:
+    """Return the text of a scene file, "" without props; None for a scene that no file can hold."""
+    try:
+        return write_scene(scene) if scene.props or scene.covers else ""
+    except ValueError:
+        return None
 
 
 def _run_metadata(run: Recording) -> dict[str, Any]:
@@ -376,6 +394,8 @@ def _structure_errors(
         shapes[EXTREME_FORCE_FIELD] = (3, 4)
     segments = _names(arrays, POSE_FIELD)
     shapes |= {f"{POSE_FIELD}/{name}": (count, 4, 4) for name in segments}
+    for field in (PART_FORCE_FIELD, FORCE_POINT_FIELD):
+        shapes |= {f"{field}/{name}": (count, 3) for name in _names(arrays, PART_FORCE_FIELD)}
     for name in _names(arrays, DRIVE_TORQUE_FIELD):
         if name in chains:
             shapes[f"{DRIVE_TORQUE_FIELD}/{name}"] = (count, len(chains[name]))
@@ -468,7 +488,16 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         integrator_reason=str(run.get("integrator_reason", "")),
         agreement_with_exudyn=run.get("agreement_with_exudyn"),
         contact=contact,
+        scene=_scene(metadata.get("scene")),
     )
+
+
+def _scene(text: str | None) -> Scene:
+    """Return the scene of a text; none without one. Raises ValueError for one that is wrong."""
+    scene = SCENE_FILE.parse_text(text).value if text else NO_SCENE
+    if scene is None:
+        raise ValueError("not the text of a scene")
+    return scene
 
 
 def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> ContactRecord | None:
@@ -512,6 +541,8 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
             for name, numbers in about.get("heads", {}).items()
         },
         parts={name: _part(part) for name, part in about.get("parts", {}).items()},
+        part_forces=_arrays_in_field(arrays, PART_FORCE_FIELD, _names(arrays, PART_FORCE_FIELD)),
+        force_points=_arrays_in_field(arrays, FORCE_POINT_FIELD, _names(arrays, PART_FORCE_FIELD)),
     )
 
 

@@ -50,6 +50,7 @@ from generator.motion_files.motion import (
     FigureMotion,
     Header,
     first_frame_interval,
+    lost_props,
     unrepresented,
 )
 from generator.recording import Ending
@@ -68,6 +69,7 @@ def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) ->
     losses = [
         NO_FIGURE,
         renaming_loss(plain_names(motion.chains)),
+        lost_props(motion),
         unrepresented(motion, GROUND_REACTION),
         Loss("digits: degrees are rounded to 17, which may change the last bit of an angle")
         if in_degrees

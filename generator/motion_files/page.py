@@ -10,6 +10,7 @@ import re
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from html import escape
@@ -20,12 +21,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from generator.contact.arrows import ArrowScale
 from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.losses import Loss, Losses
 from generator.motion_files.glb import format_glb
-from generator.motion_files.motion import NO_MASSES, FigureMotion, Header, unrepresented
+from generator.motion_files.motion import (
+    NO_MASSES,
+    PART_FORCES,
+    FigureMotion,
+    Header,
+    unknown_props,
+    unrepresented,
+)
 from generator.passive_curve import PassiveCurve, PublishedTorques, joint_label, passive_curves
 from generator.recording import Ending, Recording, energy_kinds
 from generator.rotations import Array, matrix_from_rotation_vector
@@ -34,11 +43,23 @@ from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
 from springs import SphericalLaw, SpringSet
 
+SCRIPTS = (
+    "three.min.js",
+    "uPlot.min.js",
+    "tools.js",
+    "time_line.js",
+    "stage.js",
+    "body.js",
+    "surroundings.js",
+    "chart.js",
+    "page.js",
+)
+"""Scripts of a page, in their order."""
+
 MAX_PAGE_FRAMES = 6_000
 """Frames of a page; of a longer motion every second, third ... is kept."""
 
 _ROUNDED = Loss("digits: numbers other than times have 24 bits, some 7 digits")
-_NO_PROPS = Loss("the props of the scene; the grid is the plane y = 0")
 
 Frames = NDArray[np.int64]
 
@@ -54,8 +75,6 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     springs = motion.springs or springs_of_header(motion.header, motion.figure)
     frames = kept_frames(motion.times.size)
     glb, body_losses = format_glb(_at_frames(motion, frames))
-    recording = motion.recording
-    has_props = recording is not None and recording.contact is not None
     losses = Losses.collect(
         "page",
         [
@@ -71,8 +90,10 @@ def write(motion: FigureMotion, path: Path) -> Losses:
             )
             if springs is None
             else None,
-            _NO_PROPS if has_props else None,
-            unrepresented(motion, "energies", *([] if springs is None else ["passive torques"])),
+            unknown_props(motion),
+            unrepresented(
+                motion, "energies", PART_FORCES, *([] if springs is None else ["passive torques"])
+            ),
             _ROUNDED,
         ],
     )
@@ -120,7 +141,7 @@ def _at_frames(motion: FigureMotion, frames: Frames) -> FigureMotion:
     if frames.size == motion.times.size:
         return motion
     moved = {name: values[frames] for name, values in motion.displacements.items()}
-    return FigureMotion(motion.figure, motion.header, motion.chains, motion.times[frames], moved)
+    return replace(motion, times=motion.times[frames], displacements=moved, recording=None)
 
 
 # Data of the page: texts, and arrays as base64 of little-endian floats
@@ -149,6 +170,8 @@ def page_data(
         "times": encode_doubles(motion.times[frames]),
         "rows": list(_rows(motion, frames, springs)),
         "energy": [] if recording is None else list(_energy_rows(recording, frames)),
+        "forces": [] if recording is None else list(_force_rows(recording, frames)),
+        "arrows": _arrow_scale(motion),
     }
 
 
@@ -177,6 +200,9 @@ def _facts(motion: FigureMotion, frames: Frames) -> Iterator[tuple[str, str]]:
         yield "Integrator", recording.integrator.value
         balance = recording.energy_balance
         yield "Energy balance", f"constant to {np.max(np.abs(balance - balance[0])):.2g} J"
+    if motion.scene.props:
+        props = (f"{prop.name}: {prop.shape.describe()}" for prop in motion.scene.props)
+        yield "Props", "; ".join(props)
     yield "Reference axes", "y is up, the figure faces +z at rest, its left is +x"
 
 
@@ -192,6 +218,28 @@ def _energy_rows(recording: Recording, frames: Frames) -> Iterator[dict[str, str
     for kind in energy_kinds(recording.energy):
         if np.any(recording.energy[kind]):
             yield {"name": kind, "values": encode_floats(recording.energy[kind][frames])}
+
+
+def _arrow_scale(motion: FigureMotion) -> dict[str, Any]:
+    first = {name: poses[0] for name, poses in motion.poses.items()}
+    scale = ArrowScale.of_figure(motion.figure, first)
+    metres = scale.length / scale.force
+    return {"metres_per_newton": metres, "longest": scale.longest, "text": scale.text}
+
+
+def _force_rows(recording: Recording, frames: Frames) -> Iterator[dict[str, str]]:
+    """Yield forces and points of each part that is touched, in the frames in which it is."""
+    contact = recording.contact
+    for name, forces in () if contact is None else contact.part_forces.items():
+        kept = forces[frames]
+        touched = np.flatnonzero(np.any(kept, axis=1))
+        if contact is not None and touched.size:
+            yield {
+                "name": name.replace("_", " "),
+                "frames": encode_floats(touched.astype(float)),
+                "forces": encode_floats(kept[touched]),
+                "points": encode_floats(contact.force_points[name][frames][touched]),
+            }
 
 
 def _rows(
@@ -308,11 +356,7 @@ def format_page(data: dict[str, Any], glb: bytes) -> str:
         glb: the motion as binary glTF.
     """
     scripts, styles = (
-        [_asset(name) for name in names]
-        for names in (
-            ("three.min.js", "uPlot.min.js", "page.js"),
-            ("uPlot.min.css", "page.css"),
-        )
+        [_asset(name) for name in names] for names in (SCRIPTS, ("uPlot.min.css", "page.css"))
     )
     parts: dict[str, Callable[[], str]] = {
         "policy": lambda: escape(_policy(scripts, styles)),
@@ -321,6 +365,7 @@ def format_page(data: dict[str, Any], glb: bytes) -> str:
             "\n\n".join(_asset(name) for name in ("three.LICENSE.txt", "uPlot.LICENSE.txt"))
         ),
         "motion": lambda: script_json(data),
+        "scripts": lambda: "\n".join(f"<script>{script}</script>" for script in scripts),
         "glb": lambda: b64encode(glb).decode(),
     }
     text = re.sub(

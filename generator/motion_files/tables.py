@@ -13,6 +13,7 @@ from generator.motion_files.motion import (
     GROUND_REACTION,
     NO_FIGURE,
     FigureMotion,
+    lost_props,
     motion_from_recording,
     unrepresented,
 )
@@ -34,7 +35,8 @@ def write_csv(motion: FigureMotion, path: Path) -> Losses:
     """
     write_atomic(path, format_csv(motion))
     kept = ("energies", GROUND_REACTION, CONTACT_SIZES, CONTACT_DEPTHS)
-    return Losses.collect("table", [NO_FIGURE, unrepresented(motion, *kept) or NO_ENERGIES])
+    results = unrepresented(motion, *kept) or NO_ENERGIES
+    return Losses.collect("table", [NO_FIGURE, lost_props(motion), results])
 
 
 def format_csv(motion: FigureMotion) -> str:

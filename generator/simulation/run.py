@@ -295,6 +295,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         else None,
         recorded=record,
         model=runner.subject,
+        scene=model.plan.scene,
     )
 
 

@@ -10,13 +10,15 @@ from threading import Thread
 import numpy as np
 from viser import GuiUplotHandle, LineSegmentsHandle, uplot
 
+from generator.contact.arrows import ArrowScale
 from generator.conversion import READABLE_SUFFIXES, read_motion_with_warnings
 from generator.diagnostics import Diagnostic, MoverError, UsageError
 from generator.motion_files.motion import FigureMotion, file_sha256
 from generator.rotations import Array
 from generator.viewer import playback
 from generator.viewer.folder import names_in_folder, path_in_folder
-from generator.viewer.scene import FigureScene
+from generator.viewer.scene import FigureScene, points_in_world
+from generator.viewer.surroundings import ForceArrows
 from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines
 from springs import SpringSet
 
@@ -109,6 +111,8 @@ class PlayPanel(Panel):
         self._path: LineSegmentsHandle | None = None
         self._path_frames, self._path_points = np.zeros(0, dtype=int), np.zeros((0, 3))
         self._path_drawn = -1
+        self._arrows: ForceArrows | None = None
+        self._points = np.zeros((0, 3))
         self._chart_number = 0
         self._shown_frame = -1
         self._slider_frame = 0
@@ -132,6 +136,8 @@ class PlayPanel(Panel):
             self._loop = gui.add_checkbox("Loop", initial_value=False)
             self._site = gui.add_dropdown("Path of site", _NO_SITES)
             self._whole_path = gui.add_checkbox("Whole path", initial_value=True)
+            self._show_forces = gui.add_checkbox("Contact forces", True, visible=False)
+            self._force_scale = gui.add_html("", visible=False)
             self._show_ghost = gui.add_checkbox("Second motion", initial_value=True, visible=False)
             self._joint = gui.add_dropdown("Joint", _NO_JOINTS)
         self._chart_folder = gui.add_folder("Curves", visible=False)
@@ -150,6 +156,7 @@ class PlayPanel(Panel):
         listen(self._loop.on_update, lambda _: self._set_loop())
         listen(self._site.on_update, lambda _: self._trace())
         listen(self._whole_path.on_update, lambda _: self._draw_path())
+        listen(self._show_forces.on_update, lambda _: self._draw_forces(self._shown_frame))
         listen(self._show_ghost.on_update, lambda _: self._toggle_ghost())
         listen(self._joint.on_update, lambda _: self._choose_joint())
         content = self.viewer.content
@@ -223,7 +230,16 @@ class PlayPanel(Panel):
         self._trace()
         self._draw_charts()
         framed = playback.sample_frames(self.frames.count, FRAMED_FRAMES)
-        self.viewer.frame_camera([self.frames.poses(int(frame)) for frame in framed])
+        poses = [self.frames.poses(int(frame)) for frame in framed]
+        self._points = np.concatenate([points_in_world(self.viewer.scene, each) for each in poses])
+        if self._arrows is not None:
+            self._arrows.hide()
+        scale = ArrowScale.of_figure(motion.figure, poses[0])
+        self._arrows = ForceArrows(self.viewer.server, "/contact_forces", scale)
+        has_forces = playback.contact_forces(motion, 0) is not None
+        self._show_forces.visible = self._force_scale.visible = has_forces
+        self._force_scale.content = html_lines([scale.text])
+        self.viewer.frame_camera(poses)
         self._shown_frame, self._must_show = -1, True
 
     def load_ghost(self, motion: FigureMotion) -> None:
@@ -244,6 +260,8 @@ class PlayPanel(Panel):
         if shown.driver is not Driver.MOTION and self.playback is not None:
             self.playback.pause(self.clock())
             self._shown_frame, self._was_playing = -1, False
+            if self._arrows is not None:
+                self._arrows.hide()
 
     def selection_changed(self, segment: str | None, joint: str | None) -> None:
         """Draw the curves of the selected joint."""
@@ -283,8 +301,20 @@ class PlayPanel(Panel):
         poses = self.frames.poses(frame)
         displacements = self.frames.displacements(frame)
         self._move_ghost(at)
+        self._draw_forces(frame)
+        self.viewer.surroundings.show_scene(self.frames.motion.scene, self._points)
         self.viewer.show(FigureState(Driver.MOTION, displacements, poses, at))
         self._shown_frame = frame
+
+    def _draw_forces(self, frame: int) -> None:
+        """Draw the contact forces in a frame, or none."""
+        if self._arrows is None or self.frames is None:
+            return
+        found = playback.contact_forces(self.frames.motion, frame)
+        if found is None or not self._show_forces.value:
+            self._arrows.hide()
+        else:
+            self._arrows.show(*found)
 
     def _move_ghost(self, at: float) -> None:
         if self.ghost is not None and self._ghost_scene is not None and self._show_ghost.value:

@@ -298,6 +298,18 @@ def energy_chart(motion: FigureMotion) -> list[Chart]:
     return _chart(motion, "Energy [J]", frames, [one for one in curves if np.any(one[1])])
 
 
+def contact_forces(motion: FigureMotion, frame: int) -> tuple[Array, Array] | None:
+    """Return the contact forces [N] and their points [m] in a frame, both of shape (k, 3).
+
+    None for a motion without them.
+    """
+    contact = None if motion.recording is None else motion.recording.contact
+    if contact is None or not contact.part_forces:
+        return None
+    forces = [each[frame] for each in contact.part_forces.values()]
+    return np.array(forces), np.array([each[frame] for each in contact.force_points.values()])
+
+
 def ground_reaction_chart(motion: FigureMotion) -> list[Chart]:
     """Return the force of all props on the figure; or nothing for a run without contact."""
     run = motion.recording

@@ -1,11 +1,18 @@
-"""Surroundings of the figure on the page: lights, the ground, and its background."""
+"""Surroundings of the figure on the page: lights, the ground, props, and contact forces."""
 
 from collections.abc import Mapping
 
 import numpy as np
+import viser
 
+from generator.contact.appearance import is_level, prop_colour, prop_surface
+from generator.contact.arrows import ArrowScale
+from generator.contact.scene import NO_SCENE, Scene
 from generator.figure import Figure
+from generator.geometry.intersections import triangulate
+from generator.geometry.surface import Indices, Surface
 from generator.rotations import Array, quaternion_from_matrix
+from generator.viewer.scene import rgb
 from generator.viewer.server import PageServer
 
 _CELL_COLOURS = {False: (222, 225, 230), True: (52, 55, 60)}
@@ -18,12 +25,20 @@ MIN_GROUND_REACH = 4.0
 """Least distance from the world's origin to the sides of the ground [m]."""
 
 
+_WALL_OPACITY, _PROP_OPACITY = 0.2, 0.7
+"""Opacity of planes that are not level, and of other props: arrows below a body are seen."""
+
+FORCE_COLOUR = (123, 44, 191)
+
+
 class Surroundings:
-    """Lights and the ground at y = 0, light or dark."""
+    """Lights, the ground, which is the level plane of the scene or else y = 0, and other props."""
 
     def __init__(self, server: PageServer, points: Array) -> None:
         """Add the nodes, with a ground that extends beyond points of a figure, (n, 3) [m]."""
         self._server, self._ground_width = server, ground_width(points)
+        self._props: dict[str, viser.MeshHandle] = {}
+        self._ground_place, self._is_dark, self.scene_shown = np.zeros(3), False, NO_SCENE
         scene = server.scene
         scene.configure_default_lights(False)
         scene.add_light_hemisphere(
@@ -35,7 +50,45 @@ class Surroundings:
 
     def set_dark(self, *, is_dark: bool) -> None:
         """Change background and controls, by the theme of the page, and the ground."""
+        self._is_dark = is_dark
         self._server.set_theme(is_dark=is_dark)
+        self._draw_ground()
+
+    def show_scene(self, scene: Scene, points: Array) -> None:
+        """Show the props of a scene in place of those before.
+
+        Args:
+            scene: Scene.
+            points: Points that planes extend beyond, shape (n, 3) [m].
+        """
+        if scene == self.scene_shown:
+            return
+        self.scene_shown = scene
+        for node in self._props.values():
+            node.remove()
+        floors = [prop.shape for prop in scene.props if is_level(prop.shape)]
+        self._ground_place = floors[0].pose[:3, 3] if floors else np.zeros(3)
+        self._ground_width = max(self._ground_width, ground_width(points))
+        self._draw_ground()
+        self._props = {
+            prop.name: self._server.scene.add_mesh_simple(
+                f"/props/{k}",
+                *_prop_mesh(prop_surface(prop.shape, points)),
+                color=rgb(prop_colour(prop.shape)),
+                opacity=_WALL_OPACITY if prop.shape.is_endless else _PROP_OPACITY,
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+                position=prop.shape.pose[:3, 3],
+                wxyz=quaternion_from_matrix(prop.shape.pose[:3, :3]),
+            )
+            for k, prop in enumerate(scene.props)
+            if not is_level(prop.shape)
+        }
+
+    def _draw_ground(self) -> None:
+        is_dark = self._is_dark
         self._server.scene.add_grid(
             "/ground",
             self._ground_width,
@@ -48,7 +101,47 @@ class Surroundings:
             fade_distance=0.7 * self._ground_width,  # half of its diagonal
             fade_from="origin",
             shadow_opacity=0.0,
+            position=self._ground_place,
         )
+
+
+def _prop_mesh(surface: Surface) -> tuple[Array, Indices]:
+    """Return vertices and triangles of the surface of a prop."""
+    corners, _ = triangulate(surface)
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+
+
+class ForceArrows:
+    """Contact forces as arrows, as one node."""
+
+    def __init__(self, server: PageServer, name: str, scale: ArrowScale) -> None:
+        """Remember the scale; there are no arrows yet."""
+        self._server, self._name, self._scale = server, name, scale
+        self._node: viser.ArrowsHandle | None = None
+
+    def show(self, forces: Array, points: Array) -> None:
+        """Show forces [N] at points [m], both of shape (n, 3), in place of those before."""
+        arrows = self._scale.arrows(forces, points).astype(np.float32)
+        if not len(arrows):
+            self.hide()
+        elif self._node is None:
+            length = self._scale.length
+            self._node = self._server.scene.add_arrows(
+                self._name,
+                arrows,
+                FORCE_COLOUR,
+                shaft_radius=0.05 * length,
+                head_radius=0.13 * length,
+                head_length=0.3 * length,
+            )
+        else:
+            self._node.points = arrows
+
+    def hide(self) -> None:
+        """Remove the arrows."""
+        if self._node is not None:
+            self._node.remove()
+            self._node = None
 
 
 def ground_width(points: Array) -> float:

@@ -1,5 +1,6 @@
 """`mover picture`: moments, labels, files, and what is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from generator.diagnostics import UsageError
+from generator.input_files.scene import write_scene
 from generator.kinematics.placement import forward_kinematics
 from generator.motion_files import PICTURE_SUFFIXES, motion_writer
 from plots.figure_image import draw_moments
@@ -16,6 +18,8 @@ from plots.framing import Size
 from plots.picture import IMAGE_FORMATS, film_times, make_film, on_white, time_labels
 from plots.video import VIDEO_FORMATS
 from tests.command import answer, mover, run
+from tests.contacts import PROPS
+from tests.motions import clip
 from tests.pictures import NO_SCENE, drawn, motion_file, moving, standing, swing, view_of
 
 
@@ -103,6 +107,29 @@ def test_pixels_are_those_of_the_renderer(tmp_path: Path):
     with Image.open(tmp_path / "a.png") as image:
         pixels = np.array(image.convert("RGB"))
     assert np.array_equal(pixels, on_white(drawn(standing(), view_of("front"))))
+
+
+def test_the_props_of_a_run_are_drawn(tmp_path: Path):
+    """As those of a scene file; --no-scene leaves them out, as a format without props."""
+    recording = clip("prototype").recording
+    assert recording is not None
+    recording = replace(recording, scene=PROPS)
+    for name in ("run.npz", "run.action"):
+        recording.write(tmp_path / name)
+    (tmp_path / "props.scene.toml").write_text(write_scene(PROPS), encoding="utf-8")
+    pixels: list[bytes] = []
+    for source, options in (
+        ("run.npz", ()),
+        ("run.action", ("--scene", tmp_path / "props.scene.toml")),
+        ("run.npz", ("--no-scene",)),
+        ("run.action", ()),
+    ):
+        output = tmp_path / "out.png"
+        said = answer("picture", tmp_path / source, "--width", "300", *options, "-o", output)
+        has_props = len(pixels) < 2
+        assert said["losses"] == (["planes that are not drawn: wall"] if has_props else [])
+        pixels.append(Image.open(output).tobytes())
+    assert pixels[0] == pixels[1] != pixels[2] == pixels[3]
 
 
 def test_a_transparent_picture_has_no_background(tmp_path: Path):

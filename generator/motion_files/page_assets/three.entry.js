@@ -2,11 +2,13 @@
 export {
   Box3,
   Color,
+  CylinderGeometry,
   DirectionalLight,
   GridHelper,
   Group,
   HemisphereLight,
   Mesh,
+  MeshBasicMaterial,
   PCFShadowMap,
   PerspectiveCamera,
   PlaneGeometry,

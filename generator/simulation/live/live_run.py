@@ -261,7 +261,7 @@ class LiveRun:
             self._plan, self._frames, len(self._log), self._steps, self._stepper
         )
         model = Model(self.figure, self.springs, self._stepper.contact)
-        return replace(recording, model=model)
+        return replace(recording, model=model, scene=self._stepper.scene)
 
 
 def replay(

@@ -350,6 +350,12 @@ class Stepper:
         return self._state.kinetic_energy
 
     @property
+    def scene(self) -> Scene:
+        """Props that the figure touches."""
+        contacts = self._state.setting.contacts
+        return Scene() if contacts is None else contacts.scene
+
+    @property
     def contact_forces(self) -> dict[str, Array]:
         """Force of all props on each segment that has contact spheres, world axes, (3,) [N]."""
         contact, contacts = self._state.contact, self._state.setting.contacts
@@ -589,7 +595,7 @@ class Stepper:
             loads=loads,
             locked=self.locked,
             drives=self._plan.drives,
-            scene=Scene() if setting.contacts is None else setting.contacts.scene,
+            scene=self.scene,
         )
         springs = setting.springs.of_joints(figure.joints).scaled(*setting.scales)
         figure = replace(figure, segments=segments)

@@ -9,6 +9,7 @@ import trimesh
 from scipy.spatial.transform import Rotation, Slerp
 
 from generator import Plan, read_figure, simulate
+from generator.contact.scene import Scene
 from generator.diagnostics import MoverError
 from generator.geometry.appearance import linear_colour, mass_capsule
 from generator.geometry.psurf import PSURF_FILE
@@ -17,6 +18,7 @@ from generator.motion_files.glb import write
 from generator.motion_files.motion import motion_from_figure
 from generator.motion_files.skeleton import build_skeleton
 from generator.rotations import Array
+from tests.contacts import PROPS, with_contact
 from tests.motion_readers import Glb
 from tests.motions import MOTIONS, any_motion, bent, clip, shipped, site, slides, standing
 from tests.paths import FIGURES
@@ -234,3 +236,42 @@ def test_frames_that_24_bits_cannot_tell_apart_are_refused(tmp_path: Path):
     with pytest.raises(MoverError, match="too closely"):
         write(replace(motion, times=close), tmp_path / "out.glb")
     assert not (tmp_path / "out.glb").exists()
+
+
+def test_props_are_nodes_beside_the_figure(tmp_path: Path):
+    """A box is itself; a plane is a sheet in it, around the motion; a wall is translucent."""
+    motion = with_contact(clip("slides"))
+    write(motion, tmp_path / "run.glb")
+    read = Glb(tmp_path / "run.glb")
+    names = [node["name"] for node in read.nodes]
+    roots = [names[k] for k in read.document["scenes"][0]["nodes"]]
+    assert roots[1:] == ["floor", "crate", "wall"]
+    origins = np.concatenate([poses[:, :3, 3] for poses in motion.poses.values()])
+    for prop in PROPS.props:
+        node = read.nodes[names.index(prop.name)]
+        pose = read.poses()[prop.name][0]
+        assert np.allclose(pose, prop.shape.pose, atol=WITHIN)
+        mesh = read.document["meshes"][node["mesh"]]["primitives"][0]
+        corners = read.numbers(mesh["attributes"]["POSITION"])
+        assert np.allclose(prop.shape.distance(tuple(corners.T))[0], 0.0, atol=WITHIN)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if prop.shape.is_endless:
+            local = (origins - pose[:3, 3]) @ pose[:3, :3]
+            assert np.all(low[[0, 2]] <= local[:, [0, 2]].min(axis=0) - 0.99)
+            assert np.all(high[[0, 2]] >= local[:, [0, 2]].max(axis=0) + 0.99)
+        else:
+            assert np.allclose([low, high], prop.shape.bounds, atol=WITHIN)
+        material = read.document["materials"][mesh["material"]]
+        assert (material.get("alphaMode") == "BLEND") == (prop.name == "wall")
+
+
+def test_a_prop_of_the_name_of_a_segment_gets_another(tmp_path: Path):
+    motion = with_contact(clip("slides"))
+    props = [
+        replace(prop, name=name)
+        for prop, name in zip(PROPS.props, ("arm", "rod", "x"), strict=True)
+    ]
+    write(replace(motion, scene=Scene(tuple(props))), tmp_path / "run.glb")
+    names = [node["name"] for node in Glb(tmp_path / "run.glb").nodes]
+    assert {"arm", "arm_2", "rod_2", "x"} <= set(names)
+    assert len(set(names)) == len(names)

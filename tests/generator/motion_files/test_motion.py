@@ -7,9 +7,10 @@ import pytest
 
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
-from generator.motion_files import MOTION_FORMATS
+from generator.motion_files import MOTION_FORMATS, motion_writer
 from generator.motion_files.motion import motion_from_figure
-from tests.motions import bent, shipped, start_of
+from tests.contacts import with_contact
+from tests.motions import bent, clip, shipped, start_of
 
 
 @pytest.mark.parametrize("is_bent", [False, True])
@@ -31,3 +32,11 @@ def test_every_format_holds_a_pose(suffix: str, tmp_path: Path):
     path = tmp_path / f"pose{suffix}"
     MOTION_FORMATS[suffix](motion_from_figure(shipped("fourbar")), path)
     assert path.stat().st_size > 0
+
+
+@pytest.mark.parametrize("suffix", MOTION_FORMATS)
+def test_a_format_without_a_scene_says_so(suffix: str, tmp_path: Path):
+    motion = with_contact(clip("slides"))
+    losses = motion_writer(tmp_path / f"run{suffix}")(motion, tmp_path / f"run{suffix}")
+    said = "the props of the scene: floor, crate, wall" in map(str, losses.entries)
+    assert said == (suffix not in (".npz", ".glb", ".html"))

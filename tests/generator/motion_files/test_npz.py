@@ -2,7 +2,7 @@
 
 import json
 import tracemalloc
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from numpy.lib import format as npy
 
+from generator.contact.box import Box
 from generator.contact.record import ContactRecord
+from generator.contact.scene import Scene
 from generator.diagnostics import InputError
 from generator.motion_files import motion_from_action, npz, read_npz
 from generator.motion_files.action import ActionFile
 from generator.motion_files.npz import write
-from tests.contacts import with_contact
+from tests.contacts import PROPS, with_contact
 from tests.motions import clip
 
 
@@ -234,6 +236,26 @@ def test_contact_is_read_back_and_stands_in_arrays_of_its_own(tmp_path: Path):
         default = field.default is None or callable(field.default_factory)
         assert not default or bool(np.any(getattr(back.contact, field.name))), field.name
     assert np.array_equal(back.energy_balance, motion.recording.energy_balance)
+    assert back.scene == PROPS
+
+
+def test_a_scene_that_no_file_can_hold_is_a_loss(tmp_path: Path):
+    motion = with_contact(clip("slides"))
+    huge = replace(PROPS.props[1], shape=Box(size=(2e3, 1.0, 1.0)))
+    losses = write(replace(motion, scene=Scene((huge,))), tmp_path / "run.npz")
+    assert "the props of the scene: crate" in map(str, losses.entries)
+    assert read_npz(tmp_path / "run.npz")[1].scene == Scene()
+
+
+@pytest.mark.parametrize("text", [5, "[[box]]", {"a": 1}])
+def test_a_wrong_scene_is_refused(text: Any, tmp_path: Path):
+    path = tmp_path / "run.npz"
+    write(with_contact(clip("slides")), path)
+    about = json.loads(str(array(path, "about")))
+    about["scene"] = text
+    change(path, about=np.array(json.dumps(about)))
+    (message,) = refused(path)
+    assert "not what this program writes" in message
 
 
 def test_a_run_with_contact_needs_its_arrays(tmp_path: Path):
@@ -246,13 +268,15 @@ def test_a_run_with_contact_needs_its_arrays(tmp_path: Path):
             "energy/friction": None,
             "ground_reaction": np.zeros((21, 3)),
             "contact_depths/rod": np.zeros(3),
+            "force_points/sole": None,
             "sensitivity": np.zeros(2),
         },
     )
     messages = refused(path)
-    assert len(messages) == 5
+    assert len(messages) == 6
     for part in (
         "has no array `contact_forces/arm`",
+        "has no array `force_points/sole`",
         "has no array `energy/friction`",
         "`ground_reaction` has shape (21, 3), not (21, 6)",
         "`contact_depths/rod` has shape (3,), not (21,)",
@@ -274,6 +298,7 @@ def test_a_contact_record_without_its_numbers_is_refused(spoilt: Any, tmp_path: 
 
 def test_files_older_than_contact_are_read(path: Path):
     about = json.loads(str(array(path, "about")))
-    del about["run"]["contact"]
+    del about["run"]["contact"], about["scene"]
     change(path, about=np.array(json.dumps(about)))
     assert read_npz(path)[1].contact is None
+    assert read_npz(path)[1].scene == Scene()

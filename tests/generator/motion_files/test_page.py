@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import Plan, read_springs, simulate
+from generator.contact.scene import Scene
 from generator.losses import Losses
 from generator.model import Model
 from generator.motion_files import (
@@ -24,6 +25,7 @@ from generator.motion_files import (
 )
 from generator.motion_files.page import (
     MAX_PAGE_FRAMES,
+    SCRIPTS,
     kept_frames,
     page_data,
     script_json,
@@ -32,6 +34,7 @@ from generator.motion_files.page import (
 )
 from generator.passive_curve import passive_curves, passive_torque
 from tests.chains import BALL, at, body, chain, figure, ground, joint, one_body
+from tests.contacts import with_contact
 from tests.motion_readers import Page
 from tests.motions import any_motion, clip, shipped
 
@@ -83,7 +86,7 @@ def test_only_the_scripts_of_the_page_may_run(tmp_path: Path):
     for directive, texts in (("script-src", read.scripts), ("style-src", read.contents["style"])):
         digests = [b64encode(sha256(text.encode()).digest()).decode() for text in texts]
         assert policy[directive].split() == [f"'sha256-{digest}'" for digest in digests]
-    assert len(read.scripts) == 3
+    assert len(read.scripts) == len(SCRIPTS)
 
 
 def test_text_of_files_stays_text(tmp_path: Path):
@@ -93,7 +96,7 @@ def test_text_of_files_stays_text(tmp_path: Path):
     assert read.contents["title"] == [HOSTILE]
     assert read.data["outcome"] == HOSTILE
     assert read.data["rows"][0]["joint"] == f"hinge {HOSTILE}"
-    assert [tag for tag, _ in read.tags].count("script") == 5
+    assert [tag for tag, _ in read.tags].count("script") == len(SCRIPTS) + 2
 
 
 TEXTS = st.text() | st.sampled_from([HOSTILE, "<!--", "]]>", "<script", "\u2028", "&lt;"])
@@ -117,6 +120,36 @@ def test_the_frames_of_a_run_are_all_there_bit_for_bit(tmp_path: Path):
     assert set(energy) == {k for k, values in recording.energy.items() if np.any(values)}
     for kind, values in energy.items():
         assert np.allclose(values, recording.energy[kind], rtol=1e-6)
+
+
+def test_contact_forces_are_there_in_the_frames_in_which_a_part_is_touched(tmp_path: Path):
+    motion = with_contact(clip("slides"))
+    assert "results of the run" in "".join(map(str, write(motion, tmp_path / "out.html").entries))
+    read = Page(tmp_path / "out.html")
+    assert motion.recording is not None
+    contact = motion.recording.contact
+    assert contact is not None
+    (row,) = read.data["forces"]  # nothing touches the sole
+    frames = read.floats(row["frames"])
+    assert frames.tolist() == list(range(1, 21))
+    for key, expected in (("forces", contact.part_forces), ("points", contact.force_points)):
+        found = read.floats(row[key]).reshape(-1, 3)
+        assert np.allclose(found, expected["pelvis"][1:], rtol=1e-6)
+    props = dict(read.data["facts"])["Props"]
+    assert props.startswith("floor: plane")
+    assert "crate: box" in props
+    glb = read.glb()
+    assert [node["name"] for node in glb.nodes if "prop" in node.get("extras", {})] == [
+        "floor",
+        "crate",
+        "wall",
+    ]
+
+
+def test_a_run_from_an_older_file_says_that_its_props_are_unknown(tmp_path: Path):
+    motion = replace(with_contact(clip("slides")), scene=Scene())
+    losses = write(motion, tmp_path / "out.html")
+    assert "the props of the scene, which the recording does not hold" in str(losses)
 
 
 def test_the_point_of_a_curve_is_on_its_law():

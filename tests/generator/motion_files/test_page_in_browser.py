@@ -15,6 +15,7 @@ from generator.motion_files.page import springs_of_header, write
 from generator.passive_curve import passive_curves
 from generator.rotations import Array
 from tests.browser import WAIT, launch_browser
+from tests.contacts import with_contact
 from tests.generator.motion_files.test_glb import half_way
 from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
 from tests.motion_readers import Page
@@ -174,6 +175,31 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
     before = page.evaluate(background)
     page.click("#theme")
     assert page.evaluate(background) != before
+
+
+@pytest.mark.slow
+def test_props_and_forces_are_drawn(open_file: Callable[..., Any], tmp_path: Path):
+    """Forces of the parts that are touched at a time, unless they are switched off."""
+    motion = with_contact(clip("prototype"))
+    write(motion, tmp_path / "fall.html")
+    page = open_file(tmp_path / "fall.html")
+    wait_for(page, "page.triangles() > 1000")
+    assert page.evaluate("page.props()") == [
+        ["floor", "plane"],
+        ["crate", "box"],
+        ["wall", "plane"],
+    ]
+    assert "on the floor" in page.inner_text("#scale")
+    assert page.evaluate("page.forces()") == []
+    page.evaluate("time => page.seek(time)", float(motion.times[5]))
+    assert page.evaluate("page.forces()") == ["pelvis"]
+    assert "Arrow of 10 cm: 200 N" in page.inner_text("#scale")
+    with_forces = page.locator("#stage").screenshot()
+    page.uncheck("#forces")
+    assert page.evaluate("page.forces()") == []
+    assert "Arrow" not in page.inner_text("#scale")
+    page.wait_for_timeout(200)
+    assert page.locator("#stage").screenshot() != with_forces
 
 
 def test_a_page_of_a_pose_shows_it(open_file: Callable[..., Any], tmp_path: Path):

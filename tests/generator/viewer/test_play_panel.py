@@ -10,6 +10,7 @@ from generator.rotations import quaternion_from_matrix
 from generator.viewer.play_panel import NEXT, NO_SITE, PlayPanel
 from generator.viewer.scene import node_name
 from generator.viewer.viewer import Driver, FigureState
+from tests.contacts import with_contact
 from tests.generator.viewer.conftest import content_of, wait_until
 from tests.motions import any_motion, clip, shipped
 
@@ -243,3 +244,28 @@ def test_names_are_never_markup(play):
     _, panel = play(replace(clip("prototype"), header=header))
     assert "<img" not in panel._summary.content
     assert "&lt;img" in panel._summary.content
+
+
+SHOWN = "name => Boolean(window.__viserMutable?.nodeRefFromName?.[name])"
+
+
+@pytest.mark.slow
+def test_props_and_forces_of_a_run_are_drawn(play, open_page):
+    """Until the forces are switched off; another panel hides them, and leaves the props."""
+    motion = with_contact(clip("prototype"))
+    running, panel = play(motion)
+    page = open_page(running)
+    wait_until(lambda: page.evaluate(SHOWN, "/props/1"))
+    assert page.evaluate(SHOWN, "/props/2")
+    assert not page.evaluate(SHOWN, "/contact_forces")  # nothing touches at the first frame
+    assert "Arrow of 10 cm: 200 N" in panel._force_scale.content
+    running.call(lambda: panel._go(NEXT))
+    wait_until(lambda: page.evaluate(SHOWN, "/contact_forces"))
+    page.get_by_label("Contact forces").uncheck()
+    wait_until(lambda: not page.evaluate(SHOWN, "/contact_forces"))
+    page.get_by_label("Contact forces").check()
+    wait_until(lambda: page.evaluate(SHOWN, "/contact_forces"))
+    state = running.viewer.shown
+    running.call(lambda: running.viewer.show(replace(state, driver=Driver.POSE, time=None)))
+    wait_until(lambda: not page.evaluate(SHOWN, "/contact_forces"))
+    assert page.evaluate(SHOWN, "/props/1")

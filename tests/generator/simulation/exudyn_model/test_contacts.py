@@ -342,3 +342,37 @@ def test_owners_of_the_spheres() -> None:
     contacts = ContactModel(FLOOR, {"a": (sphere,) * 2, "b": (sphere,), "c": (sphere,) * 3})
     assert contacts.owners.tolist() == [0, 0, 1, 2, 2, 2]
     assert build_model(ball(0.1), Plan(scene=FLOOR)).contacts.owners.tolist() == [0]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.7])
+def test_the_forces_of_groups_act_in_their_points(friction: float) -> None:
+    """They add up to those of segments; without friction they have the moments of the contact."""
+    model = built("two")
+    plane = Prop("one", Plane((0.1, -0.1, 0.0), (0.1, 2.0, -0.3)), Surface(friction=friction))
+    found = evaluate(model, Scene((plane,)), random_states(model, 20))
+    names = list(model.contacts.groups)
+    assert names == list(model.contacts.spheres)
+    sizes = np.linalg.norm(found.group_forces, axis=-1)
+    assert 5 < np.count_nonzero(sizes) < sizes.size
+    assert found.group_forces == pytest.approx(found.forces, abs=1e-9)
+    assert np.all(found.group_points[sizes == 0.0] == 0.0)
+    moments = np.cross(found.group_points, found.group_forces)
+    scale = np.max(np.abs(found.wrenches))
+    off = np.max(np.abs(moments - found.wrenches[..., 3:])) / scale
+    assert off < 1e-12 if friction == 0.0 else off > 1e-6
+    local = (found.group_points[sizes > 0.0] - plane.shape.pose[:3, 3]) @ plane.shape.pose[:3, :3]
+    assert np.all(local[:, 1] <= 1e-12)  # in the plane or below it
+
+
+def test_spheres_of_a_part_are_a_group_over_segments() -> None:
+    model = built("two")
+    spheres = {
+        name: tuple(replace(one, part="skin" if k == 0 else "") for k, one in enumerate(some))
+        for name, some in model.contacts.spheres.items()
+    }
+    contacts = replace(model.contacts, spheres=spheres)
+    groups = contacts.groups
+    assert len(groups["skin"]) == len(spheres)
+    assert sum(map(len, groups.values())) == sum(map(len, spheres.values()))
+    states = evaluate_contacts(contacts, model.figure, *random_states(model, 20))
+    assert states.group_forces.sum(axis=1) == pytest.approx(states.forces.sum(axis=1), abs=1e-9)

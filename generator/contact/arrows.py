@@ -1,0 +1,72 @@
+"""Contact forces as arrows: their scale, and where they begin and end."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import floor, log10
+
+import numpy as np
+
+from generator.contact.record import STANDARD_ACCELERATION
+from generator.figure import Figure
+from generator.rotations import Array
+
+MIN_ARROW_FORCE = 1.0
+"""Force from which there is an arrow [N]."""
+
+LONGEST_ARROW = 5.0
+"""Length at which arrows are cut, over that of the scale."""
+
+_SHARE_OF_SIZE = 0.15
+"""Length of the scale over the size of the figure, before it is rounded."""
+
+
+@dataclass(frozen=True)
+class ArrowScale:
+    """Scale of arrows of forces. It is that of a figure, so that arrows of its runs compare.
+
+    Attributes:
+        length: Length of an arrow [m].
+        force: Its force [N].
+    """
+
+    length: float
+    force: float
+
+    @classmethod
+    def of_figure(cls, figure: Figure, poses: Mapping[str, Array]) -> "ArrowScale":
+        """Return the scale of a figure by its weight and its size in a pose, shape (4, 4) each."""
+        mass = sum(body.mass or 0.0 for body in figure.bodies.values())
+        places = np.array([poses[name][:3, 3] for name in figure.bodies])
+        size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+        length = _SHARE_OF_SIZE * size or 0.1
+        return cls(_round_down(length), _round_down(mass * STANDARD_ACCELERATION or 1.0))
+
+    @property
+    def text(self) -> str:
+        """The scale in words."""
+        force = f"{self.force:g} N" if self.force < 1000.0 else f"{self.force / 1000.0:g} kN"
+        return f"Arrow of {100.0 * self.length:g} cm: {force}; cut at {self.longest:g} m"
+
+    @property
+    def longest(self) -> float:
+        """Length at which arrows are cut [m]."""
+        return LONGEST_ARROW * self.length
+
+    def arrows(self, forces: Array, points: Array) -> Array:
+        """Return the tails and tips of arrows that end at points, shape (k, 2, 3) [m].
+
+        Args:
+            forces: Forces [N], shape (n, 3), of which those below `MIN_ARROW_FORCE` have no arrow.
+            points: Points [m], shape (n, 3).
+        """
+        sizes = np.linalg.norm(forces, axis=1)
+        kept = sizes >= MIN_ARROW_FORCE
+        sizes, tips = sizes[kept], points[kept]
+        lengths = np.minimum(sizes * self.length / self.force, self.longest)
+        return np.stack([tips - (lengths / sizes)[:, None] * forces[kept], tips], axis=1)
+
+
+def _round_down(number: float) -> float:
+    """Return the largest of 1, 2, 5, 10 ... that is at most a positive number."""
+    power = 10.0 ** floor(log10(number))
+    return float(f"{next(k for k in (5, 2, 1) if k * power <= number * (1.0 + 1e-9)) * power:g}")
