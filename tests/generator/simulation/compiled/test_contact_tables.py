@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.contact.box import Box
@@ -100,6 +100,7 @@ def test_the_code_gives_the_numbers_of_the_law(touch: Touch) -> None:
 
 
 @pytest.mark.slow
+@settings(max_examples=20)
 @given(touches(), touches())
 def test_one_form_serves_all_spheres_and_surfaces(one: Touch, other: Touch) -> None:
     """The lines depend on the kind of prop only; all that differs is in the table."""
