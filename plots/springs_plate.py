@@ -24,9 +24,10 @@ from plots.literature import Literature, published_curve
 from plots.plate import Plate, plate_name
 from springs import AxisSpring, SpringSet, total_torque
 from springs.backends import Array
-from springs.elastic import common_valid_range
+from springs.elastic import Elastic, common_valid_range
 from springs.lint.report import CurveReport, report_curves
 from springs.published import tables as published
+from springs.stop import Stop
 
 _HEIGHT = 5.2
 _MARGIN = radians(15.0)
@@ -98,7 +99,7 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
     compared = None if other is None else other.axis(joint, spring)
     low, high = report.lint_range
     angles = np.linspace(low - _MARGIN, high + _MARGIN, 500)
-    torque = np.asarray(total_torque(spring.elastic, angles)) + np.zeros_like(angles)
+    torque = _torques(spring.elastic, angles)
     columns = {"angle [deg]": np.degrees(angles), f"{own.name} [N m]": torque}
     references = [spring.reference, *(str(row.reference) for row in literature)]
     references = list(dict.fromkeys(filter(None, references)))
@@ -111,7 +112,7 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
         known = common_valid_range(spring.elastic)
         _draw_spring(axes, angles, torque, known, THESIS_STYLE, own.name)
         if other is not None and compared is not None:
-            beside = np.asarray(total_torque(compared.elastic, angles)) + np.zeros_like(angles)
+            beside = _torques(compared.elastic, angles)
             columns[f"{other.name} [N m]"] = beside
             _draw_spring(
                 axes, angles, beside, common_valid_range(compared.elastic), OTHER_STYLE, other.name
@@ -119,7 +120,7 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
         draw_zero_line(axes)
         axes.set(
             xlim=(degrees(float(angles[0])), degrees(float(angles[-1]))),
-            ylim=_torque_limits(angles, torque, literature, (low, high)),
+            ylim=_torque_limits(angles, spring, literature, (low, high)),
             xlabel=f"angle [deg], positive in {spring.motion or 'the sense of the axis'}",
             ylabel="torque on the child [N m]",
         )
@@ -149,7 +150,8 @@ def _caption(report: CurveReport, literature: Sequence[Literature]) -> str:
     doubts = " ".join(f"Doubt: {finding.sentence}." for finding in report.doubts)
     range_text = (
         "Shaded: the normal range of motion, or from -90 to 90 deg where none is known. Curves are "
-        "thin and dotted beyond the range in which they are known."
+        "thin and dotted beyond the range in which they are known. Torques of stops at the limits "
+        "leave the picture."
     )
     bands = [row for row in literature if row.scatter_text]
     scatter = " ".join(f"Band of {row.label}: {row.scatter_text}." for row in bands)
@@ -185,14 +187,29 @@ def _draw_literature(
     draw_curve(axes, np.degrees(angles), row.torque(angles), row.valid_range, style, label, 1.3)
 
 
+def _torques(laws: Sequence[Elastic], angles: Array) -> Array:
+    return np.asarray(total_torque(laws, angles)) + np.zeros_like(angles)
+
+
 def _torque_limits(
-    angles: Array, torque: Array, literature: Sequence[Literature], normal: tuple[float, float]
+    angles: Array,
+    spring: AxisSpring,
+    literature: Sequence[Literature],
+    normal: tuple[float, float],
 ) -> tuple[float, float]:
-    """Limits that show the curve in the normal range and measurements [N m]."""
-    inside = (angles >= normal[0]) & (angles <= normal[1])
-    largest = max(1.0, float(np.abs(torque[inside]).max()))
-    for row in literature:
-        if row.valid_range is not None and not row.obstacle:
-            known = inside & (angles >= row.valid_range[0]) & (angles <= row.valid_range[1])
-            largest = max(largest, float(np.nanmax(np.abs(row.torque(angles[known])), initial=0.0)))
-    return -_TORQUE_MARGIN * largest, _TORQUE_MARGIN * largest
+    """Limits that show measurements and the curve, without its stops, in the normal range [N m]."""
+
+    def largest(torques: Array, known: tuple[float, float] | None) -> float:
+        low, high = known or normal
+        inside = (angles >= max(low, normal[0])) & (angles <= min(high, normal[1]))
+        return float(np.nanmax(np.abs(torques[inside]), initial=0.0))
+
+    passive = [law for law in spring.elastic if not isinstance(law, Stop)]
+    found = [largest(_torques(passive, angles), common_valid_range(passive))]
+    found += [
+        largest(row.torque(angles), row.valid_range)
+        for row in literature
+        if row.valid_range is not None and not row.obstacle
+    ]
+    limit = _TORQUE_MARGIN * max(1.0, max(found) or largest(_torques(spring.elastic, angles), None))
+    return -limit, limit

@@ -203,7 +203,8 @@ def load_springs(
             the path of a springs file (`.toml`) or of an `optional` file.
         law: law of spherical joints; None for what the file says, else
             conservative.
-        with_base: whether the springs of an extended file and of the figure's fields stay.
+        with_base: whether the springs of an extended file and of the figure's fields stay, and
+            the stops of axes that the file does not name.
         text: text of the springs file `choice`, which need not exist; None to read the file.
         content: content of that file, in place of a text.
     """
@@ -228,8 +229,7 @@ def load_springs(
             contents = {} if content is None else {path: content}
             binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts, contents)
             bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
-        fields = figure if with_base else _without_fields(figure)
-        springs = _build_spring_set(fields, bound, law, diagnostics)
+        springs = _build_spring_set(figure, bound, law, diagnostics, with_base=with_base)
     if diagnostics.has_errors or springs is None:
         return Parsed(None, diagnostics.sorted_by_position())
     return Parsed(LoadedSprings(springs, bound.replaced), diagnostics.sorted_by_position())
@@ -416,13 +416,18 @@ class _FileBinder:
 
 
 def _build_spring_set(
-    figure: Figure, bound: FileSprings, law: SphericalLaw | None, diagnostics: Diagnostics
+    figure: Figure,
+    bound: FileSprings,
+    law: SphericalLaw | None,
+    diagnostics: Diagnostics,
+    *,
+    with_base: bool,
 ) -> SpringSet:
-    """The springs that a file gives and the figure's own."""
+    """Return the springs that a file gives and, with a base, those of the figure's fields."""
     joints = {
         name: springs
         for name, joint in figure.joints.items()
-        if (springs := _combine_springs(joint, bound, diagnostics)) is not None
+        if (springs := _combine_springs(joint, bound, diagnostics, with_base)) is not None
     }
     law = law or bound.law or SphericalLaw.CONSERVATIVE
     if law is SphericalLaw.COORDINATES:
@@ -464,15 +469,6 @@ def _check_coordinates(joint: Joint, springs: JointSprings, diagnostics: Diagnos
         )
 
 
-def _without_fields(figure: Figure) -> Figure:
-    """Return a figure without `stiff`, `rest` and `damp`."""
-    bare = {
-        name: replace(joint, stiff=None, rest=None, damp=None)
-        for name, joint in figure.joints.items()
-    }
-    return replace(figure, joints=bare)
-
-
 MIN_STIFFNESS = 1e-3
 """Stiffness below which a linear spring does not hold a joint [N m/rad or N/m]."""
 
@@ -511,7 +507,7 @@ def _parse_content(
 
 
 def _combine_springs(
-    joint: Joint, bound: FileSprings, diagnostics: Diagnostics
+    joint: Joint, bound: FileSprings, diagnostics: Diagnostics, with_base: bool
 ) -> JointSprings | None:
     """Combine the springs of a joint in the order of its chain, then those about other axes.
 
@@ -536,14 +532,14 @@ def _combine_springs(
             case AxisKind.ROTATION:
                 if bound_spring is None:
                     stop = (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET)
-                    axes += _figure_spring(joint, k, axis, stop, diagnostics)
+                    axes += _figure_spring(joint, k, axis, stop, diagnostics) if with_base else ()
                 elif bound_spring not in used:
                     used.append(bound_spring)
                     axes.append(_add_stops(joint, bound_spring))
             case AxisKind.TRANSLATION:
                 stop = (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET)
                 if bound_spring is None:
-                    slides += _figure_spring(joint, k, axis, stop, diagnostics)
+                    slides += _figure_spring(joint, k, axis, stop, diagnostics) if with_base else ()
                 else:
                     used.append(bound_spring)
                     laws = (*bound_spring.spring.elastic, *_build_stops(joint, k, *stop))

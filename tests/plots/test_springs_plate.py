@@ -113,3 +113,21 @@ def test_odd_names_and_narrow_pictures_of_springs(tmp_path: Path) -> None:
     run(*words, "--for", "paper", "--width", 85, "-o", tmp_path / "b")
     refused = mover("plots", "--springs", paths[0], "--against", "pendulum", "-o", tmp_path / "c")
     assert refused.exit_code == 1
+
+
+def test_a_file_that_extends_others_draws_its_own_curves_scaled_without_stops(
+    tmp_path: Path,
+) -> None:
+    """The stops of `male50` have 1000 N m/rad, and its other joints are not of the file."""
+    path = tmp_path / "elbow.springs.toml"
+    path.write_text(
+        'figure = "male50"\nextends = "riener"\n[[spring]]\njoints = ["left_elbow"]\naxis = "y"\n'
+        'motion = "flexion"\npoints_deg_Nm = [[-10, 3], [0, 1], [60, -2], [120, -6]]\n',
+        "utf-8",
+    )
+    (plate,), _ = OwnFiles(springs=path).plates()
+    assert plate.name == "left_elbow_flexion"
+    (columns,) = plate.tables.values()
+    stopped = np.abs(columns["elbow.springs.toml [N m]"]).max()
+    _, highest = plate.figure.axes[0].get_ylim()
+    assert 6.0 < highest < 20.0 < stopped
