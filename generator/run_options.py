@@ -3,7 +3,7 @@
 A new option is a row here, a field of `Plan` of the same name, and its use.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -110,7 +110,7 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Flag("certify"),
-            "Repeat a fall at finer steps until the whole motion is within the tolerance.",
+            "Repeat a fall at finer steps until all of it is within the tolerance.",
             needs=("floor", "scene", "fall"),
             reason="without contact a run always is repeated",
         ),
@@ -122,15 +122,14 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("springs"),
-            "A .springs.toml file, which changes the figure's springs; an .optional file, which "
-            "replaces them; the NAME of FIGURE.NAME.springs.toml beside the figure; `none`; or "
-            "`printed` for the values as printed.",
+            "File that changes the springs of the figure (.optional: replaces them); NAME of "
+            "FIGURE.NAME.springs.toml beside it; `none`; `printed`: values as printed.",
             "FILE|NAME|none|printed",
             live=Text("springs"),
         ),
         RunOption(
             Choice("law", tuple(SphericalLaw)),
-            "How the laws about the axes of a joint of several rotations combine.",
+            "How curves about several axes of a joint combine.",
             type=SphericalLaw,
             live=Choice("law", tuple(SphericalLaw)),
         ),
@@ -147,27 +146,26 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Flag("floor"),
-            "Free the figure, and let it fall on a floor (docs/contact.md).",
+            "Free the figure over a floor.",
             live=Number("floor_height_m", -MAX_LIVE_SIZE, MAX_LIVE_SIZE),
         ),
         RunOption(
             Text("fall"),
-            "Start of a fall of a person, with a floor and for 2 s (docs/falls.md).",
+            "Fall of a person on a floor, for 2 s.",
             "faint|push|slip|trip|stairs|bed|seat",
             excludes=("scene", "friction", "pose", "set", "velocity", "spread"),
             reason="a kind of fall has its own start and props",
         ),
         RunOption(
             Number("height", -MAX_HEIGHT, MAX_HEIGHT, " m"),
-            "Initial height of the lowest point of a free figure [m]. [default: 0 with a floor or "
-            "a scene]",
+            "Initial height of the lowest point [m]. [default: 0 with a floor or a scene]",
             varies=True,
             needs=("free_root", "floor", "scene", "fall"),
             reason="the figure hangs from the ground",
         ),
         RunOption(
             Number("friction", 0.0, MAX_FRICTION),
-            "Coefficient of friction of the floor. [default: 0.6]",
+            "Friction of the floor. [default: 0.6]",
             needs=("floor",),
             reason="in a scene file each surface has its own",
         ),
@@ -178,13 +176,13 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Flag("self_contact"),
-            "Let segments touch each other as well, with --floor or --scene.",
+            "Let segments touch each other.",
             needs=("floor", "scene", "fall"),
         ),
         RunOption(
             Text("starts"),
-            "Repeat the fall from N starts, with --fall those of successive seeds, else with joint "
-            "angles that differ at random.",
+            "Repeat the fall from N starts: of successive seeds, or without --fall with angles "
+            "that differ at random.",
             "N",
             type=int,
             in_study=False,
@@ -192,14 +190,14 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("spread"),
-            "Standard deviation of the angles of --starts. [default: 1deg]",
+            "Standard deviation of these angles. [default: 1deg]",
             "1deg",
             in_study=False,
             needs=("starts",),
         ),
         RunOption(
             Text("seed"),
-            "Seed of the random start of --fall, or angles of --starts. [default: 0]",
+            "Seed of the random start. [default: 0]",
             type=int,
             in_study=False,
             needs=("starts", "fall"),
@@ -220,17 +218,15 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("velocity"),
-            "Initial joint velocities [deg/s or cm/s]. Of a free figure also "
-            "SEGMENT=wx,wy,wz,vx,vy,vz: angular velocity [deg/s] and velocity of that segment's "
-            "own centre of mass [m/s], world axes.",
+            "Initial velocities [deg/s or cm/s]. Of a free figure also SEGMENT=wx,wy,wz,vx,vy,vz: "
+            "angular velocity [deg/s] and that of its centre of mass [m/s], world axes.",
             "JOINT=a,b,c",
             "velocities",
             list[str],
         ),
         RunOption(
             Text("scale"),
-            "Factor or value of a parameter, as in a study: springs.knee.scale=4, gravity=0.5, "
-            "pose.left_knee=20 (docs/study-file.md).",
+            "Factor or value of a parameter: springs.knee.scale=4, pose.left_knee=20.",
             "PATH=VALUE",
             "scales",
             list[str],
@@ -245,7 +241,7 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("links"),
-            "Links between joints (docs/links.md).",
+            "Links between joints.",
             "LINKS.toml",
             type=Path,
             in_study=False,
@@ -274,13 +270,12 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("tone"),
-            "Share of their strength by which muscles hold all joints, or a tone file "
-            "(docs/tone.md).",
+            "Share of their strength by which muscles hold all joints, or a tone file.",
             "0.03|NAME|FILE",
         ),
         RunOption(
             Text("right"),
-            "Share by which muscles of joints or groups (neck, trunk, arms, legs) turn their "
+            "Share by which those of joints or groups (neck, trunk, arms, legs) turn their "
             "segments upright.",
             "neck,trunk=0.5",
             type=list[str],
@@ -295,21 +290,21 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
         RunOption(
             Text("delay"),
-            "Time from the start at which tone begins to rise. [default: 0s, there from the start]",
+            "Time at which tone begins to rise. [default: there from the start]",
             "0.1s",
             in_study=False,
             needs=("tone", "right", "hold", "fall"),
         ),
         RunOption(
             Text("release"),
-            "Time from the start at which tone begins to fall. [default: never]",
+            "Time at which tone begins to fall. [default: never]",
             "0.3s",
             in_study=False,
             needs=("tone", "right", "hold", "fall"),
         ),
         RunOption(
             Choice("integrator", tuple(Integrator)),
-            "Method of integration (docs/simulation.md). [default: compiled]",
+            "Method of integration. [default: compiled]",
             type=Integrator,
             in_study=False,
         ),
@@ -324,7 +319,26 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
         ),
     )
 }
-"""All options of a run, by their keys, in the order of the help."""
+"""All options of a run, by their keys."""
+
+FILES_PANEL = "Files"
+
+PANELS: Mapping[str, Sequence[str]] = {
+    FILES_PANEL: (),
+    "Time": ("stop", "start", "frame"),
+    "Fall and contact": (
+        *("fall", "seed", "starts", "spread", "floor", "height", "friction", "scene"),
+        *("self_contact", "free_root"),
+    ),
+    "Springs": ("springs", "scale", "law"),
+    "Start": ("set", "pose", "velocity"),
+    "Muscle tone": ("tone", "hold", "right", "delay", "release"),
+    "Forces and prescribed joints": ("gravity", "loads", "lock", "links", "drive", "driven"),
+    "Accuracy and method": (
+        *("tolerance", "certify", "step", "integrator", "python_torques", "wall_limit"),
+    ),
+}
+"""Keys of the options in each section of the help, in their order."""
 
 STUDY_OPTIONS = tuple(option for option in RUN_OPTIONS.values() if option.in_study)
 

@@ -99,6 +99,22 @@ MAX_BRIEF_WARNINGS = 3
 _ParserError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
 
 
+class _Command(TyperCommand):
+    """A command whose help has a section for each panel of options."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            title = "Arguments" if parameter.param_type_name == "argument" else "Options"
+            if record is not None:
+                title = getattr(parameter, "rich_help_panel", None) or title
+                sections.setdefault(title, []).append(record)
+        for title, records in sections.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
 class _Commands(TyperGroup):
     """All commands. Errors of the parser are printed like those of a command, also as JSON."""
 
@@ -177,7 +193,7 @@ def _load_command(name: str) -> Any:
     single = typer.Typer(
         add_completion=False, rich_markup_mode=None, context_settings=_HELP_OPTIONS
     )
-    single.command(name)(run)
+    single.command(name, cls=_Command)(run)
     return get_command(single)
 
 

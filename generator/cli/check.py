@@ -3,8 +3,9 @@
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import degrees, inf
 from pathlib import Path
@@ -63,7 +64,7 @@ class CheckResult(answer.CommandResult):
     verdict: str
     faults: tuple[Diagnostic, ...]
     findings: Sequence[Mapping[str, object]] = ()
-    sections: answer.Paragraphs = field(default=(), metadata=answer.HIDDEN)
+    sections: Sequence[object] = field(default=(), metadata=answer.HIDDEN)
 
     def __post_init__(self) -> None:
         """Set the error."""
@@ -115,12 +116,12 @@ def _findings_table(report: CurveReport | CoupledReport, *, include_notes: bool)
 
 
 def _report_counts(reports: Sequence[CurveReport], coupled: Sequence[CoupledReport]) -> str:
-    """Count curves, laws and doubts: `8 curves, 1 law over several joints, 12 doubts`."""
-    doubts = sum(len(report.doubts) for report in (*reports, *coupled))
+    """Count curves, laws and doubts: `8 curves, 1 law over several joints, 3 doubts (slope 3)`."""
+    doubts = [finding.kind.value for report in (*reports, *coupled) for finding in report.doubts]
     laws = [f"{answer.format_count(len(coupled), 'law')} over several joints"] if coupled else []
-    return ", ".join(
-        [answer.format_count(len(reports), "curve"), *laws, answer.format_count(doubts, "doubt")]
-    )
+    kinds = ", ".join(f"{kind} {count}" for kind, count in Counter(doubts).most_common())
+    total = answer.format_count(len(doubts), "doubt") + (f" ({kinds})" if kinds else "")
+    return ", ".join([answer.format_count(len(reports), "curve"), *laws, total])
 
 
 def _findings_data(reports: Sequence[CurveReport | CoupledReport]) -> Iterator[dict[str, object]]:
@@ -162,12 +163,16 @@ def check(
         ),
     ],
     springs: SpringsChoice = None,
+    doubts: Annotated[
+        bool, typer.Option("--doubts", help="Print each doubt about the curves of a figure.")
+    ] = False,
 ) -> answer.CommandResult:
     """Check a figure, springs, a scene or a study for errors."""
     for noun, is_of_kind, check_file in _OTHER_KINDS:
         if is_of_kind(name):
-            if springs is not None:
-                raise UsageError(f"--springs applies to a figure, not to {noun}")
+            for flag, given in (("--springs", springs is not None), ("--doubts", doubts)):
+                if given:
+                    raise UsageError(f"{flag} applies to a figure, not to {noun}")
             return check_file(name)
     reading = FIGURE_FILE.parse_file(name)
     diagnostics, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
@@ -192,7 +197,12 @@ def check(
         use = "the figure can be read, but not simulated"
     verdict = f"{name}: {_severity_counts(diagnostics)}; {use}"
     reports = report_curves(spring_set, mirrors, publications)
-    return _check_result(diagnostics, reports, spring_set, replaced, verdict)
+    result = _check_result(diagnostics, reports, spring_set, replaced, verdict)
+    if doubts:
+        return result
+    *hidden, counts = result.sections or ("",)
+    shown = f"{counts}; --doubts prints them" if hidden else counts
+    return replace(result, sections=[shown])
 
 
 def _contact_faults(figure: Figure) -> tuple[Diagnostic, ...]:
@@ -327,9 +337,9 @@ def _check_result(
     verdict: str,
     *,
     include_notes: bool = False,
-) -> answer.CommandResult:
+) -> CheckResult:
     coupled = report_coupled(springs, replaced)
-    sections = [
+    sections: list[object] = [
         *_curve_paragraphs(reports, include_notes=include_notes),
         *_coupled_paragraphs(coupled, include_notes=include_notes),
     ]

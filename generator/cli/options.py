@@ -21,7 +21,7 @@ from generator.figure_file.values import displacement_bound
 from generator.kinematics.free_root import Chains, settable_chains
 from generator.motion_files.action import LENGTH_UNIT, parse_displacement
 from generator.rotations import Array
-from generator.run_options import MAX_GRAVITY, RUN_OPTIONS
+from generator.run_options import MAX_GRAVITY, PANELS, RUN_OPTIONS
 from generator.units import (
     DIMENSION_POWERS,
     INPUT_BOUNDS,
@@ -65,10 +65,12 @@ OptionalFigureName = Annotated[
 ]
 
 
-def run_option(key: str) -> Any:
-    """Return the option of a command for an option of a run."""
+def run_option(key: str, panel: str | None = None) -> Any:
+    """Return the option of a command for an option of a run, in a section of its help."""
     option = RUN_OPTIONS[key]
-    return typer.Option(option.flag, metavar=option.metavar, help=option.help)
+    return typer.Option(
+        option.flag, metavar=option.metavar, help=option.help, rich_help_panel=panel
+    )
 
 
 SpringsChoice = Annotated[str | None, run_option("springs")]
@@ -101,7 +103,7 @@ Density = Annotated[
 
 
 def with_run_options(command: Callable[..., R]) -> Callable[..., R]:
-    """Give a command all options of a run, after its argument.
+    """Give a command all options of a run, after its own, in sections of the help.
 
     It names those that it uses itself; the others are its `**options`.
     """
@@ -111,19 +113,21 @@ def with_run_options(command: Callable[..., R]) -> Callable[..., R]:
             Parameter.POSITIONAL_OR_KEYWORD,
             default=False if option.type is bool else None,
             annotation=Annotated[
-                bool if option.type is bool else option.type | None, run_option(option.key)
+                bool if option.type is bool else option.type | None, run_option(key, panel)
             ],
         )
-        for option in RUN_OPTIONS.values()
+        for panel, keys in PANELS.items()
+        for key in keys
+        for option in (RUN_OPTIONS[key],)
     ]
     names = {one.name for one in shared}
     own = signature(command)
-    argument, *others = (
-        one
-        for one in own.parameters.values()
-        if one.name not in names and one.kind is not Parameter.VAR_KEYWORD
-    )
-    vars(command)["__signature__"] = own.replace(parameters=[argument, *shared, *others])
+    parameters = own.parameters.values()
+    others = [one for one in parameters if one.name not in names]
+    kinds = Parameter.KEYWORD_ONLY, Parameter.VAR_KEYWORD
+    first = [one for one in others if one.kind not in kinds]
+    last = [one for one in others if one.kind is Parameter.KEYWORD_ONLY]
+    vars(command)["__signature__"] = own.replace(parameters=[*first, *shared, *last])
     return command
 
 

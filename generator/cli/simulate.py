@@ -49,7 +49,7 @@ from generator.kinematics.range_of_motion import RangeExcess
 from generator.model import Model, contact_of_figure
 from generator.motion_files import motion_from_recording
 from generator.recording import Ending, EnergyChange, Recording
-from generator.run_options import RUN_OPTIONS, Integrator
+from generator.run_options import FILES_PANEL, RUN_OPTIONS, Integrator
 from generator.simulation.muscle_tone import tone_of_model
 from generator.simulation.plan import Plan, WallLimit
 from generator.springs_file.read import joints_without_elastic_law
@@ -187,17 +187,22 @@ def simulate(
     locks: Sequence[str] | None = None,
     drive: Path | None = None,
     driven: Sequence[str] | None = None,
-    replay: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.live.toml", help="Compute a live simulation of the page again."),
-    ] = None,
     outputs: Annotated[
         list[Path] | None,
         typer.Option(
             "--output",
             "-o",
             metavar="FILE",
-            help="Motion file to write: .action .csv .npz .glb .bvh .mot .sto .html.",
+            help="Motion file to write: .html to watch it; .csv .npz .action .glb .bvh .mot .sto.",
+            rich_help_panel=FILES_PANEL,
+        ),
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.live.toml",
+            help="Compute a live simulation of the page again.",
+            rich_help_panel=FILES_PANEL,
         ),
     ] = None,
     *,

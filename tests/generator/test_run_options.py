@@ -13,9 +13,10 @@ from generator.cli.settle import settle
 from generator.cli.simulate import simulate
 from generator.diagnostics import UsageError
 from generator.input_files.live import LiveStart
-from generator.run_options import LIVE_ROWS, RUN_OPTIONS, VARYING_OPTIONS, RunOption
+from generator.run_options import LIVE_ROWS, PANELS, RUN_OPTIONS, VARYING_OPTIONS, RunOption
 from generator.simulation.plan import Plan, option_faults
 from generator.toml_file.rows import Number
+from tests.command import run
 from tests.paths import DOCS
 
 PAGE = (DOCS / "commands.md").read_text(encoding="utf-8")
@@ -26,6 +27,19 @@ def test_the_command_has_every_option_and_its_page_names_it(option: RunOption):
     assert option.field in signature(simulate).parameters
     assert f"`{option.flag}" in PAGE
     assert {*option.needs, *option.excludes} <= RUN_OPTIONS.keys()
+
+
+def test_the_help_has_every_option_in_one_section():
+    keys = [key for panel in PANELS.values() for key in panel]
+    assert sorted(keys) == sorted(RUN_OPTIONS)
+    text = run("simulate", "--help").stdout
+    titles = re.findall(r"^([A-Z][a-z ]+):$", text, re.MULTILINE)
+    assert titles == ["Arguments", *PANELS, "Options"]
+    for panel, keys in PANELS.items():
+        _, _, section = text.partition(f"\n{panel}:\n")
+        flags = re.findall(r"^  (?:-\w, )?(--[a-z-]+)", section.partition("\n\n")[0], re.MULTILINE)
+        own = [RUN_OPTIONS[key].flag for key in keys]
+        assert flags == (own or ["--output", "--replay"])
 
 
 def test_the_default_in_the_help_is_that_of_the_plan():

@@ -94,7 +94,11 @@ def test_sides_are_compared_as_mirror_images(
 
 
 def test_a_figure_is_checked_with_the_doubts_about_its_curves():
-    said = run("check", "prototype").stdout
+    brief, said = run("check", "prototype").stdout, run("check", "prototype", "--doubts").stdout
+    assert "free motion ends" not in brief
+    counts = "11 curves, 15 doubts (early resistance 10, free motion 4, slope 1)"
+    assert f"\n{counts}; --doubts prints them\n\nprototype: no errors" in brief
+    assert f"\n{counts}\n\nprototype: no errors" in said
     for sentence in (
         "note: total mass 49.28 kg",
         "free motion ends at 97.4 deg, but elbow flexion normally ends at 144.6 deg",
@@ -330,7 +334,7 @@ def test_a_doubt_about_a_coupled_law_beside_the_figure(
     old: str, new: str, doubt: str, tmp_path: Path
 ):
     path = springs_file(tmp_path, replaced(COUPLED_SPRINGS, old, new))
-    said = run("check", "prototype", "--springs", path).stdout
+    said = run("check", "prototype", "--springs", path, "--doubts").stdout
     assert doubt in said
     assert "  note" not in said
 
