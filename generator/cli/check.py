@@ -64,7 +64,7 @@ class CheckResult(answer.CommandResult):
     verdict: str
     faults: tuple[Diagnostic, ...]
     findings: Sequence[Mapping[str, object]] = ()
-    sections: Sequence[object] = field(default=(), metadata=answer.HIDDEN)
+    sections: Sequence[str | answer.Table] = field(default=(), metadata=answer.HIDDEN)
 
     def __post_init__(self) -> None:
         """Set the error."""
@@ -339,7 +339,7 @@ def _check_result(
     include_notes: bool = False,
 ) -> CheckResult:
     coupled = report_coupled(springs, replaced)
-    sections: list[object] = [
+    sections: list[str | answer.Table] = [
         *_curve_paragraphs(reports, include_notes=include_notes),
         *_coupled_paragraphs(coupled, include_notes=include_notes),
     ]
