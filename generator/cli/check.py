@@ -225,9 +225,9 @@ def _range_publications(figure: Figure | None) -> tuple[str, ...]:
 
 
 def _is_file_of(kind: FileKind[Any, ...], name: str) -> bool:
-    """Return whether a name is that of a file of a kind, or of a shipped one."""
+    """Return whether a name is that of a file of a kind, with its suffix or without."""
     return name.endswith(kind.suffix) or (
-        name in kind.shipped() and not is_file(FIGURE_FILE.find(name))
+        kind.find(name) != Path(name) and not is_file(FIGURE_FILE.find(name))
     )
 
 
@@ -269,7 +269,7 @@ def _is_study(name: str) -> bool:
         return name.endswith(STUDY_SUFFIX)
     from generator.study.study_file import STUDY_FILE  # imports what its runs need
 
-    return name in STUDY_FILE.shipped()
+    return STUDY_FILE.find(name) != Path(name)
 
 
 def _check_study(name: str) -> answer.CommandResult:

@@ -28,4 +28,4 @@ def _parse_figure(source: Source, diagnostics: Diagnostics) -> Figure | None:
     return None if figure is None else replace(figure, path=source.path)
 
 
-FIGURE_FILE = FileKind("figure", ".fig", _parse_figure, is_shipped=True)
+FIGURE_FILE = FileKind("figure", ".fig", _parse_figure, is_shipped=True, prefers_shipped=True)

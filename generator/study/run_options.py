@@ -24,7 +24,6 @@ from generator.run_options import STUDY_OPTIONS
 from generator.simulation.falls import FALLS, fall_plan
 from generator.simulation.plan import Plan, option_faults, plan_fields
 from generator.study.study_tables import RUN_KEYS, parse_table, relative_path, value_of_file
-from generator.text_io import is_file
 from generator.toml_file.reader import TableReader
 from generator.toml_file.rows import Number
 from generator.tone import ALL, Tone
@@ -117,10 +116,8 @@ def _parse_tone(top: TableReader, figure: Figure, folder: Path) -> Tone | None:
         tone = None if share is None else Tone({ALL: share})
     else:
         name = top.text("tone")
-        path = relative_path(name or "", folder)
-        tone = name and value_of_file(
-            top, "tone", TONE_FILE.parse_file(path if is_file(path) else name)
-        )
+        found = None if name is None else TONE_FILE.parse_file(TONE_FILE.find(name, folder))
+        tone = found and value_of_file(top, "tone", found)
     if not tone:
         return None
     try:
@@ -137,8 +134,7 @@ def _parse_scene(top: TableReader, folder: Path) -> Scene | None:
     name = top.text("scene")
     if name is None:
         return None
-    path = relative_path(name, folder)
-    return value_of_file(top, "scene", SCENE_FILE.parse_file(path if is_file(path) else name))
+    return value_of_file(top, "scene", SCENE_FILE.parse_file(SCENE_FILE.find(name, folder)))
 
 
 def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tuple[float, ...]]:

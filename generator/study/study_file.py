@@ -175,9 +175,7 @@ def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
     name = top.text("figure")
     if name is None:
         return None
-    path = relative_path(name, folder)
-    if not is_file(path):
-        path = FIGURE_FILE.shipped().get(name, path)
+    path = FIGURE_FILE.find(name, folder)
     if not path_exists(path):
         hint = spelling_hint(Path(name).stem, FIGURE_FILE.shipped())
         message = f"there is no file `{shorten(name)}` and no shipped figure of that name"

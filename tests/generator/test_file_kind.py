@@ -268,3 +268,22 @@ def test_shipped_files_are_found_by_name(kind: FileKind[Any, ...], tmp_path: Pat
     own.write_bytes(shipped[name].read_bytes())
     assert kind.find(own) == own
     assert replace(kind, is_shipped=False).shipped() == {}
+
+
+@every_shipped_kind
+def test_own_files_are_found_without_their_suffix(
+    kind: FileKind[Any, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before shipped ones of the name, except figures, where the command says so."""
+    monkeypatch.chdir(tmp_path)
+    name, shipped = next(iter(kind.shipped().items()))
+    for stem in (name, "platform"):
+        Path(f"{stem}{kind.suffix}").write_bytes(shipped.read_bytes())
+    assert kind.find("platform") == Path(f"platform{kind.suffix}")
+    own = Path(f"{name}{kind.suffix}")
+    assert kind.find(name) == (shipped if kind.prefers_shipped else own)
+    folder = Path("elsewhere")
+    assert kind.find("platform", folder) == folder / "platform"
+    assert kind.find("platform", tmp_path) == tmp_path / f"platform{kind.suffix}"
+    found = [str(one) for one in kind.parse_file(name).diagnostics]
+    assert any("is the shipped" in text for text in found) == kind.prefers_shipped
