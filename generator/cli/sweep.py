@@ -28,7 +28,7 @@ from generator.rotations import Array
 from generator.study.designs import design_points, run_count
 from generator.study.method_check import LARGEST_SHIFT, MethodShift
 from generator.study.run_results import RunResults
-from generator.study.study import DesignKind, RunMethod, Statistic, Study
+from generator.study.study import DesignKind, RunMethod, Statistic, Study, Uniform
 from generator.study.study_file import STUDY_FILE
 from generator.study.sweep import (
     MOTIONS_NAME,
@@ -47,6 +47,12 @@ MAX_ROWS = 20
 
 MAX_RANKED = 3
 """Measures whose parameters are ranked without `--verbose`."""
+
+
+MORRIS_NOTE = (
+    "Trajectories have four levels of a parameter, at 1/8, 3/8, 5/8 and 7/8 of its range;\n"
+    "their effects are those of the whole range, as far as the measure is linear."
+)
 
 
 class Keep(StrEnum):
@@ -270,13 +276,14 @@ class InterruptedSweep(answer.CommandResult):
 
 
 class Varied(NamedTuple):
-    """A parameter with the range of its values in a design."""
+    """A parameter with the range of its values in a design, and the range that is stated."""
 
     name: str
     smallest: float
     largest: float
     unit: str
     paths: Sequence[str]
+    stated: Sequence[float] | None
 
 
 def _varied_parameters(study: Study, points: Array) -> list[Varied]:
@@ -287,7 +294,16 @@ def _varied_parameters(study: Study, points: Array) -> list[Varied]:
     for number, path in study_paths(study):
         units.setdefault(number, path.unit)
     return [
-        Varied(each.name, float(column.min()), float(column.max()), units[number], each.paths)
+        Varied(
+            each.name,
+            float(column.min()),
+            float(column.max()),
+            units[number],
+            each.paths,
+            (each.distribution.low, each.distribution.high)
+            if isinstance(each.distribution, Uniform)
+            else None,
+        )
         for number, (each, column) in enumerate(
             zip(study.parameters.values(), points.T, strict=True)
         )
@@ -322,10 +338,14 @@ class StudyDescription(answer.CommandResult):
         """Return tables of parameters and measures, and the time."""
         runs = answer.format_count(self.runs, "run")
         yield f"{self.study}: {runs} of {self.figure}, {self.design.value}"
-        rows = [["parameter", "path", "unit", "from", "to"]]
-        for name, smallest, largest, unit, paths in self.parameters:
-            rows.append([name, " ".join(paths), unit, f"{smallest:.5g}", f"{largest:.5g}"])
-        yield answer.Table(rows, 3)
+        rows = [["parameter", "path", "unit", "from", "to", "range"]]
+        for name, smallest, largest, unit, paths, stated in self.parameters:
+            bounds = "" if stated is None else "{:.5g} to {:.5g}".format(*stated)
+            rows.append([name, " ".join(paths), unit, f"{smallest:.5g}", f"{largest:.5g}", bounds])
+        if not any(row[-1] for row in rows[1:]):
+            rows = [row[:-1] for row in rows]
+        table = answer.Table(rows, 3)
+        yield f"{table}\n{MORRIS_NOTE}" if self.design is DesignKind.MORRIS else table
         measures = ((one.name, one.take.value, one.column) for one in self.measures)
         yield answer.Table([("measure", "number", "column"), *measures], 3)
         if self.run_s is not None and self.estimate_s is not None:
@@ -435,6 +455,8 @@ class SweepResult(answer.CommandResult):
         hidden = f"\nand {answer.format_count(more, 'measure')} more, see {self.files[0]}"
         yield f"{answer.Table(table[: MAX_ROWS + 1])}{hidden if more > 0 else ''}"
         yield from self._rankings()[:MAX_RANKED]
+        if self.indices is not None and self.indices.kind is DesignKind.MORRIS:
+            yield MORRIS_NOTE
         if self.shifts:
             largest = max(self.shifts, key=lambda name: abs(self.shifts[name].shift))
             one = self.shifts[largest]

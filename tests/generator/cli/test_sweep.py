@@ -160,6 +160,18 @@ def test_dry_run_times_one_run_and_writes_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [study]
 
 
+def test_trajectories_tell_the_range_that_they_cover(tmp_path: Path) -> None:
+    study = tmp_path / "swing.study.toml"
+    stated = 'kind = "morris"\nruns = 8\n'
+    study.write_text(re.sub(r"kind = .*\nruns = .*\n", stated, STUDY), "utf-8")
+    pull = answer("sweep", study, "--dry-run")["parameters"][0]
+    assert pull["stated"] == [0.8, 1.2]
+    assert [pull["smallest"], pull["largest"]] == pytest.approx([0.85, 1.15])
+    text = run("sweep", study, "--dry-run").stdout
+    assert re.search(r"^pull .* 0\.85 +1\.15 +0\.8 to 1\.2$", text, re.MULTILINE)
+    assert "four levels of a parameter, at 1/8, 3/8, 5/8 and 7/8 of its range" in text
+
+
 def test_dry_run_of_a_first_run_that_fails(tmp_path: Path) -> None:
     study = tmp_path / "soft.study.toml"
     text = STUDY.partition("[sensitivity]")[0].replace("sobol", "latin-hypercube")
