@@ -1,4 +1,4 @@
-"""`mover fit`: fit a cubic to measured moments, and write it as a spring and a picture."""
+"""`mover fit`: fit a curve to measured moments, and write it as a spring and a picture."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,13 +15,13 @@ from generator.cli.outputs import check_writable, write_files
 from generator.diagnostics import MoverError, UsageError
 from generator.input_files.moments import MOMENTS_FILE
 from generator.springs_file.bind import describe_sense_rule
-from generator.springs_file.laws import CubicEntry
+from generator.springs_file.laws import CubicEntry, EntryLaw, describe_law, law_data
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
 from plots.plate import PICTURE_FORMATS
-from springs import Cubic, NotRestoringError
-from springs.backends import Array
+from springs import Cubic
 from springs.fit import CubicFit, fit_cubic
+from springs.fit_forms import Form, FormFit, choose_form, fit_forms, form_doubts
 
 COEFFICIENT_UNITS = ("N m", "N m/rad", "N m/rad^2", "N m/rad^3")
 
@@ -37,7 +37,7 @@ class Axis(StrEnum):
 
 @dataclass(frozen=True)
 class FitResult(CommandResult):
-    """Cubic fitted to moments [N m]."""
+    """Curve fitted to moments [N m], with the cubic in any case."""
 
     data: str
     columns: Mapping[str, str]
@@ -47,17 +47,51 @@ class FitResult(CommandResult):
     standard_errors: Sequence[float] | None
     r_squared: float | None
     rms: float
+    form: Form | None
+    forms: Sequence[Mapping[str, object]]
     law: Mapping[str, object] | None
     points: Sequence[Mapping[str, float]]
     doubts: Sequence[str]
     files: Sequence[Path]
     fitted: CubicFit = field(metadata=HIDDEN)
-    cubic: Cubic | None = field(metadata=HIDDEN)
+    chosen: FormFit | None = field(metadata=HIDDEN)
 
     def paragraphs(self) -> Paragraphs:
-        """Return the coefficients, the residuals and a table of the points."""
+        """Return the forms, the law and its doubts, and a table of the points."""
         angle, moment = self.columns.values()
         yield f"{self.data}: {_format_range(self.fitted)}; columns `{angle}` and `{moment}`"
+        rows = [["form", "parameters", "rms [N m]", "error at angles left out [N m]"]]
+        for one in self.forms:
+            numbers = [_format_number(one[key]) for key in ("rms", "error")]
+            mark = " (chosen)" if one["form"] == self.form else ""
+            rows.append([f"{one['form']}{mark}", str(one["parameters"]), *numbers])
+        yield Table(rows)
+        if self.chosen is None or self.form is Form.CUBIC:
+            yield from self._cubic_paragraphs()
+        else:
+            assert self.chosen.law is not None
+            lines = [describe_law(self.chosen.law), f"sense {self.chosen.sense:+d}"]
+            yield "\n".join([*lines, *(f"doubt: {doubt}" for doubt in self.doubts)])
+        yield Table(self._points_table(), 0)
+        yield format_written(self.files)
+
+    def _points_table(self) -> list[list[str]]:
+        """Return the points with the moments of the curves, and what is left of the chosen one."""
+        if self.chosen is None or self.form is Form.CUBIC:
+            rows = [["angle [deg]", "moment", "cubic", "residual", *["law"] * bool(self.law)]]
+            rows += [[f"{v:.4g}" for v in row.values()] for row in self.points]
+        else:
+            rows = [["angle [deg]", "moment", "law", "residual"]]
+            rows += [
+                [f"{one['angle_deg']:.4g}", *(f"{v:.4g}" for v in (m, law, m - law))]
+                for one in self.points
+                for m, law in ((one["moment"], one["law"]),)
+            ]
+        rows[0].append("[N m]")
+        return rows
+
+    def _cubic_paragraphs(self) -> Paragraphs:
+        """Return the coefficients, the residuals and the rule of the sense."""
         errors = self.standard_errors
         rows = [["M = c0 + c1 a + c2 a^2 + c3 a^3, a in rad", "", "standard error", "unit"]]
         for k, (value, unit) in enumerate(zip(self.coefficients, COEFFICIENT_UNITS, strict=True)):
@@ -66,16 +100,13 @@ class FitResult(CommandResult):
         explained = "undefined, all moments are equal"
         if self.r_squared is not None:
             explained = f"{self.r_squared:.6f}"
-        lines, law = [f"R^2 {explained}; rms residual {self.rms:.4g} N m"], self.cubic
-        if law is not None:
-            rms = _rms(self.fitted.law_residuals)
-            lines[0] += f", of the law with its dead zone {rms:.4g} N m"
+        lines = [f"R^2 {explained}; rms residual {self.rms:.4g} N m"]
+        if self.law is not None:
+            law = self.fitted.law
+            lines[0] += f", of the law with its dead zone {self.law['rms']:.4g} N m"
             rule = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
             lines.append(f"sense {law.sense:+d}: {rule}")
         yield "\n".join([*lines, *(f"doubt: {doubt}" for doubt in self.doubts)])
-        rows = [["angle [deg]", "moment", "cubic", "residual", *(["law"] if law else []), "[N m]"]]
-        yield Table([*rows, *([f"{v:.4g}" for v in row.values()] for row in self.points)], 0)
-        yield format_written(self.files)
 
 
 def fit(
@@ -86,9 +117,12 @@ def fit(
             help="Measured moments; columns such as `angle [deg]` and `moment [N m]`.",
         ),
     ],
+    form: Annotated[
+        Form | None, typer.Option(help="Form of the curve. [default: chosen by cross-validation]")
+    ] = None,
     passive: Annotated[
         bool,
-        typer.Option("--passive", help="Constrain the cubic to restore at both ends."),
+        typer.Option("--passive", help="Constrain the curve to restore at both ends."),
     ] = False,
     output: Annotated[
         Path | None,
@@ -107,7 +141,7 @@ def fit(
         Path | None, typer.Option(metavar="FILE", help="Draw the fit as .svg or .png.")
     ] = None,
 ) -> CommandResult:
-    """Fit a cubic to measured moments and write it as a spring.
+    """Fit a curve to measured moments and write it as a spring.
 
     The option --joint may be repeated.
     """
@@ -115,24 +149,26 @@ def fit(
     _check_options(output, named_joints, plot)
     moments = MOMENTS_FILE.read(data)
     fitted = fit_cubic(moments.angles, moments.moments, passive=passive)
-    try:
-        law = fitted.law
-    except NotRestoringError:
-        law = None
+    forms = fit_forms(fitted.angles, fitted.moments, passive=passive)
+    asked = [one for one in forms if form in (None, one.form)]
+    chosen = choose_form(asked)
     files = [path for path in (output, plot) if path is not None]
     contents: dict[Path, str | bytes] = {}
     check_writable(files, (data,))
+    doubts = fitted.doubts
+    if chosen is not None and chosen.form is not Form.CUBIC:
+        doubts = tuple(form_doubts(chosen, fitted.angles))
     if output is not None:
-        if law is None:
-            raise MoverError(f"no spring to write: {fitted.doubts[0]}; try --passive")
+        if chosen is None:
+            reason = doubts[0] if asked[0].form is Form.CUBIC else asked[0].obstacle
+            raise MoverError(f"no spring to write: {reason}; try --passive")
         entry = SpringEntry(
             joints=tuple(named_joints),
             axis=None if axis is Axis.JOINT else axis.value,
-            # The file states sense and dead zone, so that no rule has to derive them.
-            law=CubicEntry(law.coefficients, law.sense, law.dead_zone, True),
+            law=_entry_law(chosen),
             motion=motion,
             reference=reference or f"the moments in {moments.name}, of unknown origin",
-            why=_describe_fit(fitted, law),
+            why=_describe_fit(fitted, chosen, forms, is_asked=form is not None),
         )
         comment = f"Fitted to {moments.name} by mover fit."
         try:
@@ -146,10 +182,9 @@ def fit(
 
         about = " ".join([", ".join(named_joints), motion]).strip()
         title = f"{about}: {moments.name}" if about else moments.name
-        drawing = draw_fit(fitted, law, title, motion, reference)
+        drawing = draw_fit(fitted, chosen, title, motion, reference)
         contents[plot] = render_figure(drawing, plot.suffix.lower()[1:])
     write_files(contents)
-    zone = None if law is None else law.dead_zone
     return FitResult(
         data=moments.name,
         columns=dict(zip(("angle", "moment"), moments.titles, strict=True)),
@@ -159,18 +194,49 @@ def fit(
         standard_errors=fitted.standard_errors,
         r_squared=fitted.r_squared,
         rms=fitted.rms,
-        law=law
-        and {
-            "sense": law.sense,
-            "dead_zone_deg": zone and [degrees(edge) for edge in zone],
-            "rms": _rms(fitted.law_residuals),
-        },
-        points=list(_table_rows(fitted, law)),
-        doubts=fitted.doubts,
+        form=None if chosen is None else chosen.form,
+        forms=[
+            {
+                "form": one.form,
+                "parameters": one.parameters,
+                "rms": _form_rms(one, fitted),
+                "error": one.error,
+                "obstacle": one.obstacle,
+            }
+            for one in forms
+        ],
+        law=None if chosen is None else _law_data(chosen, fitted),
+        points=list(_table_rows(fitted, chosen)),
+        doubts=doubts,
         files=files,
         fitted=fitted,
-        cubic=law,
+        chosen=chosen,
     )
+
+
+def _entry_law(chosen: FormFit) -> EntryLaw:
+    """Return the law of a springs file, which states sense and dead zone of a cubic."""
+    law = chosen.law
+    if isinstance(law, Cubic):
+        return CubicEntry(law.coefficients, law.sense, law.dead_zone, True)
+    assert law is not None
+    return law
+
+
+def _law_data(chosen: FormFit, fitted: CubicFit) -> dict[str, object]:
+    assert chosen.law is not None
+    return law_data(chosen.law) | {"sense": chosen.sense, "rms": _form_rms(chosen, fitted)}
+
+
+def _form_rms(form: FormFit, fitted: CubicFit) -> float | None:
+    """Return the root mean square of a form's residuals [N m]; None without a law."""
+    if form.law is None:
+        return None
+    return float(np.sqrt(np.mean((fitted.moments - form.moments(fitted.angles)) ** 2)))
+
+
+def _format_number(value: object) -> str:
+    return "-" if value is None else f"{value:.4g}"
 
 
 def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None) -> None:
@@ -185,12 +251,24 @@ def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None
         raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
 
 
-def _describe_fit(fitted: CubicFit, law: Cubic) -> str:
-    explained = f", R^2 {fitted.r_squared:.4f}" if fitted.r_squared is not None else ""
-    ruled = describe_sense_rule(law.coefficients, law, zone_is_stated=False)
+def _describe_fit(
+    fitted: CubicFit, chosen: FormFit, forms: Sequence[FormFit], *, is_asked: bool
+) -> str:
+    """Return what a springs file says of its fit."""
+    compared = ", ".join(
+        f"{one.form} {one.error:.3g} N m" for one in forms if one.error is not None
+    )
+    cross = "" if is_asked or not compared else f" Errors at angles left out: {compared}."
+    if chosen.form is Form.CUBIC:
+        explained = f", R^2 {fitted.r_squared:.4f}" if fitted.r_squared is not None else ""
+        bound, rms = fitted.bounds_active, fitted.rms
+        ruled = describe_sense_rule(fitted.law.coefficients, fitted.law, zone_is_stated=False)
+    else:
+        explained, bound, ruled = "", False, f"Sense {chosen.sense:+d}."
+        rms = _form_rms(chosen, fitted)
     return (
-        f"Least squares{' constrained to restore' if fitted.bounds_active else ''} over "
-        f"{_format_range(fitted)}, rms {fitted.rms:.3g} N m{explained}. {ruled}"
+        f"Least squares of {chosen.form}{' constrained to restore' if bound else ''} over "
+        f"{_format_range(fitted)}, rms {rms:.3g} N m{explained}. {ruled}{cross}"
     )
 
 
@@ -199,16 +277,12 @@ def _format_range(fitted: CubicFit) -> str:
     return f"{len(fitted.angles)} moments from {first:.4g} to {last:.4g} deg"
 
 
-def _table_rows(fitted: CubicFit, law: Cubic | None) -> Iterator[dict[str, float]]:
+def _table_rows(fitted: CubicFit, chosen: FormFit | None) -> Iterator[dict[str, float]]:
     """One row per point: angle in deg, moments in N m."""
     columns = [np.degrees(fitted.angles), fitted.moments, fitted.fitted_moments, fitted.residuals]
     names = ["angle_deg", "moment", "cubic", "residual"]
-    if law is not None:
-        columns.append(fitted.moments - fitted.law_residuals)
+    if chosen is not None:
+        columns.append(chosen.moments(fitted.angles))
         names.append("law")
     for values in zip(*columns, strict=True):
         yield {name: float(value) for name, value in zip(names, values, strict=True)}
-
-
-def _rms(residuals: Array) -> float:
-    return float(np.sqrt(np.mean(residuals**2)))

@@ -68,7 +68,7 @@ COMMANDS = {
     "complete": "Estimate missing masses and inertias of a figure from psurfs.",
     "view": "Show a figure, a pose or a motion in the browser.",
     "warm-up": "Compile the integrator ahead of the first simulation.",
-    "fit": "Fit a cubic to measured moments and write it as a spring.",
+    "fit": "Fit a curve to measured moments and write it as a spring.",
     "identify": "Fit springs to measured joint angles over time.",
     "plots": "Draw curves and motions, and check the claims about them.",
     "picture": "Draw pictures and videos of a figure, a pose or a motion.",

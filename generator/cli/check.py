@@ -170,8 +170,8 @@ def check(
     """Check a figure, springs, a scene or a study for errors."""
     for noun, is_of_kind, check_file in _OTHER_KINDS:
         if is_of_kind(name):
-            for flag, given in (("--springs", springs is not None), ("--doubts", doubts)):
-                if given:
+            for flag, is_given in (("--springs", springs is not None), ("--doubts", doubts)):
+                if is_given:
                     raise UsageError(f"{flag} applies to a figure, not to {noun}")
             return check_file(name)
     reading = FIGURE_FILE.parse_file(name)

@@ -12,6 +12,7 @@ from generator.springs_file.read import load_springs
 from springs import Cubic
 from springs.cubic import Coefficients, polynomial
 from springs.fit import fit_cubic
+from springs.fit_forms import Form, FormFit
 from tests.command import answer, mover, run
 
 HIP_ABDUCTION = (-0.131, 136.0, 8.42, -218.0)
@@ -44,7 +45,7 @@ def test_matplotlib_is_imported_for_pictures_only(tmp_path: Path):
 
 
 def test_a_fit_is_told(tmp_path: Path):
-    result = run("fit", data_file(tmp_path, HIP_ABDUCTION))
+    result = run("fit", data_file(tmp_path, HIP_ABDUCTION), "--form", "cubic")
     assert "22 moments from -50 to 55 deg" in result.stdout
     assert "; columns `angle [deg]` and `moment [N m]`\n" in result.stdout
     assert "R^2 1.000000; rms residual" in result.stdout
@@ -75,7 +76,7 @@ def test_the_json(tmp_path: Path, unit: str):
 def test_the_spring_that_is_written_is_the_law(tmp_path: Path):
     output = tmp_path / "hip.springs.toml"
     result = run(
-        *("fit", data_file(tmp_path, HIP_ABDUCTION), "-o", output),
+        *("fit", data_file(tmp_path, HIP_ABDUCTION), "-o", output, "--form", "cubic"),
         *("--joint", "left_hip_joint", "--joint", "right_hip_joint", "--axis", "x"),
         *("--motion", "abduction", "--reference", 'A "study" of 2000'),
     )
@@ -144,7 +145,8 @@ def test_what_the_picture_shows(coefficients: Coefficients, said: str, labels: s
 
     angles = np.radians(np.arange(-50.0, 56.0, 5.0))
     fitted = fit_cubic(angles, polynomial(coefficients, angles))
-    figure = draw_fit(fitted, fitted.law, "hip", "abduction", "a study")
+    chosen = FormFit(Form.CUBIC, 4, fitted.law, fitted.law.sense)
+    figure = draw_fit(fitted, chosen, "hip", "abduction", "a study")
     upper, lower = figure.axes
     shown = {text.get_text() for text in upper.get_legend().get_texts()}
     assert shown - {"law, with its dead zone"} == labels
@@ -156,6 +158,46 @@ def test_what_the_picture_shows(coefficients: Coefficients, said: str, labels: s
     assert "a study" in words
     points = next(line for line in upper.get_lines() if line.get_label() == "measured")
     assert points.get_xdata() == pytest.approx(np.degrees(angles))
+
+
+def knee_file(folder: Path) -> Path:
+    """A file of moments of two exponentials that resist, with noise, from -10 to 130 deg."""
+    angles = np.radians(np.linspace(-10.0, 130.0, 25))
+    torques = 1.8 * np.exp(-6.0 * angles) - 9.4e-5 * np.exp(5.0 * angles) + 0.3
+    noise = 0.1 * np.random.default_rng(1).normal(size=25)
+    rows = [f"{a:.6f},{m:.4f}" for a, m in zip(np.degrees(angles), noise - torques, strict=True)]
+    path = folder / "knee.csv"
+    path.write_text("\n".join(["angle [deg],moment [N m]", *rows, ""]), encoding="utf-8")
+    return path
+
+
+def test_the_form_is_chosen_by_cross_validation(tmp_path: Path):
+    data, output = knee_file(tmp_path), tmp_path / "knee.springs.toml"
+    said = answer("fit", data, "-o", output, "--joint", "left_knee", "--motion", "flexion")
+    errors = {one["form"]: one["error"] for one in said["forms"]}
+    assert said["form"] == "exponentials" == min(errors, key=lambda form: errors[form])
+    assert errors["exponentials"] < 0.2 < 0.25 < min(errors["cubic"], errors["points"])
+    assert said["law"]["sense"] == -1
+    steep = sorted(term["rate_1_rad"] for term in said["law"]["terms"])
+    assert steep == pytest.approx([-6.0, 5.0], rel=0.1)
+    assert "exponentials_Nm_1_rad" in output.read_text("utf-8")
+    assert "cubic" in output.read_text("utf-8")  # its error, in `why`
+
+
+@pytest.mark.parametrize("form", Form)
+def test_each_form_is_written_as_the_law_that_is_told(form: Form, tmp_path: Path):
+    output = tmp_path / "knee.springs.toml"
+    words = ("-o", output, "--joint", "left_knee", "--form", form)
+    said = answer("fit", knee_file(tmp_path), *words)
+    assert said["form"] == form
+    reading = load_springs(read_figure("prototype"), choice=output)
+    assert reading.value is not None
+    (spring,) = reading.value.springs.joints["left_knee"].axes
+    for point in said["points"]:
+        torque = sum(float(law.torque(np.radians(point["angle_deg"]))) for law in spring.elastic)
+        assert torque == pytest.approx(-point["law"], abs=1e-6)
+    text = run("fit", knee_file(tmp_path), "--form", form, "--plot", tmp_path / "a.svg").stdout
+    assert f"{form} (chosen)" in text
 
 
 def test_equal_moments_make_a_spring_only_if_passive(tmp_path: Path):
