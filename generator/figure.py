@@ -362,6 +362,28 @@ class Joint:
         """Number of factors in the chain."""
         return len(self.chain)
 
+    def axes_of(self, count: int) -> tuple[JointAxis, ...]:
+        """Return the factors to which so many values belong: all, or those of rotations alone.
+
+        An elastic joint, such as a neck, has three rotations and three translations that are zero
+        in the figure; three values are those of its rotations.
+        """
+        turns = tuple(factor for factor in self.chain if is_rotation(factor.kind))
+        pairs = zip(self.chain, self.displacement, strict=True)
+        is_elastic = not any(value for factor, value in pairs if factor not in turns)
+        return (
+            turns
+            if count == 3 == len(turns) and len(self.chain) == 6 and is_elastic
+            else self.chain
+        )
+
+    def complete(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return a value for each factor, with zeros for those that `axes_of` leaves out."""
+        if self.axes_of(len(values)) == self.chain:
+            return tuple(values)
+        given = iter(values)
+        return tuple(next(given) if is_rotation(one.kind) else 0.0 for one in self.chain)
+
 
 def _format_displacements(joint: Joint) -> str:
     """Format the displacements in degrees and centimetres."""

@@ -35,7 +35,7 @@ from generator.figure_file import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
 from generator.input_files.tone import tone_from_options
-from generator.kinematics.free_root import settable_chains
+from generator.kinematics.free_root import settable_joints
 from generator.kinematics.links import LINKS_FILE, NO_LINKS, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
@@ -308,7 +308,7 @@ def placement_from_options(
     if pose is not None:
         parsed = POSE_FILE.parse_file(pose, figure)
         from_file, warnings = dict(parsed.require_value()), parsed.diagnostics
-    set_values = displacements_from_options("--set", sets, settable_chains(figure))
+    set_values = displacements_from_options("--set", sets, settable_joints(figure))
     asked = {
         **initial_displacements(tree),
         **from_file,
@@ -330,7 +330,7 @@ def start_displacements_from_options(
     if pose is None and not sets:
         return {}, ()
     if pose is None:
-        return displacements_from_options("--set", sets, settable_chains(figure)), ()
+        return displacements_from_options("--set", sets, settable_joints(figure)), ()
     placement, warnings = placement_from_options(figure, pose, sets)
     values = placement.displacements.items()
     return {name: tuple(float(value) for value in row) for name, row in values}, warnings
@@ -486,7 +486,7 @@ class KinematicConstraints:
         if not (self.links.links or self.locked or self.drives):
             return
         tree = build_tree(figure)
-        set_values = displacements_from_options("--set", sets, settable_chains(figure))
+        set_values = displacements_from_options("--set", sets, settable_joints(figure))
         scaled = {"pose": {}, "velocity": {}, **(scaled or {})}
         set_values |= {name: tuple(values) for name, values in scaled["pose"].items()}
         PrescribedMotion(tree, self.links, {}, {})
@@ -510,9 +510,9 @@ class KinematicConstraints:
                 raise UsageError(
                     f"{option}{name}: the joint is linked or driven and starts elsewhere"
                 )
-        chains = settable_chains(figure, free_root=free_root)
+        joints = settable_joints(figure, free_root=free_root)
         try:
-            prescribed.check_free_root(chains)
+            prescribed.check_free_root(joints)
         except ModelError as failure:
             raise UsageError(str(failure)) from None
         rates = velocities_from_options(velocities, figure, free_root=free_root)

@@ -13,7 +13,7 @@ from generator.cli.inputs import AGREEMENT_TOLERANCE
 from generator.cli.options import JointDisplacement, in_display_units, joint_displacements
 from generator.diagnostics import InputError, UsageError
 from generator.figure import Figure
-from generator.kinematics.free_root import settable_chains
+from generator.kinematics.free_root import settable_joints
 from generator.kinematics.links import LINKS_FILE, Coordinate, Links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements
@@ -78,8 +78,8 @@ def link(
     files = outputs.output_files(output, (figure.path, links_file, pose))
     placement, more = inputs.placement_from_options(figure, pose, displacements or ())
     moved = links.follow(placement.displacements)
-    chains = settable_chains(figure)
-    set_values = options.displacements_from_options("--set", displacements or (), chains)
+    joints = settable_joints(figure)
+    set_values = options.displacements_from_options("--set", displacements or (), joints)
     _check_followers(figure, links, set_values, moved)
     linked = {end.joint for one in links.resolved for end in (one.follower, one.control)}
     moved = close_loops(placement.tree, moved, fixed=linked | set(set_values)).displacements

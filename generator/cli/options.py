@@ -18,7 +18,7 @@ from generator.diagnostics import UsageError, format_count, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.values import displacement_bound
-from generator.kinematics.free_root import Chains, settable_chains
+from generator.kinematics.free_root import Joints, settable_joints
 from generator.motion_files.action import LENGTH_UNIT, parse_displacement
 from generator.rotations import Array
 from generator.run_options import MAX_GRAVITY, PANELS, RUN_OPTIONS
@@ -196,23 +196,25 @@ def velocities_from_options(
     Raises UsageError for text that is invalid or does not fit a chain.
     """
     texts = list(texts)
-    chains = settable_chains(figure, free_root=free_root)
-    free = chains.keys() - figure.joints.keys() if free_root else ()
+    joints = settable_joints(figure, free_root=free_root)
+    free = joints.keys() - figure.joints.keys() if free_root else ()
     if not free_root:
         for text in texts:
             name = text.partition("=")[0].strip()
-            if name in figure.segments and name not in chains:
+            if name in figure.segments and name not in joints:
                 raise UsageError(
                     f"--velocity {text}: `{name}` is a segment, which has a velocity of its own "
                     "with --free-root only"
                 )
-    return displacements_from_options("--velocity", texts, chains, free)
+    return displacements_from_options("--velocity", texts, joints, free)
 
 
 def displacements_from_options(
-    option: str, texts: Iterable[str], chains: Chains, in_metres: Container[str] = ()
+    option: str, texts: Iterable[str], joints: Joints, in_metres: Container[str] = ()
 ) -> dict[str, tuple[float, ...]]:
     """Parse `JOINT=a,b,c` in deg and cm, or m for some joints, by joint [rad or m, or their rates].
+
+    Three values of an elastic joint, such as a neck, are those of its rotations.
 
     Raises UsageError for text that is invalid or does not fit a chain.
     """
@@ -222,24 +224,27 @@ def displacements_from_options(
         name = name.strip()
         if not equals:
             raise UsageError(f"{option} {text}: expected JOINT=a,b,c")
-        if name not in chains:
-            hint = spelling_hint(name, chains)
+        if name not in joints:
+            hint = spelling_hint(name, joints)
             raise UsageError(f"{option} {text}: the figure has no joint `{name}`; {hint}")
         if name in values_by_joint:
             raise UsageError(f"{option} {text}: `{name}` is set twice")
-        parts, chain = values.split(","), chains[name]
+        parts, joint = values.split(","), joints[name]
+        is_free = name in in_metres
+        chain = joint.chain if is_free else joint.axes_of(len(parts))
         units = [factor.units.displacement for factor in chain]
-        if name in in_metres:
+        if is_free:
             units = ["m" if unit == LENGTH_UNIT else unit for unit in units]
         if len(parts) != len(chain):
             count = format_count(len(chain), "value")
             raise UsageError(
                 f"{option} {text}: `{name}` takes {count} ({','.join(units)}), not {len(parts)}"
             )
-        values_by_joint[name] = tuple(
+        numbers = [
             _displacement_value(option, text, part.strip(), factor, unit)
             for part, factor, unit in zip(parts, chain, units, strict=True)
-        )
+        ]
+        values_by_joint[name] = tuple(numbers) if is_free else joint.complete(numbers)
     return values_by_joint
 
 

@@ -21,7 +21,15 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure, Joint
 from generator.figure_file.lexer import keywords_in
-from generator.figure_file.parser import Block, Connect, Field, Statement, Word, parse_statements
+from generator.figure_file.parser import (
+    Block,
+    Connect,
+    Field,
+    ItemList,
+    Statement,
+    Word,
+    parse_statements,
+)
 from generator.figure_file.resolve import resolve_joint_field
 from generator.figure_file.values import displacement_bound
 from generator.file_kind import FileKind
@@ -99,9 +107,12 @@ def _resolve_displacement(block: Block, joint: Joint, diagnostics: Diagnostics) 
             message = f"joint `{shorten(joint.name)}` has no `{_DISPLACEMENT_FIELD}` here"
             diagnostics.error(message, block.name.span, f"write {POSE_EXAMPLE}")
         return None
-    values = resolve_joint_field(fields[0], joint.chain, diagnostics)
+    items = fields[0].value
+    chain = joint.axes_of(len(items.items) if isinstance(items, ItemList) else 1)
+    values = resolve_joint_field(fields[0], chain, diagnostics)
     if values is None:
         return None
+    values = joint.complete(values)
     for factor, value in zip(joint.chain, values, strict=True):
         if not (bound := displacement_bound(factor)).contains(value):
             place = fields[0].value.span if fields[0].value else fields[0].name.span

@@ -19,6 +19,7 @@ from generator.figure import Figure, Segment
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.placement import (
     Placement,
+    checked_joint_values,
     forward_kinematics,
     initial_displacements,
     segment_jacobians,
@@ -57,11 +58,19 @@ def effective_mass(
         displacements: displacements of joints that differ from the figure's own [rad or m].
 
     Raises:
-        ModelError: the segment does not move, or a moving segment lacks mass, inertia or centre.
+        ModelError: the segment does not move, a moving segment lacks mass, inertia or centre, point
+            or direction are not three finite numbers, or displacements do not fit their joint.
+        UnknownNameError: the figure has no such joint.
     """
     if segment not in figure.bodies:
         raise ModelError(f"segment `{segment}` does not move")
-    own = {name: np.asarray(values, dtype=float) for name, values in (displacements or {}).items()}
+    for name, values in (("point", point), ("direction", direction)):
+        vector = np.asarray(values, dtype=float)
+        if vector.shape != (3,) or not np.all(np.isfinite(vector)):
+            raise ModelError(f"the {name} of a blow has three finite numbers, not {values}")
+    if not np.any(direction):
+        raise ModelError("the direction of a blow is not zero")
+    own = checked_joint_values(figure, displacements or {})
     start = {**initial_displacements(build_tree(figure)), **own}
     freed, moved = detach_root(figure, start)
     placement = forward_kinematics(build_tree(freed), moved)

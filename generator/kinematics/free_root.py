@@ -278,14 +278,14 @@ def _has_chains(figure: Figure, chains: JointChains) -> bool:
     }
 
 
-Chains = Mapping[str, Sequence[JointAxis]]
+Joints = Mapping[str, Joint]
 
 
-def settable_chains(figure: Figure, *, free_root: bool = False) -> Chains:
-    """Return the chains whose displacements can be set, by joint.
+def settable_joints(figure: Figure, *, free_root: bool = False) -> Joints:
+    """Return the joints whose displacements can be set, by name.
 
     With a free root, joints named after the detached segments replace those to the ground.
     """
     if free_root:
         figure, _ = detach_root(figure, initial_displacements(build_tree(figure)))
-    return {name: joint.chain for name, joint in figure.joints.items()}
+    return figure.joints

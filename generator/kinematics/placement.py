@@ -50,13 +50,20 @@ def initial_displacements(tree: Tree) -> dict[str, Array]:
 def checked_joint_values(figure: Figure, values: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """Return values as arrays, shape (n,) per joint, after checking them against the joints.
 
+    Three values of an elastic joint, such as a neck, are those of its rotations.
+
     Raises UnknownNameError for an unknown joint, and ModelError for a wrong number of values or one
     that is not finite.
     """
     checked: dict[str, Array] = {}
     for name, numbers in values.items():
         joint = figure.joints[name]
-        array = np.atleast_1d(np.asarray(numbers, dtype=float))
+        try:
+            array = np.atleast_1d(np.asarray(numbers, dtype=float))
+        except ValueError:
+            raise ModelError(f"the values for joint {name} are not numbers: {numbers!r}") from None
+        if array.ndim == 1 and not {joint.parent.segment, joint.child.segment} & figure.ground:
+            array = np.array(joint.complete(array.tolist()))
         if array.shape != (joint.degrees_of_freedom,):
             raise ModelError(
                 f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"

@@ -224,10 +224,16 @@ def option_faults(
         known: Keys of the options that may be given.
         name: Name of an option for a key, in the notation of the asker.
     """
+    excluded_by = {
+        key: tuple(one for one in RUN_OPTIONS[key].excludes if one in settings)
+        for key in settings
+        if key in RUN_OPTIONS
+    }
+    unwanted = {other for others in excluded_by.values() for other in others}
     for key in settings:
-        sentence = _contradiction(key, settings, known, name)
-        if sentence:
-            excluded = tuple(one for one in RUN_OPTIONS[key].excludes if one in settings)
+        sentence, excluded = _contradiction(key, settings, known, name), excluded_by.get(key, ())
+        # What an excluded option needs as well does not matter: it is to be left out.
+        if sentence and (excluded or key not in unwanted):
             yield OptionFault(excluded[:1] or (key,), sentence)
     values = {key: value for key, value in settings.items() if value is not None}
     height = values.get("height", 0.0)

@@ -15,7 +15,7 @@ from generator.figure_file.values import displacement_bound
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
 from generator.input_files.tone import TONE_FILE
-from generator.kinematics.free_root import Chains, settable_chains
+from generator.kinematics.free_root import Joints, settable_joints
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
@@ -142,7 +142,7 @@ def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tu
 
     With a pose: of all joints, with closed loops.
     """
-    values = _parse_joints(top, "set", settable_chains(figure))
+    values = _parse_joints(top, "set", settable_joints(figure))
     name = top.text("pose")
     if name is None:
         return values
@@ -167,34 +167,35 @@ def _parse_velocities(
     top: TableReader, figure: Figure, *, free_root: bool
 ) -> dict[str, tuple[float, ...]]:
     """Return the initial rates by joint or free segment [rad/s or m/s]."""
-    chains = settable_chains(figure, free_root=free_root)
-    free = frozenset(chains.keys() - figure.joints.keys()) if free_root else frozenset[str]()
-    return _parse_joints(top, "velocity", chains, free)
+    joints = settable_joints(figure, free_root=free_root)
+    free = frozenset(joints.keys() - figure.joints.keys()) if free_root else frozenset[str]()
+    return _parse_joints(top, "velocity", joints, free)
 
 
 def _parse_joints(
-    top: TableReader, name: str, chains: Chains, in_metres: frozenset[str] = frozenset()
+    top: TableReader, name: str, joints: Joints, in_metres: frozenset[str] = frozenset()
 ) -> dict[str, tuple[float, ...]]:
     """Return numbers by joint [SI], which the table `name` has in deg and cm.
 
     Args:
         top: the file.
         name: name of the table.
-        chains: chains by joint.
+        joints: Joints that can be set, by name.
         in_metres: joints with lengths in m.
     """
     table = parse_table(top, name)
     values: dict[str, tuple[float, ...]] = {}
     for joint in () if table is None else table.content:
         assert table is not None
-        if joint not in chains:
+        if joint not in joints:
             place = table.spans.key(name, 0, joint)
             message = f"the figure has no joint `{shorten(joint)}`"
-            table.diagnostics.error(message, place, spelling_hint(joint, chains))
+            table.diagnostics.error(message, place, spelling_hint(joint, joints))
             continue
-        chain = chains[joint]
+        own, is_free = joints[joint], joint in in_metres
+        chain = own.chain if is_free else own.axes_of(len(table.items(joint) or ()))
         units = [axis.units.displacement for axis in chain]
-        if joint in in_metres:
+        if is_free:
             units = ["m" if unit == LENGTH_UNIT else unit for unit in units]
         numbers = table.numbers_in(joint, units)
         if numbers is None:
@@ -202,5 +203,5 @@ def _parse_joints(
         for k, (axis, number) in enumerate(zip(chain, numbers, strict=True)):
             if not displacement_bound(axis).contains(number):
                 table.error(joint, "this number is too large", str(displacement_bound(axis)), k)
-        values[joint] = numbers
+        values[joint] = numbers if is_free else own.complete(numbers)
     return values

@@ -1,5 +1,6 @@
 """Pose files: units of displacements, all that is wrong, and no text breaks the reader."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,10 +8,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from generator import read_figure
-from generator.diagnostics import select_errors
+from generator import build_tree, initial_displacements, read_figure
+from generator.cli.options import displacements_from_options, velocities_from_options
+from generator.diagnostics import ModelError, UsageError, select_errors
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_FILE, read_pose
+from generator.kinematics.free_root import detach_root, settable_joints
+from generator.kinematics.placement import checked_joint_values
 from tests.chains import chain, row
 from tests.paths import FAULTS
 
@@ -47,6 +51,34 @@ def test_a_pose_by_example():
 def test_lengths_and_angles_of_a_sliding_joint():
     found = read("joint joint0 { displacement = (90deg,0,0,1cm,2,3m); }", SLIDING)
     assert found == {"joint0": (np.pi / 2, 0.0, 0.0, 0.01, 0.02, 3.0)}
+
+
+def test_three_values_of_an_elastic_neck_are_its_rotations():
+    """In pose files, options and Python; not where its translations are not zero."""
+    person = read_figure("male50")
+    turns = np.radians((10.0, 20.0, -30.0))
+    text, option = "joint neck { displacement = (10deg,20deg,-30deg); }", ["neck=10,20,-30"]
+    stated = displacements_from_options("--set", option, settable_joints(person))
+    checked = checked_joint_values(person, {"neck": turns})
+    for values in (read(text, person)["neck"], stated["neck"], checked["neck"]):
+        assert values == pytest.approx((*turns, 0.0, 0.0, 0.0))
+    neck = replace(person.joints["neck"], displacement=(0.0, 0.0, 0.0, 0.0, 0.1, 0.0))
+    moved = person.with_parts(neck)
+    (fault,) = POSE_FILE.parse_text(text, moved).diagnostics
+    assert fault.message == "3 values instead of 6"
+    with pytest.raises(UsageError, match=r"takes 6 values \(deg,deg,deg,cm,cm,cm\), not 3"):
+        displacements_from_options("--set", option, settable_joints(moved))
+    with pytest.raises(ModelError, match="has 6 displacements, not 3"):
+        checked_joint_values(moved, {"neck": turns})
+
+
+def test_the_velocity_of_a_free_segment_has_six_values():
+    free, _ = detach_root(prototype(), initial_displacements(build_tree(prototype())))
+    (name,) = free.joints.keys() - prototype().joints.keys()
+    with pytest.raises(UsageError, match="takes 6 values"):
+        velocities_from_options([f"{name}=1,2,3"], prototype(), free_root=True)
+    with pytest.raises(ModelError, match="has 6 displacements, not 3"):
+        checked_joint_values(free, {name: (1.0, 2.0, 3.0)})
 
 
 def test_only_what_is_given_is_written():

@@ -1,12 +1,13 @@
 """The effective mass of a body in a short blow, against closed forms and an integrated blow."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from generator import Plan, effective_mass, read_figure, simulate
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, MoverError
 from generator.figure import SiteRef
 from generator.kinematics.effective_mass import head_effective_masses
 from generator.kinematics.free_root import detach_root
@@ -92,3 +93,23 @@ def test_what_does_not_move_has_none() -> None:
     light = light.with_parts(replace(light.segments["bar0"], inertia=None))
     with pytest.raises(ModelError, match="`bar0` lacks mass"):
         effective_mass(light, "bar0", (0, 0, 0), (1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"displacements": {"pin": (1.0, 2.0)}}, "joint pin has 3 displacements, not 2"),
+        ({"displacements": {"pin": (1.0, 2.0, np.nan)}}, "a value for joint pin is not finite"),
+        ({"displacements": {"pin": "bent"}}, "the values for joint pin are not numbers: 'bent'"),
+        ({"displacements": {"pni": (0.0,)}}, "no joint `pni`; did you mean `pin`"),
+        ({"point": (1.0, 2.0)}, "the point of a blow has three finite numbers"),
+        ({"direction": (1.0, np.inf, 0.0)}, "the direction of a blow has three finite numbers"),
+        ({"direction": (0, 0, 0)}, "the direction of a blow is not zero"),
+    ],
+)
+def test_a_blow_that_does_not_fit_is_refused_in_a_sentence(
+    changes: dict[str, object], said: str
+) -> None:
+    one = figure([ground(), body("link")], [joint("pin", "ground.base", "link.near", BALL)])
+    with pytest.raises(MoverError, match=re.escape(said)):
+        effective_mass(one, "link", **{"point": CENTRE, "direction": (1, 0, 0), **changes})

@@ -1,5 +1,6 @@
 """Study files: what is read of them, names and paths, and that no text makes the reader fail."""
 
+from math import radians
 from pathlib import Path
 
 import pytest
@@ -302,6 +303,18 @@ def test_errors_of_falls_name_the_line(old: str, new: str, line: int, message: s
     assert found, errors
     assert found[0].span is not None
     assert found[0].span.line == line
+
+
+def test_an_excluded_option_is_one_error():
+    errors = parse_study_text(FALLS.replace('tone = "fall"', "friction = 0.5"), FIGURES).diagnostics
+    assert [one.message for one in errors] == ["`fall` and `friction` exclude each other"]
+
+
+def test_a_study_may_state_the_rotations_of_a_neck():
+    text = EXAMPLE.replace("pendulum", "male50").replace("shoulder.2", "left_knee.1")
+    study = read(text.replace("[design]", "[set]\nneck = [0, 0, 20]\n[design]"))
+    neck = study.plan.displacements["neck"]
+    assert neck == pytest.approx((0.0, 0.0, radians(20.0), 0.0, 0.0, 0.0))
 
 
 def test_files_are_searched_in_the_folder_of_the_study(
