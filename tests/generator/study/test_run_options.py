@@ -9,7 +9,7 @@ import pytest
 from generator.cli.options import displacements_from_options, velocities_from_options
 from generator.figure_file import read_figure
 from generator.input_files.scene import read_scene
-from generator.kinematics.free_root import settable_chains
+from generator.kinematics.free_root import settable_joints
 from generator.simulation.plan import Plan
 from springs import SphericalLaw
 from tests.paths import FIGURES
@@ -73,8 +73,8 @@ def test_displacements_are_those_of_the_command_line():
     made = plan("[set]\nleft_knee = -30\nright_knee = [0.1]\n[velocity]\nleft_knee = 90")
     figure = read_figure("prototype")
     sets, rates = ["left_knee=-30", "right_knee=0.1"], ["left_knee=90"]
-    chains = settable_chains(figure)
-    assert made.displacements == displacements_from_options("--set", sets, chains)
+    joints = settable_joints(figure)
+    assert made.displacements == displacements_from_options("--set", sets, joints)
     assert made.velocities == velocities_from_options(rates, figure)
     assert made.displacements["left_knee"] == pytest.approx([radians(-30)], rel=1e-15)
 
