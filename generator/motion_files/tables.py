@@ -58,7 +58,7 @@ def dataframe_of_recording(recording: Recording) -> "DataFrame":
         from pandas import DataFrame  # pyright: ignore[reportMissingTypeStubs]
     except ImportError:
         raise ImportError(
-            "a data frame needs pandas: pip install 'exudyn-mover[notebook]'"
+            'a data frame needs pandas: in the project\'s folder, `pip install -e ".[notebook]"`'
         ) from None
     motion = motion_from_recording(recording)
     return DataFrame(

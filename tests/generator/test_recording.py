@@ -185,7 +185,7 @@ def test_a_data_frame_is_the_table_of_the_recording(name: str, tmp_path: Path):
 
 def test_without_pandas_a_sentence_names_the_extra(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"needs pandas: pip install 'exudyn-mover\[notebook\]'"):
+    with pytest.raises(ImportError, match=r'needs pandas: .*`pip install -e "\.\[notebook\]"`'):
         clip("pendulum").recording.to_dataframe()
 
 
