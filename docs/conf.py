@@ -17,6 +17,7 @@ version = release = PROJECT["version"]
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown"}
+exclude_patterns = ["paper"]
 
 html_theme = "furo"
 html_title = f"{project} {version}"
