@@ -26,6 +26,9 @@ MIN_ANGLES = 6
 MAX_FOLDS = 10
 """Most blocks of angles that are left out, one at a time."""
 
+MAX_POINTS = 500
+"""Most moments that are fitted; more are averaged in so many groups of neighbours."""
+
 _KNOTS = (3, 4, 5, 6, 8, 10)
 """Numbers of points that are compared, where there are twice as many different angles."""
 
@@ -84,6 +87,10 @@ def fit_forms(angles: Array, moments: Array, *, passive: bool = False) -> list[F
         passive: Whether the torque must restore at both ends; then points and exponentials fall
             with the angle.
     """
+    if len(angles) > MAX_POINTS:
+        order = np.argsort(angles, kind="stable")
+        groups = np.array_split(order, MAX_POINTS)
+        angles, moments = (np.array([one[k].mean() for k in groups]) for one in (angles, moments))
     distinct = np.unique(angles)
     first, last = polynomial(fit_cubic(angles, moments).coefficients, distinct[[0, -1]]).tolist()
     sense = 1 if last < first else -1

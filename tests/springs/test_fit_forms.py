@@ -73,6 +73,15 @@ def test_without_enough_angles_the_cubic_stays() -> None:
     assert chosen(fits).form is Form.CUBIC
 
 
+def test_many_moments_are_averaged_in_groups() -> None:
+    angles = np.radians(np.linspace(-10.0, 130.0, 20_000))
+    torques = 1.8 * np.exp(-6.0 * angles) - 9.4e-5 * np.exp(5.0 * angles)
+    noise = 0.5 * np.random.default_rng(3).normal(size=20_000)
+    found = chosen(fit_forms(angles, noise - torques))
+    assert found.form is Form.EXPONENTIALS
+    assert found.moments(angles) == pytest.approx(-torques, abs=0.05)
+
+
 def test_equal_moments_have_no_form() -> None:
     fits = fit_forms(ANGLES, np.full(25, 3.0))
     assert choose_form(fits) is None
