@@ -381,8 +381,8 @@ class Joint:
         """Return a value for each factor, with zeros for those that `axes_of` leaves out."""
         if self.axes_of(len(values)) == self.chain:
             return tuple(values)
-        given = iter(values)
-        return tuple(next(given) if is_rotation(one.kind) else 0.0 for one in self.chain)
+        turns = iter(values)
+        return tuple(next(turns) if is_rotation(one.kind) else 0.0 for one in self.chain)
 
 
 def _format_displacements(joint: Joint) -> str:

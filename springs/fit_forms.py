@@ -9,6 +9,7 @@ parameters is chosen (Hastie, Tibshirani & Friedman, The Elements of Statistical
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from math import degrees, exp, inf, log, radians
 
 import numpy as np
@@ -95,34 +96,29 @@ def fit_forms(angles: Array, moments: Array, *, passive: bool = False) -> list[F
     first, last = polynomial(fit_cubic(angles, moments).coefficients, distinct[[0, -1]]).tolist()
     sense = 1 if last < first else -1
 
-    def compare(form: Form, parameters: int, fit: Callable[[Array, Array], FormFit]) -> FormFit:
+    def fit(form: Form, parameters: int, a: Array, m: Array) -> FormFit:
+        match form:
+            case Form.CUBIC:
+                cubic = fit_cubic(a, m, passive=passive).law
+                return FormFit(form, parameters, cubic, cubic.sense)
+            case Form.EXPONENTIALS:
+                law = _exponentials(a, sense * m, passive)
+            case Form.POINTS:
+                law = _points(a, sense * m, parameters, passive)
+        return FormFit(form, parameters, law, sense)
+
+    def compare(form: Form, parameters: int) -> FormFit:
         try:
-            found = replace(fit(angles, moments), parameters=parameters)
+            found = fit(form, parameters, angles, moments)
             _require_falling(found, distinct)
-            return _with_error(found, fit, angles, moments, distinct)
+            return _with_error(found, partial(fit, form, parameters), angles, moments, distinct)
         except NotRestoringError as failure:
             return FormFit(form, parameters, obstacle=f"it restores in neither sense: {failure}")
 
-    def cubic(a: Array, m: Array) -> FormFit:
-        law = fit_cubic(a, m, passive=passive).law
-        return FormFit(Form.CUBIC, 4, law, law.sense)
-
-    def exponentials(a: Array, m: Array) -> FormFit:
-        return FormFit(Form.EXPONENTIALS, 5, _exponentials(a, sense * m, passive), sense)
-
-    def points_of(knots: int) -> Callable[[Array, Array], FormFit]:
-        def points(a: Array, m: Array) -> FormFit:
-            return FormFit(Form.POINTS, knots, _points(a, sense * m, knots, passive), sense)
-
-        return points
-
     counts = [k for k in _KNOTS if 2 * k <= len(distinct)] or _KNOTS[:1]
-    points = [compare(Form.POINTS, knots, points_of(knots)) for knots in counts]
-    return [
-        compare(Form.CUBIC, 4, cubic),
-        compare(Form.EXPONENTIALS, 5, exponentials),
-        choose_form(points) or points[-1],
-    ]
+    points = [compare(Form.POINTS, knots) for knots in counts]
+    best = choose_form(points) or points[-1]
+    return [compare(Form.CUBIC, 4), compare(Form.EXPONENTIALS, 5), best]
 
 
 def _require_falling(fit: FormFit, angles: Array) -> None:
