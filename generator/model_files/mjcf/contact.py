@@ -8,8 +8,8 @@ if it is small beside the inertia that the contact meets: A is the inverse inert
 which MuJoCo divides, s(r) a curve of `solimp` from its first value over D to 1, and -k A and -c A
 are `solref`. With D far below 1 that is a spring and a damper of physical stiffness and damping.
 k and the curve are fitted to the elastic force of the law, up to the depth that a share of the
-figure's mass reaches at `BLOW_SPEED`; c gives the loss of the law, to first order, in a blow of the
-mass 1/A at that speed.
+figure's mass reaches at `BLOW_SPEED`; c is that with which a blow of the mass 1/A at that speed
+rebounds as by the law.
 
 The spheres of a part share its law; MuJoCo's resist each by itself. So each has the law over the
 number of spheres that share the force of the part on the mean of all directions.
@@ -17,7 +17,8 @@ number of spheres that share the force of the part on the mean of all directions
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
+from math import log1p, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +59,11 @@ SHARED_DEPTH = 0.02
 _DIRECTIONS = 2400
 _LARGEST_DEPTH, _DEPTHS = 0.3, 3000
 _FITTED_DEPTHS = 150
+_DAMPINGS, _STEPS, _STEP = 61, 600, 0.05
+"""Number of dampings of which one is chosen, of steps of a blow, and a step over sqrt(m/k)."""
+
+_SMALL_DAMPING = 1e-3
+"""Damping times speed below which a blow is elastic."""
 
 _FLOOR_COLOUR, _BOX_COLOUR, _SPHERE_COLOUR = "0.8 0.8 0.8 1", "0.6 0.65 0.7 1", "0.9 0.5 0.2 0.4"
 _SPHERE_GROUP = "3"
@@ -109,8 +115,8 @@ def fit_soft_law(law: Law, sharing: float, mass: float, load: float) -> SoftLaw:
     from scipy.optimize import least_squares  # slow to import
 
     every = np.linspace(0.0, _LARGEST_DEPTH, _DEPTHS)
-    blows = 0.5 * BLOW_SPEED**2 * np.array([mass, load])
-    struck, deepest = map(float, np.interp(blows, np.asarray(law.energy(every)), every))
+    blow = 0.5 * load * BLOW_SPEED**2
+    deepest = float(np.interp(blow, np.asarray(law.energy(every)), every))
     depth = np.linspace(0.0, deepest, _FITTED_DEPTHS + 1)[1:]
     wanted = np.asarray(law.elastic_force(depth)) / sharing
     largest = float(wanted[-1])
@@ -127,11 +133,42 @@ def fit_soft_law(law: Law, sharing: float, mass: float, load: float) -> SoftLaw:
     starts = ((np.log(largest / deepest), 0.3, width, 0.5, 2.0) for width in (0.2, 1.0))
     fits: list[Array] = [least_squares(residual, start, bounds=bounds).x for start in starts]
     soft = made(min(fits, key=lambda values: float(np.sum(residual(values) ** 2))))
-    speed = np.sqrt(np.maximum(1.0 - np.asarray(law.energy(depth)) / law.energy(struck), 0.0))
-    loss = law.damping * float(wanted @ speed)
-    damping = loss / float(_impedance_curve(depth, *soft.curve) @ speed)
+    damping = _damping(soft, mass, rebound(law.damping * BLOW_SPEED))
     error = float(np.sqrt(np.mean((soft.force(depth) - wanted) ** 2))) / largest
     return soft._replace(damping=damping, error=error)
+
+
+def rebound(damped_speed: float) -> float:
+    """Return the speed after a blow over that before, by the law of Hunt and Crossley.
+
+    `damped_speed` is the damping of the law times the speed before.
+    """
+    from scipy.optimize import brentq  # slow to import
+
+    v = damped_speed
+    if v < _SMALL_DAMPING:
+        return 1.0
+    gap = partial(_energy_gap, v)
+    return float(brentq(gap, 0.0, min(1.0, (1.0 - 1e-12) / v)))
+
+
+def _energy_gap(v: float, share: float) -> float:
+    return v - log1p(v) + share * v + log1p(-share * v)
+
+
+def _damping(soft: SoftLaw, mass: float, share: float) -> float:
+    """Return the damping c with which a blow leaves a share of its speed [N s/m]."""
+    critical = 2.0 * sqrt(soft.stiffness * mass)
+    dampings = critical * np.linspace(0.0, 1.5, _DAMPINGS)
+    depth, speed = np.zeros(_DAMPINGS), np.full(_DAMPINGS, BLOW_SPEED)
+    step = _STEP * sqrt(mass / soft.stiffness)
+    for _ in range(_STEPS):
+        depth += 0.5 * step * speed
+        s = _impedance_curve(np.maximum(depth, 0.0), *soft.curve)
+        force = s * np.maximum(soft.stiffness * s * depth + dampings * speed, 0.0)
+        speed -= step / mass * np.where(depth > 0.0, force, 0.0)
+        depth += 0.5 * step * speed
+    return float(np.interp(-share, speed / BLOW_SPEED, dampings))
 
 
 def inverse_masses(tree: Tree) -> dict[str, float]:
@@ -161,8 +198,9 @@ def _sharing(law: PartLaw, centres: Array, radii: Array) -> float:
     """
     heights = directions(_DIRECTIONS) @ centres.T + radii
     depths = np.maximum(heights - heights.max(axis=1)[:, None] + SHARED_DEPTH, 0.0)
-    each = np.asarray(law.elastic_force(depths)).sum(axis=1)
-    return float(np.mean(each) / law.elastic_force(SHARED_DEPTH))
+    forces: Array = np.asarray(law.elastic_force(depths), dtype=float)
+    whole: Array = np.asarray(law.elastic_force(SHARED_DEPTH), dtype=float)
+    return float(np.sum(forces) / len(forces) / whole)
 
 
 class _Touching(NamedTuple):
