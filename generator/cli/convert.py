@@ -417,7 +417,7 @@ class _Start:
 
     @property
     def free_root(self) -> bool:
-        """Whether the joints to the ground are removed."""
+        """Return whether the joints to the ground are removed."""
         return bool(self.settings.keys() & {"free_root", "floor", "scene", "fall"})
 
     def of_figure(self, figure: Figure) -> tuple[conversion.StartedFigure, tuple[Diagnostic, ...]]:
