@@ -150,7 +150,7 @@ class ModelFormat:
         else:
             model = self.format_files(figure, springs, path)
             if start.contact is not None:
-                model.losses.add("the floor, the props and the contact spheres")
+                model.losses.add("the floor, the props and the contact with them")
             if any(map(any, start.rates.values())):
                 model.losses.add("the velocities of the start")
         if start.has_tone:

@@ -325,6 +325,15 @@ class _BodyWriter:
         pose = base @ inverse_pose(tip)
         if branch.inboard in model.figure.ground:
             pose = model.placement.poses[branch.inboard] @ pose
+        springs = model.joint_springs(joint.name)
+        chain = model.tree.chains[joint.name]
+        free = (
+            len(chain.rotations) == len(chain.translations) == 3
+            and branch.inboard in model.figure.ground
+            and not (springs.axes or springs.translations)
+        )
+        if free:  # MuJoCo's own start of a free body is its place in the file
+            pose = model.placement.poses[branch.outboard]
         mass, centre, moments = model.mass_properties(branch.outboard)
         name = body_name(model.segments, branch.outboard)
         body = add_element(
@@ -342,18 +351,11 @@ class _BodyWriter:
             mass=format_numbers(mass),
             diaginertia=format_numbers(moments),
         )
-        springs = model.joint_springs(joint.name)
-        chain = model.tree.chains[joint.name]
-        free = (
-            len(chain.rotations) == len(chain.translations) == 3
-            and branch.inboard in model.figure.ground
-        )
-        if free and not springs.axes and not springs.translations:
+        if free:
             add_element(body, "freejoint", name=model.joints[joint.name])
-            at = model.placement.poses[branch.outboard]
             self._initial_positions_by_body[name] = [
-                *at[:3, 3],
-                *quaternion_from_matrix(at[:3, :3]),
+                *pose[:3, 3],
+                *quaternion_from_matrix(pose[:3, :3]),
             ]
         else:
             self._add_joints(body, branch, tip, springs)

@@ -126,7 +126,7 @@ def test_a_floor_is_in_mujoco_models_and_a_loss_of_others(tmp_path: Path) -> Non
     text = (tmp_path / "a.xml").read_text()
     assert 'name="floor"' in text
     assert 'geom1="seat" geom2="left_lower_leg.contact_0"' in text
-    assert "the floor, the props and the contact spheres" in shown.output
+    assert "the floor, the props and the contact with them" in shown.output
 
 
 @pytest.mark.slow
