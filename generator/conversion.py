@@ -57,7 +57,7 @@ from generator.motion_files.motion import (
 )
 from generator.motion_files.resample import resample
 from generator.recording import Recording
-from generator.simulation.plan import Plan
+from generator.simulation.plan import STANDARD_GRAVITY, Plan
 from generator.springs_file.read import read_springs
 from generator.text_io import load_text, write_atomic
 from springs import SpringSet
@@ -257,7 +257,15 @@ def figure_of_plan(model: Model, plan: Plan) -> StartedFigure:
     state = initial_state(model.figure, plan, model.contact)
     figure = state.placement.tree.figure
     contact = ContactModel(plan.scene, state.spheres, (), state.part_laws)
-    start = Start(contact if state.spheres else None, state.rates, plan.tone is not None)
+    others = {
+        "tone of muscles": plan.tone is not None,
+        "self-contact": plan.self_contact,
+        "loads that vary in time": bool(plan.loads),
+        "drives, links and locks of joints": bool(plan.drives or plan.locked or plan.links.links),
+        "gravity other than 9.81 m/s^2 downwards": plan.gravity != STANDARD_GRAVITY,
+    }
+    left_out = tuple(name for name, acts in others.items() if acts)
+    start = Start(contact if state.spheres else None, state.rates, left_out)
     posed = pose_figure(figure, state.placement.displacements)
     return StartedFigure(posed, model.springs.of_joints(figure.joints), start)
 
@@ -323,11 +331,12 @@ def _write_checked(
 
     Raises InputError for a model that lacks some of them, such as one without a free root.
     """
+    moving = {branch.joint.name for branch in motion.tree.joints}
     missing = [
         name
         for joint, names in coordinate_names(motion.chains).items()
         for name in names
-        if joint in motion.tree.chains and name not in known
+        if joint in moving and name not in known
     ]
     if missing:
         message = f"the model has no coordinates {', '.join(missing[:6])}, which the motion moves"

@@ -44,12 +44,12 @@ class Start:
     Attributes:
         contact: Props, contact spheres and laws of parts; None for a figure that touches nothing.
         rates: Rates of the displacements of each joint [rad/s or m/s].
-        has_tone: Whether muscles have tone in the run.
+        left_out: What else acts in the run, which no model has.
     """
 
     contact: ContactModel | None
     rates: Displacements
-    has_tone: bool = False
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -153,8 +153,8 @@ class ModelFormat:
                 model.losses.add("the floor, the props and the contact with them")
             if any(map(any, start.rates.values())):
                 model.losses.add("the velocities of the start")
-        if start.has_tone:
-            model.losses.add("the tone of muscles, which acts in `mover simulate` alone")
+        if start.left_out:
+            model.losses.add("what acts in `mover simulate` alone", *start.left_out)
         return model
 
     def has_suffix(self, path: Path) -> bool:

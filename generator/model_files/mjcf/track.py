@@ -160,7 +160,7 @@ def track_of_motion(root: XmlElement, motion: Motion) -> Track:
 
 def _coordinates(tree: Tree) -> dict[str, tuple[str, int]]:
     """Return joint and place in the chain by the name of a hinge or a slide."""
-    chains = {name: tree.figure.joints[name].chain for name in tree.chains}
+    chains = {branch.joint.name: branch.joint.chain for branch in tree.joints}
     plain = plain_names(chains)
     found = {
         coordinate: (name, k)
@@ -172,10 +172,13 @@ def _coordinates(tree: Tree) -> dict[str, tuple[str, int]]:
 
 def _check_joints(places: list[_Place], motion: Motion) -> None:
     """Raise InputError for joints of the model that the motion lacks, and the other way round."""
-    coordinates, plain = _coordinates(motion.tree), plain_names(motion.tree.chains)
+    branches = [branch.joint for branch in motion.tree.joints]
+    coordinates, plain = _coordinates(motion.tree), plain_names(joint.name for joint in branches)
     joints = {name: one for one, name in plain.items()}
+    names = plain_names(motion.tree.figure.segments)
+    bodies = {body_name(names, name) for name in names}
     moved: set[str] = set()
-    unknown: list[str] = []
+    unknown = [place.body for place in places if place.body not in bodies]
     for place in places:
         if place.kind in _SINGLE and place.name in coordinates:
             moved.add(coordinates[place.name][0])
@@ -183,8 +186,7 @@ def _check_joints(places: list[_Place], motion: Motion) -> None:
             moved.add(joints[place.name])
         else:
             unknown.append(place.name or place.body)
-    missing = [plain[name] for name, chain in motion.tree.chains.items() if chain.joint_axes]
-    missing = [name for name in missing if joints[name] not in moved]
+    missing = [plain[one.name] for one in branches if one.chain and one.name not in moved]
     if unknown or missing:
         sentences = [
             f"the {owner} has no {', '.join(f'`{name}`' for name in names)}, which the {other} has"

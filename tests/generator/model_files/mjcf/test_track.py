@@ -55,12 +55,29 @@ def test_a_motion_plays_on_a_model_of_mujoco(law: str, swing: Recording, tmp_pat
 
 
 @pytest.mark.verify
+def test_a_motion_with_a_loop_plays(tmp_path: Path) -> None:
+    recording = simulate(read_figure("fourbar"), Plan(stop=0.1))
+    convert(read_figure("fourbar"), tmp_path / "body.xml", tmp_path / "body.osim")
+    convert(recording, tmp_path / "track.npz", model=tmp_path / "body.xml")
+    convert(recording, tmp_path / "track.mot", model=tmp_path / "body.osim")
+    play(tmp_path, recording)
+
+
+@pytest.mark.verify
 def test_a_free_motion_plays_on_a_model_with_a_free_root(tumble: Recording, tmp_path: Path) -> None:
     convert(read_figure("prototype"), tmp_path / "body.xml", displacements=FREE, free_root=True)
     tumble.write(tmp_path / "tumble.npz")
     words = ("--model", tmp_path / "body.xml")
     run("convert", tmp_path / "tumble.npz", tmp_path / "track.npz", *words)
     play(tmp_path, tumble)
+
+
+def test_what_else_acts_in_a_run_is_a_loss(tmp_path: Path) -> None:
+    plan = Plan(gravity=(0.0, -1.62, 0.0), locked=("left_knee",))
+    losses = convert(read_figure("prototype"), tmp_path / "a.xml", plan=plan)
+    assert "alone: drives, links and locks of joints, gravity other" in str(
+        losses[tmp_path / "a.xml"]
+    )
 
 
 @pytest.mark.verify
@@ -110,6 +127,10 @@ def test_what_a_model_does_not_play_is_refused(swing: Recording, tmp_path: Path)
         convert(swing, tmp_path / "a.npz", model=tmp_path / "body.urdf")
     with pytest.raises(UsageError, match="`figure`, `fps` and `model` are for motions"):
         convert(read_figure("prototype"), tmp_path / "a.xml", model=tmp_path / "body.xml")
+    renamed = (tmp_path / "body.xml").read_text().replace('name="left_upper_leg"', 'name="thigh"')
+    (tmp_path / "renamed.xml").write_text(renamed)
+    with pytest.raises(InputError, match="the motion has no `thigh`"):
+        convert(swing, tmp_path / "a.npz", model=tmp_path / "renamed.xml")
     (tmp_path / "bad.xml").write_text("<mujoco>")
     with pytest.raises(InputError, match="this is not XML"):
         convert(swing, tmp_path / "a.npz", model=tmp_path / "bad.xml")
@@ -135,7 +156,7 @@ def test_a_kind_of_fall_is_the_start_of_a_model(tmp_path: Path) -> None:
     shown = run("convert", "male50", tmp_path / "b.xml", tmp_path / "b.urdf", *words)
     assert 'qvel="' in (tmp_path / "b.xml").read_text()
     assert "the velocities of the start" in shown.output
-    assert shown.output.count("the tone of muscles") == 2
+    assert shown.output.count("what acts in `mover simulate` alone: tone of muscles") == 2
 
 
 @pytest.mark.parametrize(
