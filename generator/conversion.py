@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generator.contact.scene import NO_SCENE
 from generator.contact.states import ContactModel
 from generator.diagnostics import Diagnostic, Diagnostics, InputError, UsageError, error
 from generator.figure import Figure
@@ -213,7 +214,9 @@ class StartedFigure:
         motion = motion_from_figure(self.figure)
         law = self.springs.law.value
         header = replace(motion.header, springs=self.springs.origin, law=law)
-        return replace(motion, figure=described, header=header, springs=self.springs)
+        contact = None if self.start is None else self.start.contact
+        scene = NO_SCENE if contact is None else contact.scene
+        return replace(motion, figure=described, header=header, springs=self.springs, scene=scene)
 
 
 def start_placement(figure: Figure, displacements: Mapping[str, ArrayLike]) -> Placement:
@@ -314,6 +317,10 @@ def _write_track(root: XmlElement, motion: FigureMotion, path: Path) -> Losses:
     track = track_of_motion(root, Motion(motion.tree, motion.displacements, motion.poses, rates))
     arrays = {"time": motion.times, "qpos": track.qpos}
     losses = Losses.collect("positions of a MuJoCo model", [NO_FIGURE, unrepresented(motion)])
+    geoms = {each.get("name") for each in root.walk() if each.tag == "geom"}
+    lacking = [prop.name for prop in motion.scene.props if prop.name not in geoms]
+    if lacking:
+        losses.add("props of the scene, which the model lacks as well", *lacking)
     if track.qvel is None:
         losses.add("speeds, `qvel`, which the motion does not have")
     else:

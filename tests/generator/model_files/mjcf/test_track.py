@@ -1,11 +1,21 @@
 """Motions in the coordinates of models of other programs, which then play them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from generator import InputError, Plan, Recording, UsageError, convert, read_figure, simulate
+from generator import (
+    InputError,
+    Plan,
+    Recording,
+    Scene,
+    UsageError,
+    convert,
+    read_figure,
+    simulate,
+)
 from tests.command import mover, run
 
 FREE = {"waist": (0.1, 0.4, 0.2)}
@@ -70,6 +80,18 @@ def test_a_free_motion_plays_on_a_model_with_a_free_root(tumble: Recording, tmp_
     words = ("--model", tmp_path / "body.xml")
     run("convert", tmp_path / "tumble.npz", tmp_path / "track.npz", *words)
     play(tmp_path, tumble)
+
+
+def test_props_that_a_model_lacks_are_a_loss(tumble: Recording, tmp_path: Path) -> None:
+    figure = read_figure("prototype")
+    fallen = replace(tumble, scene=Scene.floor())
+    start = Plan(free_root=True, height=0.0, scene=Scene.floor())
+    convert(figure, tmp_path / "bare.xml", free_root=True)
+    convert(figure, tmp_path / "floor.xml", tmp_path / "pose.html", plan=start)
+    for name, lacks in (("bare.xml", True), ("floor.xml", False)):
+        (losses,) = convert(fallen, tmp_path / "t.npz", model=tmp_path / name).values()
+        assert ("which the model lacks as well: floor" in str(losses)) is lacks
+    assert "floor" in (tmp_path / "pose.html").read_text(encoding="utf-8")
 
 
 def test_what_else_acts_in_a_run_is_a_loss(tmp_path: Path) -> None:
