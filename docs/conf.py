@@ -15,8 +15,10 @@ project = PROJECT["name"]
 author = copyright = PROJECT["authors"][0]["name"]
 version = release = PROJECT["version"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-source_suffix = {".md": "markdown"}
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+nb_execution_mode = "off"
+"""Notebooks are shown with the outputs that they have; docs/notebooks/execute.py makes them."""
 exclude_patterns = ["paper"]
 
 html_theme = "furo"

@@ -1,15 +1,20 @@
 """Conversion of motions, figures and other programs' models, as `mover convert` does it."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from generator.diagnostics import Diagnostic, InputError, UsageError, error
+from generator.contact.scene import NO_SCENE
+from generator.contact.states import ContactModel
+from generator.diagnostics import Diagnostic, Diagnostics, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE, read_figure
+from generator.identifiers import coordinate_names
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
@@ -20,6 +25,8 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.tree import build_tree
 from generator.losses import Losses
+from generator.model import Model, contact_of_figure
+from generator.model_files.export_model import Start
 from generator.model_files.formats import (
     MODEL_FORMATS,
     SUFFIXES,
@@ -28,10 +35,14 @@ from generator.model_files.formats import (
     read_model,
 )
 from generator.model_files.imported import imported_files
+from generator.model_files.mjcf.track import Motion, track_of_motion
+from generator.model_files.model_files import ModelFiles
+from generator.model_files.xml import XmlElement, parse_xml
 from generator.motion_files import (
     COORDINATES_FILE,
     MOTION_FORMATS,
     FigureMotion,
+    MotionWriter,
     motion_from_action,
     motion_from_coordinates,
     motion_from_recording,
@@ -39,10 +50,17 @@ from generator.motion_files import (
     read_action,
     read_npz,
 )
-from generator.motion_files.motion import file_sha256, motion_from_figure
+from generator.motion_files.motion import (
+    NO_FIGURE,
+    file_sha256,
+    motion_from_figure,
+    unrepresented,
+)
 from generator.motion_files.resample import resample
 from generator.recording import Recording
+from generator.simulation.plan import STANDARD_GRAVITY, Plan
 from generator.springs_file.read import read_springs
+from generator.text_io import load_text, write_atomic
 from springs import SpringSet
 
 ACTION_SUFFIX, NPZ_SUFFIX, COORDINATE_SUFFIXES = ".action", ".npz", (".mot", ".sto")
@@ -99,8 +117,10 @@ def convert(
     springs: str | Path | SpringSet | None = None,
     displacements: Mapping[str, ArrayLike] | None = None,
     free_root: bool = False,
+    plan: Plan | None = None,
     fps: float | None = None,
     scale: float | None = None,
+    model: str | Path | None = None,
 ) -> Mapping[Path, Losses]:
     """Write a motion, a figure or a model in the formats of the outputs' suffixes.
 
@@ -115,8 +135,12 @@ def convert(
         displacements: displacements of joints of a figure [rad or m], in place of those of its
             file; loops are closed as at the start of a run.
         free_root: remove the joints of a figure to the ground, as a run with a free root does.
+        plan: Start of a run of a figure, such as `fall_plan(figure, "faint")`, in place of the last
+            two, with the props of its scene; a MuJoCo model then has them and contact spheres.
         fps: frames per second to which a motion is interpolated; None keeps its frames.
         scale: units of length of a `.bvh` in a metre [default: 100].
+        model: Model of another program on which the motion shall play: of MuJoCo for its positions
+            in an `.npz`, of OpenSim for a `.mot` or `.sto`.
 
     Returns:
         What each file could not hold.
@@ -133,29 +157,35 @@ def convert(
         check_no_macros(str(source))
     motion = _motion(source, figure)
     has_model = motion is None and not isinstance(source, Figure) and is_model(str(source))
-    starts = springs is not None or displacements is not None or free_root
+    moved = displacements is not None or free_root
+    starts = springs is not None or moved or plan is not None
     if starts and (motion is not None or has_model):
-        raise UsageError("`springs`, `displacements` and `free_root` are for figures")
+        raise UsageError("`springs`, `displacements`, `free_root` and `plan` are for figures")
     if motion is not None:
-        writers = [motion_writer(path, scale) for path in paths]
+        writers = [motion_writer_for(path, scale, model) for path in paths]
         motion = motion if fps is None else resample(motion, fps)
         return {path: write(motion, path) for path, write in zip(paths, writers, strict=True)}
-    if figure is not None or fps is not None:
-        raise UsageError("`figure` and `fps` are for motions")
+    if figure is not None or fps is not None or model is not None:
+        raise UsageError("`figure`, `fps` and `model` are for motions")
     if has_model:
         return _convert_model(str(source), paths)
     described = source if isinstance(source, Figure) else read_figure(str(source))
     if not isinstance(springs, SpringSet):
         springs = read_springs(springs, described)
     start = StartedFigure(described, springs)
-    if displacements is not None or free_root:
+    if plan is not None and moved:
+        raise UsageError("a plan has the displacements and the free root of its start")
+    if plan is not None:
+        start = figure_of_plan(Model(described, springs, contact_of_figure(described)), plan)
+        free_root = plan.free_root
+    elif moved:
         placement = start_placement(described, displacements or {})
         start = figure_at_start(placement, springs, free_root=free_root)
     formats = [(path, figure_format(path, free_root=free_root)) for path in paths]
     writes: list[Callable[[], Losses]] = [
         partial(motion_writer(path, scale), start.motion(described), path)
         if each is None
-        else each.format_files(start.figure, start.springs, path).write
+        else start.files(each, path).write
         for path, each in formats
     ]
     return {path: write() for path, write in zip(paths, writes, strict=True)}
@@ -169,17 +199,24 @@ def check_scale(paths: Iterable[Path], scale: float | None) -> None:
 
 @dataclass(frozen=True)
 class StartedFigure:
-    """A figure as it is at the start of a run, with its springs."""
+    """A figure as it is at the start of a run, with its springs, contact and rates."""
 
     figure: Figure
     springs: SpringSet
+    start: Start | None = None
+
+    def files(self, form: ModelFormat, path: Path) -> ModelFiles:
+        """Return the files of the model at a path in a format."""
+        return form.files(self.figure, self.springs, path, self.start)
 
     def motion(self, described: Figure) -> FigureMotion:
         """The pose as a motion of one frame, of the figure as its file describes it."""
         motion = motion_from_figure(self.figure)
         law = self.springs.law.value
         header = replace(motion.header, springs=self.springs.origin, law=law)
-        return replace(motion, figure=described, header=header, springs=self.springs)
+        contact = None if self.start is None else self.start.contact
+        scene = NO_SCENE if contact is None else contact.scene
+        return replace(motion, figure=described, header=header, springs=self.springs, scene=scene)
 
 
 def start_placement(figure: Figure, displacements: Mapping[str, ArrayLike]) -> Placement:
@@ -209,6 +246,110 @@ def figure_at_start(
         figure, displacements = detach_root(figure, displacements)
         springs = springs.of_joints(figure.joints)
     return StartedFigure(pose_figure(figure, displacements), springs)
+
+
+def figure_of_plan(model: Model, plan: Plan) -> StartedFigure:
+    """Return a figure as it is at the start of a plan, with its contact with the plan's props.
+
+    Raises:
+        ModelError: the figure cannot start so; see `initial_state`.
+        InputError: a psurf cannot be read.
+    """
+    from generator.simulation.exudyn_model.model import initial_state  # imports Exudyn
+
+    state = initial_state(model.figure, plan, model.contact)
+    figure = state.placement.tree.figure
+    contact = ContactModel(plan.scene, state.spheres, (), state.part_laws)
+    others = {
+        "tone of muscles": plan.tone is not None,
+        "self-contact": plan.self_contact,
+        "loads that vary in time": bool(plan.loads),
+        "drives, links and locks of joints": bool(plan.drives or plan.locked or plan.links.links),
+        "gravity other than 9.81 m/s^2 downwards": plan.gravity != STANDARD_GRAVITY,
+    }
+    left_out = tuple(name for name, acts in others.items() if acts)
+    start = Start(contact if state.spheres else None, state.rates, left_out)
+    posed = pose_figure(figure, state.placement.displacements)
+    return StartedFigure(posed, model.springs.of_joints(figure.joints), start)
+
+
+def motion_writer_for(path: Path, scale: float | None, model: str | Path | None) -> MotionWriter:
+    """Return the writer of a motion, for a model on which it shall play.
+
+    Args:
+        path: path of the output.
+        scale: units of length of a `.bvh` in a metre.
+        model: Path of the model; None for a file of the motion alone.
+
+    Raises:
+        UsageError: the suffix is unknown, or no file is for such a model.
+        InputError: the model cannot be read.
+    """
+    if model is None:
+        return motion_writer(path, scale)
+    parsed = load_text(Path(model), str(model))
+    if parsed[1] is not None:
+        raise InputError([parsed[1]])
+    diagnostics = Diagnostics()
+    root = parse_xml(parsed[0], diagnostics)
+    if root is None:
+        raise InputError(diagnostics.sorted_by_position())
+    kind, suffix = MODEL_TAGS.get(root.tag, ""), path.suffix.lower()
+    if kind == "MuJoCo" and suffix == NPZ_SUFFIX:
+        return partial(_write_track, root)
+    if kind == "OpenSim" and suffix in COORDINATE_SUFFIXES:
+        known = {each.get("name") for each in root.walk() if each.tag == "Coordinate"}
+        return partial(_write_checked, motion_writer(path, scale), {*filter(None, known)})
+    raise UsageError(
+        f"{path}: a MuJoCo model plays the {NPZ_SUFFIX} of a motion, an OpenSim model its "
+        f"{' or '.join(COORDINATE_SUFFIXES)}; {model} is {f'of {kind}' if kind else 'neither'}"
+    )
+
+
+MODEL_TAGS: Mapping[str, str] = {"mujoco": "MuJoCo", "OpenSimDocument": "OpenSim"}
+"""Programs of models on which a motion plays, by the tags of their roots."""
+
+
+def _write_track(root: XmlElement, motion: FigureMotion, path: Path) -> Losses:
+    """Write `time`, `qpos` and, of a run, `qvel` of a MuJoCo model."""
+    run = motion.recording
+    rates = None if run is None or not run.velocities else run.velocities
+    track = track_of_motion(root, Motion(motion.tree, motion.displacements, motion.poses, rates))
+    arrays = {"time": motion.times, "qpos": track.qpos}
+    losses = Losses.collect("positions of a MuJoCo model", [NO_FIGURE, unrepresented(motion)])
+    geoms = {each.get("name") for each in root.walk() if each.tag == "geom"}
+    lacking = [prop.name for prop in motion.scene.props if prop.name not in geoms]
+    if lacking:
+        losses.add("props of the scene, which the model lacks as well", *lacking)
+    if track.qvel is None:
+        losses.add("speeds, `qvel`, which the motion does not have")
+    else:
+        arrays["qvel"] = track.qvel
+    stream = BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    write_atomic(path, stream.getvalue())
+    return losses
+
+
+def _write_checked(
+    write: MotionWriter, known: Collection[str], motion: FigureMotion, path: Path
+) -> Losses:
+    """Write the displacements of a motion for an OpenSim model with these coordinates.
+
+    Raises InputError for a model that lacks some of them, such as one without a free root.
+    """
+    moving = {branch.joint.name for branch in motion.tree.joints}
+    missing = [
+        name
+        for joint, names in coordinate_names(motion.chains).items()
+        for name in names
+        if joint in moving and name not in known
+    ]
+    if missing:
+        message = f"the model has no coordinates {', '.join(missing[:6])}, which the motion moves"
+        hint = "write the model with --free-root, and the start of the run"
+        raise InputError([error(message, hint=hint)])
+    return write(motion, path)
 
 
 def figure_format(

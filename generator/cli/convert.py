@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os.path import realpath
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,10 +12,16 @@ from generator import conversion, motion_files
 from generator.cli import inputs
 from generator.cli.answer import HIDDEN, OMITTED_IF_NONE, CommandResult, Paragraphs, format_count
 from generator.cli.options import (
+    FallOption,
+    FloorOption,
     FreeRoot,
+    FrictionOption,
+    HeightOption,
     JointValues,
     LawChoice,
     PoseFile,
+    SceneOption,
+    SeedOption,
     SpringsChoice,
     format_frames,
 )
@@ -38,11 +44,13 @@ from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
 from generator.losses import Losses
+from generator.model import Model, contact_of_figure
 from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import Imported, format_imported_springs, imported_files
 from generator.model_files.model_files import ModelFiles, unreadable_file_error
 from generator.motion_files.resample import resample
+from generator.simulation.plan import Plan
 from springs import SphericalLaw
 
 MAX_BRIEF_LOSSES = 4
@@ -223,12 +231,26 @@ def convert(
     pose: PoseFile = None,
     displacements: JointValues = None,
     free_root: FreeRoot = False,
+    floor: FloorOption = False,
+    scene: SceneOption = None,
+    fall: FallOption = None,
+    seed: SeedOption = None,
+    height: HeightOption = None,
+    friction: FrictionOption = None,
     fps: Annotated[
         float | None, typer.Option(help="Frames per second of the outputs. [default: the motion's]")
     ] = None,
     scale: Annotated[
         float | None,
         typer.Option(help="Units of length of a .bvh in a metre. [default: 100, centimetres]"),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MODEL",
+            help="Model on which the motion shall play: of MuJoCo, whose positions an .npz then "
+            "holds; of OpenSim, for a .mot or .sto.",
+        ),
     ] = None,
     to: Annotated[
         str | None,
@@ -248,8 +270,9 @@ def convert(
 ) -> CommandResult:
     """Convert a motion, a figure or a model, and list the losses.
 
-    --pose, --set and --free-root set the start of a figure, as in mover simulate. In a format of
-    motions a figure is a single frame.
+    --pose, --set, --free-root, --floor, --scene, --fall, --height and --friction set the start of a
+    figure, as in mover simulate; a MuJoCo model has the floor, the props and contact spheres. In a
+    format of motions a figure is a single frame.
     """
     check_distinct_paths(outputs)
     conversion.check_scale(outputs, scale)
@@ -261,8 +284,14 @@ def convert(
         "--pose": pose,
         "--set": displacements,
         "--free-root": free_root,
+        "--floor": floor,
+        "--scene": scene,
+        "--fall": fall,
+        "--seed": seed,
+        "--height": height,
+        "--friction": friction,
     }
-    of_motions: dict[str, object] = {"--figure": figure, "--fps": fps}
+    of_motions: dict[str, object] = {"--figure": figure, "--fps": fps, "--model": model}
     path = Path(source)
     if separate and not conversion.is_model(source):
         raise UsageError(f"{source}: --apart is for models of other programs")
@@ -271,13 +300,26 @@ def convert(
     if path.suffix.lower() in motion_files.MOTION_FORMATS:
         conversion.check_readable(path)
         _refuse_options(f"{path} is a motion", of_figures, "figures")
-        return _convert_motion(source, outputs, figure, fps, scale, verbose)
+        return _convert_motion(source, outputs, figure, fps, _Target(scale, model), verbose)
     if conversion.is_model(source):
         what = f"{source} is a model of another program"
         _refuse_options(what, {**of_figures, **of_motions}, "figures and motions")
         return import_model(source, outputs, separate=separate, verbose=verbose)
     _refuse_options(f"{source} is a figure", of_motions, "motions")
-    start = _Start(springs, law, pose, tuple(displacements or ()), free_root)
+    settings = inputs.given_options(
+        {
+            "pose": pose,
+            "displacements": displacements,
+            "free_root": free_root,
+            "floor": floor,
+            "scene": scene,
+            "fall": fall,
+            "seed": seed,
+            "height": height,
+            "friction": friction,
+        }
+    )
+    start = _Start(springs, law, pose, tuple(displacements or ()), settings)
     return _convert_figure(source, outputs, start, to, scale, verbose)
 
 
@@ -293,7 +335,7 @@ def _convert_motion(
     outputs: Sequence[Path],
     figure_name: str | None,
     fps: float | None,
-    scale: float | None,
+    target: "_Target",
     verbose: bool,
 ) -> CommandResult:
     """Write a motion in other formats of motions."""
@@ -306,11 +348,11 @@ def _convert_motion(
     check_motion_formats(outputs)
     motion, warnings = inputs.load_motion(path, figure_name)
     figure = motion.figure
-    check_writable(outputs, (path, figure.path))
+    check_writable(outputs, (path, figure.path, target.model))
     if fps is not None:
         motion = resample(motion, fps)
     inputs.check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
-    written = write_all_or_none([(out, _motion_writer(out, scale, motion)) for out in outputs])
+    written = write_all_or_none([(out, _motion_writer(out, target, motion)) for out in outputs])
     return Conversion(
         source=source,
         figure=str(figure.path),
@@ -331,11 +373,23 @@ _MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
 """Readers of what a conversion writes, by suffix."""
 
 
-def _motion_writer(
-    path: Path, scale: float | None, motion: motion_files.FigureMotion
-) -> OutputWriter:
+@dataclass(frozen=True)
+class _Target:
+    """Options of the outputs of a motion.
+
+    Attributes:
+        scale: Units of length of a .bvh in a metre.
+        model: Model on which the motion shall play.
+    """
+
+    scale: float | None
+    model: Path | None = None
+
+
+def _motion_writer(path: Path, target: _Target, motion: motion_files.FigureMotion) -> OutputWriter:
     """Return a writer that raises InputError if the file could not be read again."""
-    write, read = motion_files.motion_writer(path, scale), _MOTION_READERS.get(path.suffix.lower())
+    write = conversion.motion_writer_for(path, target.scale, target.model)
+    read = _MOTION_READERS.get(path.suffix.lower())
 
     def write_readable(part: Path) -> Losses:
         losses = write(motion, part)
@@ -359,19 +413,37 @@ class _Start:
     law: SphericalLaw | None
     pose: Path | None
     sets: tuple[str, ...]
-    free_root: bool
+    settings: Mapping[str, Any]
+
+    @property
+    def free_root(self) -> bool:
+        """Return whether the joints to the ground are removed."""
+        return bool(self.settings.keys() & {"free_root", "floor", "scene", "fall"})
 
     def of_figure(self, figure: Figure) -> tuple[conversion.StartedFigure, tuple[Diagnostic, ...]]:
         """Return the figure with its springs at the start, with warnings."""
         springs, warnings = inputs.springs_from_option(figure, self.springs, self.law)
-        if self.pose is None and not self.sets and not self.free_root:
+        if not self.settings:
             return conversion.StartedFigure(figure, springs), warnings
         inputs.check_chains(figure)
         start, more = inputs.start_displacements_from_options(figure, self.pose, self.sets)
         warnings += (*more, *inputs.start_warnings(figure, springs, start))
+        if self.settings.keys() & {"floor", "scene", "fall", "height"}:
+            plan, more = self._plan(figure, start)
+            model = Model(figure, springs, contact_of_figure(figure))
+            return conversion.figure_of_plan(model, plan), warnings + more
         placement = conversion.start_placement(figure, start)
         inputs.check_segment_distances(placement)
         return conversion.figure_at_start(placement, springs, free_root=self.free_root), warnings
+
+    def _plan(
+        self, figure: Figure, start: Mapping[str, Sequence[float]]
+    ) -> tuple[Plan, tuple[Diagnostic, ...]]:
+        """Return the plan of a start with props or a height, and warnings."""
+        if "fall" in self.settings:
+            return inputs.fall_from_options(figure, self.settings)
+        plan, warnings = inputs.plan_from_options(self.settings)
+        return replace(plan, displacements=start), warnings
 
 
 def _convert_figure(
@@ -395,10 +467,10 @@ def _convert_figure(
     frames: list[tuple[Path, OutputWriter]] = []
     for out, each in formats:
         if each is None:
-            frames.append((out, _motion_writer(out, scale, start.motion(figure))))
+            frames.append((out, _motion_writer(out, _Target(scale), start.motion(figure))))
             continue
         with writing(out):
-            models.append(each.format_files(start.figure, start.springs, out))
+            models.append(start.files(each, out))
     _check_files_of_figure(figure, models)
     lost = write_all_or_none([*model_writers(models), *frames])
     lost = {**lost, **{model.path: model.losses for model in models}}

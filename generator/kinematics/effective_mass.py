@@ -75,11 +75,11 @@ def effective_mass(
     freed, moved = detach_root(figure, start)
     placement = forward_kinematics(build_tree(freed), moved)
     jacobians = segment_jacobians(placement)
-    masses = _mass_matrix(placement, jacobians)
+    masses = mass_matrix(placement, jacobians)
     pose = placement.poses[segment]
     place = pose[:3, :3] @ np.asarray(point, dtype=float) + pose[:3, 3]
     along = pose[:3, :3] @ unit_vector(np.asarray(direction, dtype=float))
-    gradient = along @ _point_jacobian(jacobians[segment], place)
+    gradient = along @ point_jacobian(jacobians[segment], place)
     # At a pole of a chain the mass matrix is singular, but not along the rates of any point.
     return float(1.0 / (gradient @ np.linalg.lstsq(masses, gradient)[0]))
 
@@ -102,12 +102,12 @@ def _has_mass(segment: Segment) -> bool:
     return None not in (segment.mass, segment.inertia) and segment.centre_of_mass is not None
 
 
-def _point_jacobian(jacobian: Array, point: Array) -> Array:
+def point_jacobian(jacobian: Array, point: Array) -> Array:
     """Return the velocity of a segment's material point by the displacements, shape (3, n)."""
     return jacobian[3:] - cross_matrix(point) @ jacobian[:3]
 
 
-def _mass_matrix(placement: Placement, jacobians: Mapping[str, Array]) -> Array:
+def mass_matrix(placement: Placement, jacobians: Mapping[str, Array]) -> Array:
     """Return the mass matrix in the displacements of a placement, shape (n, n)."""
     size = placement.tree.kinematics.size
     total = np.zeros((size, size))
@@ -117,7 +117,7 @@ def _mass_matrix(placement: Placement, jacobians: Mapping[str, Array]) -> Array:
             raise ModelError(f"segment `{name}` lacks mass, inertia or centre of mass")
         turn = placement.poses[name][:3, :3]
         place = turn @ centre + placement.poses[name][:3, 3]
-        spin, speed = jacobians[name][:3], _point_jacobian(jacobians[name], place)
+        spin, speed = jacobians[name][:3], point_jacobian(jacobians[name], place)
         inertia = turn @ np.diag(segment.inertia) @ turn.T
         total += spin.T @ inertia @ spin + segment.mass * speed.T @ speed
     return total

@@ -269,7 +269,9 @@ def imported_from_embedded(
         # A writer has stand-ins for the psurfs that a figure does not have.
         if segment.psurf is not None or not same["shapes"]
     }
-    surfaces, colours = join_shapes({**_ground_shapes(placement, tree.shapes), **shapes}, losses)
+    has_ground = any(updated.segments[name].psurf is not None for name in updated.ground)
+    fixed = tree.shapes if has_ground or not same["shapes"] else ()  # a writer has props
+    surfaces, colours = join_shapes({**_ground_shapes(placement, fixed), **shapes}, losses)
     painted = _with_new_colours(updated, colours)
     bare = {name: replace(one, psurf=None) for name, one in painted.segments.items()}
     return Imported(

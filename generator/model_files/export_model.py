@@ -10,13 +10,14 @@ from functools import cached_property
 
 import numpy as np
 
+from generator.contact.states import ContactModel
 from generator.diagnostics import Diagnostic, InputError, error
 from generator.figure import Figure, Joint, Segment, SiteRef, Vector
 from generator.figure_file.resolve import origin_span
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
-from generator.kinematics.placement import Placement, initial_displacements
+from generator.kinematics.placement import Displacements, Placement, initial_displacements
 from generator.kinematics.tree import Tree, TreeJoint, build_tree
 from generator.loads import site_loads
 from generator.losses import Losses
@@ -34,6 +35,21 @@ from springs import (
 from springs.coordinates import CoordinateLaw
 from springs.elastic import Frictional
 from springs.spherical import VectorLaw
+
+
+@dataclass(frozen=True)
+class Start:
+    """Contact and rates of a figure at the start of a run.
+
+    Attributes:
+        contact: Props, contact spheres and laws of parts; None for a figure that touches nothing.
+        rates: Rates of the displacements of each joint [rad/s or m/s].
+        left_out: What else acts in the run, which no model has.
+    """
+
+    contact: ContactModel | None
+    rates: Displacements
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -264,15 +280,16 @@ def add_common_losses(
     has_coupled: bool = False,
     has_loops: bool = False,
     has_reaches: bool = False,
+    has_contact: bool = False,
 ) -> None:
     """Report the parts that no format holds, laws over several joints and springs of loops.
 
     `has_coupled` is True for a model with the laws over several joints of the tree, `has_loops`
     for one whose writer reports the springs that close loops, `has_reaches` for one with the
-    reaches of the tree's joints.
+    reaches of the tree's joints, `has_contact` for one with the contact spheres.
     """
     for name, segment in model.figure.segments.items():
-        if segment.contact_spheres:
+        if segment.contact_spheres and not has_contact:
             losses.add("contact spheres", name)
     for name, attribute in model.figure.attributes.items():
         if set(attribute.fields) - {"rgb"}:

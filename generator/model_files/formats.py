@@ -22,6 +22,7 @@ from generator.model_files import curves_csv
 from generator.model_files.biomod import write as biomod
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
+from generator.model_files.export_model import Start
 from generator.model_files.figure_files import springs_path
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
@@ -128,12 +129,33 @@ class ModelFormat:
         what: its description in a few words.
         motion_suffixes: suffixes that a format of motions has too; of a figure they select this
             format.
+        format_with_start: Returns the files of a model with contact and rates; None for a format
+            that does not hold them.
     """
 
     suffixes: tuple[str, ...]
     format_files: ModelFormatter
     what: str
     motion_suffixes: tuple[str, ...] = ()
+    format_with_start: Callable[[Figure, SpringSet, Path, Start], ModelFiles] | None = None
+
+    def files(
+        self, figure: Figure, springs: SpringSet, path: Path, start: Start | None
+    ) -> ModelFiles:
+        """Return the files of a model, with the contact and the rates of a start if it has one."""
+        if start is None:
+            return self.format_files(figure, springs, path)
+        if self.format_with_start is not None:
+            model = self.format_with_start(figure, springs, path, start)
+        else:
+            model = self.format_files(figure, springs, path)
+            if start.contact is not None:
+                model.losses.add("the floor, the props and the contact with them")
+            if any(map(any, start.rates.values())):
+                model.losses.add("the velocities of the start")
+        if start.left_out:
+            model.losses.add("what acts in `mover simulate` alone", *start.left_out)
+        return model
 
     def has_suffix(self, path: Path) -> bool:
         """Return whether the suffix of a path selects this format for a figure."""
@@ -142,7 +164,12 @@ class ModelFormat:
 
 MODEL_FORMATS: Mapping[str, ModelFormat] = {
     "peabody": ModelFormat((".fig",), format_fig, "figure file of this program"),
-    "mjcf": ModelFormat((".xml", ".mjcf"), mjcf.format_files, "MuJoCo model"),
+    "mjcf": ModelFormat(
+        (".xml", ".mjcf"),
+        mjcf.format_files,
+        "MuJoCo model",
+        format_with_start=mjcf.format_files,
+    ),
     "urdf": ModelFormat(
         (".urdf",), urdf.format_files, "robot model without loops, its springs as a table"
     ),

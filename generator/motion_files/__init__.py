@@ -25,6 +25,7 @@ __all__ = [
     "MOTION_FORMATS",
     "ActionFile",
     "FigureMotion",
+    "MotionWriter",
     "UsageError",
     "format_action",
     "motion_from_action",

@@ -66,8 +66,10 @@ GROUND_REACTION_LABELS = tuple(
 def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) -> Losses:
     """Write the displacements of a motion, whole or not at all. Raises OSError."""
     write_atomic(path, "".join(f"{line}\n" for line in _coordinate_lines(motion, in_degrees)))
+    is_free = not motion.chains.keys() <= motion.figure.joints.keys()
     losses = [
         NO_FIGURE,
+        Loss(_FREE_ROOT) if is_free else None,
         renaming_loss(plain_names(motion.chains)),
         lost_props(motion),
         unrepresented(motion, GROUND_REACTION),
@@ -77,6 +79,11 @@ def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) ->
     ]
     return Losses.collect("OpenSim table", losses)
 
+
+_FREE_ROOT = (
+    "a joint to the ground: this motion of a free figure plays on a model that `mover convert "
+    "FIGURE MODEL.osim --free-root` writes, and leaves others standing"
+)
 
 write_mot = partial(_write_coordinates, in_degrees=True)
 """Write a `.mot`: rotations in degrees, as in OpenSim's own motions."""

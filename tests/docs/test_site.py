@@ -16,7 +16,8 @@ DIRECTIVE = re.compile(r"^\.\. (currentmodule|auto\w+):: ([\w.]+)", re.MULTILINE
 def test_every_page_is_in_a_table_of_contents_once() -> None:
     lists = TOCTREE.findall((DOCS / "index.md").read_text(encoding="utf-8"))
     entries = [line for text in lists for line in text.split("\n\n")[-1].split()]
-    pages = {str(path.relative_to(DOCS).with_suffix("")) for path in DOCS.rglob("*.md")}
+    files = [*DOCS.rglob("*.md"), *DOCS.rglob("*.ipynb")]
+    pages = {str(path.relative_to(DOCS).with_suffix("")) for path in files}
     assert sorted(entries) == sorted(pages - {"index", "paper/paper"})
 
 

@@ -175,6 +175,48 @@ def test_your_passive_curves_in_opensim_and_mujoco(reader: Reader) -> None:
     assert counts == [19, 20]
 
 
+@pytest.fixture
+def mujoco_and_gymnasium() -> None:
+    pytest.importorskip("mujoco")
+    pytest.importorskip("gymnasium")
+
+
+@pytest.mark.verify
+@pytest.mark.slow
+@pytest.mark.usefixtures("mujoco_and_gymnasium")
+@pytest.mark.parametrize("reader", ["mujoco"], indirect=True)
+def test_your_passive_human_in_mujoco_and_gymnasium(reader: Reader) -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    answers, names = "".join(reader.answers), reader.names
+    assert re.search(r"centre of mass 0\.1\d m above the floor", answers)
+    assert "51 frames, the last one of 1 s" in answers
+    down = re.search(r"down after (\S+) s", answers)
+    assert down is not None
+    assert 0.3 < float(down[1]) < 0.6
+    check_env(names["env"], skip_render_check=True)
+    assert [names["model"].joint(name).type[0] for name in ("left_shoulder", "left_knee")] == [1, 3]
+    assert sum(one.number for one in names["env"].data.warning) == 0
+
+
+@pytest.mark.verify
+@pytest.mark.slow
+def test_your_passive_human_in_mjx(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Minutes of compilation, where MJX is installed; the extra `verify` does not have it."""
+    pytest.importorskip("mujoco.mjx")
+    mujoco = pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    assert CliRunner().invoke(app, ["convert", "male50", "body.xml", "--floor"]).exit_code == 0
+    page = (DOCS / "mujoco.md").read_text(encoding="utf-8")
+    (code,) = (text for language, text in BLOCK.findall(page) if language == "py")
+    names: dict[str, Any] = {}
+    exec(compile(code, "mujoco.md", "exec"), names)
+    model, data = names["mj_model"], names["mj_data"]
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+    assert np.abs(np.asarray(names["data"].qpos) - data.qpos).max() < 3e-3
+
+
 @pytest.mark.parametrize("reader", ["figure-language", "api"], indirect=True)
 def test_pages_with_code(reader: Reader) -> None:
     assert reader.names["read_figure"] is read_figure

@@ -63,7 +63,7 @@ def test_a_figure_becomes_a_model_and_a_model_a_figure(pendulum, tmp_path: Path)
 def test_arguments_that_do_not_fit(swing, pendulum, tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="a recording from a file does not hold its figure"):
         convert(replace(swing, model=None), tmp_path / "swing.glb")
-    with pytest.raises(UsageError, match="`figure` and `fps` are for motions"):
+    with pytest.raises(UsageError, match="`figure`, `fps` and `model` are for motions"):
         convert(pendulum, tmp_path / "a.xml", figure=pendulum)
     with pytest.raises(UsageError, match="a model becomes a figure"):
         convert(tmp_path / "model.urdf", tmp_path / "swing.glb")

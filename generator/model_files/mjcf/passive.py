@@ -1,23 +1,26 @@
 """The springs of a figure in MuJoCo without approximation, as a callback in Python.
 
-For a model written without springs:
+For a model written without springs, or at the joints whose springs a model lacks:
 
     model = mujoco.MjModel.from_xml_path("out.xml")
     mujoco.set_mjcb_passive(PassiveSprings(model, figure, springs))
+    mujoco.set_mjcb_passive(PassiveSprings(model, figure, springs, ["left_shoulder"]))
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, UnknownNameError, spelling_hint
 from generator.figure import Figure
 from generator.joint_chain import Chain
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.export_model import build_export_model, split_joint_laws
-from generator.model_files.mjcf.write import body_name, chain_indices, site_name
+from generator.model_files.mjcf.track import body_name
+from generator.model_files.mjcf.write import chain_indices, site_name
 from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
 from springs import (
     AxisSpring,
@@ -51,16 +54,37 @@ class _Several:
 
 
 class PassiveSprings:
-    """Adds the passive torques of a figure's springs to a model without springs.
+    """Adds the passive torques of a figure's springs to a model that lacks them.
 
     Laws over several joints and springs of joints that close loops are left out.
     """
 
-    def __init__(self, model: Any, figure: Figure, springs: SpringSet) -> None:
-        """Find the joints of the figure in a model (`mujoco.MjModel`).
+    def __init__(
+        self,
+        model: Any,
+        figure: Figure,
+        springs: SpringSet,
+        joints: Collection[str] | None = None,
+    ) -> None:
+        """Find the joints of the figure in a model.
 
-        Raises ModelError where the model has other bodies.
+        Args:
+            model: Model (`mujoco.MjModel`), with the joints to the ground of the figure or free.
+            figure: Figure of the model.
+            springs: Springs of the figure.
+            joints: Names of the joints whose springs the model lacks; None for all joints.
+
+        Raises:
+            ModelError: The model has other bodies.
+            UnknownNameError: No joint of a name has springs.
         """
+        own = springs.joints.keys()
+        for name in joints or ():
+            if name not in own:
+                raise UnknownNameError(
+                    f"joint `{name}` has no springs of its own; {spelling_hint(name, own)}"
+                )
+        springs = springs.of_joints(own if joints is None else joints)
         export = build_export_model(figure, springs, Losses("MuJoCo model"))
         branches = {branch.joint.name: branch for branch in export.tree.joints}
         self._single: list[_Single] = []
@@ -68,7 +92,9 @@ class PassiveSprings:
         for name in export.tree_springs:
             branch, own = branches[name], export.joint_springs(name)
             chain = export.tree.chains[name]
-            places = _joint_places(model, body_name(export, branch.outboard), branch, chain)
+            places = _joint_places(
+                model, body_name(export.segments, branch.outboard), branch, chain
+            )
             single = own if len(chain.rotations) == 1 else replace(own, axes=(), reach=None)
             for k, spring in split_joint_laws(chain, single, springs.law).uncoupled.items():
                 joint = places[k]

@@ -27,14 +27,17 @@ from typing import NamedTuple, assert_never
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generator.diagnostics import Diagnostics, Source
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
 from generator.identifiers import reserve_name
+from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
+    Start,
     add_common_losses,
     build_export_model,
     common_damping,
@@ -48,6 +51,8 @@ from generator.model_files.fit_error import (
     joint_ranges,
 )
 from generator.model_files.mjcf.ball_springs import ROUNDING, isotropic_stiffness
+from generator.model_files.mjcf.contact import add_contact
+from generator.model_files.mjcf.track import WORLD, Motion, body_name, track_of_motion
 from generator.model_files.mjcf.visuals import add_visuals
 from generator.model_files.model_files import ModelFiles
 from generator.model_files.piecewise import (
@@ -63,6 +68,7 @@ from generator.model_files.xml import (
     format_document,
     format_numbers,
     nesting_depth,
+    parse_xml,
 )
 from generator.rotations import (
     Array,
@@ -85,9 +91,6 @@ from springs.elastic import Range
 from springs.exponential import Exponential, ExponentialTerm
 from springs.spherical import VectorLaw
 
-WORLD = "world"
-"""Name of the site whose axes are those of the world; the others have a dot in theirs."""
-
 _SOLVER = {"solref": "0.002 1", "solimp": "0.999 0.9999 0.001 0.5 2"}
 """Stiffness of loop constraints: the largest that the file's time step allows."""
 
@@ -95,12 +98,6 @@ _SOLVER = {"solref": "0.002 1", "solimp": "0.999 0.9999 0.001 0.5 2"}
 def site_name(model: ExportModel, ref: SiteRef) -> str:
     """`SEGMENT.SITE`."""
     return f"{model.segments[ref.segment]}.{ref.site}"
-
-
-def body_name(model: ExportModel, segment: str) -> str:
-    """Name of a segment's body; MuJoCo's own body is called `world`."""
-    name = model.segments[segment]
-    return reserve_name(name, {*model.segments.values()}) if name == WORLD else name
 
 
 def add_sites(model: ExportModel, body: Element, segment: str, pose: Array) -> None:
@@ -184,12 +181,20 @@ _REACH_DAMPING = "unequal damping of joints with a reach"
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
-def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
+def format_files(
+    figure: Figure, springs: SpringSet, path: Path, start: Start | None = None
+) -> ModelFiles:
     """Format a figure and its springs as the MuJoCo model at `path`.
+
+    Args:
+        figure: Figure.
+        springs: Springs of its joints.
+        path: Path of the model.
+        start: Contact and rates at the start; None for a model that touches nothing, at rest.
 
     Raises InputError for a segment that moves without a mass, an inertia or a centre of mass.
     """
-    text, losses = format_mjcf(figure, springs)
+    text, losses = format_mjcf(figure, springs, start)
     if (depth := nesting_depth(text)) > MAX_DEPTH:
         losses.add(
             f"a way back into this program: elements are nested {depth:,} deep, and {MAX_DEPTH:,} "
@@ -198,7 +203,9 @@ def format_files(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     return ModelFiles(path, {path: text}, losses)
 
 
-def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
+def format_mjcf(
+    figure: Figure, springs: SpringSet, start: Start | None = None
+) -> tuple[str, Losses]:
     """The text of a MuJoCo model, and its losses; raises InputError as `format_files`."""
     losses = Losses("MuJoCo model")
     model = build_export_model(figure, springs, losses)
@@ -220,20 +227,39 @@ def format_mjcf(figure: Figure, springs: SpringSet) -> tuple[str, Losses]:
     builder = _BodyWriter(model, losses, sections)
     builder.add_bodies()
     add_visuals(model, sections["asset"], builder.bodies, losses)
+    if start is not None and start.contact is not None:
+        add_contact(model, start.contact, root, builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
     add_loads(model, sections["actuator"])
-    add_element(
+    key = add_element(
         sections["keyframe"], "key", name="start", qpos=format_numbers(builder.initial_positions)
     )
+    if start is not None and any(map(any, start.rates.values())):
+        key.set("qvel", format_numbers(_start_speeds(root, model, start.rates)))
     for section in sections.values():
         if not len(section):
             root.remove(section)
     coupled = model.springs.coupled
     left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     builder.report_fits()
-    add_common_losses(replace(model, springs=replace(model.springs, coupled=left)), losses)
+    rest = replace(model, springs=replace(model.springs, coupled=left))
+    add_common_losses(rest, losses, has_contact=start is not None and start.contact is not None)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
+
+
+def _start_speeds(root: Element, model: ExportModel, rates: Displacements) -> Array:
+    """Return the speeds of the model for rates of the displacements, shape (nv,)."""
+    parsed = parse_xml(Source("model", format_document(root, ())), Diagnostics())
+    assert parsed is not None
+    placed = model.placement
+    now, poses, moving = (
+        {name: np.asarray(values)[None] for name, values in mapping.items()}
+        for mapping in (placed.displacements, placed.poses, rates)
+    )
+    speeds = track_of_motion(parsed, Motion(model.tree, now, poses, moving)).qvel
+    assert speeds is not None
+    return speeds[0]
 
 
 _COMMENTS = (
@@ -299,8 +325,17 @@ class _BodyWriter:
         pose = base @ inverse_pose(tip)
         if branch.inboard in model.figure.ground:
             pose = model.placement.poses[branch.inboard] @ pose
+        springs = model.joint_springs(joint.name)
+        chain = model.tree.chains[joint.name]
+        free = (
+            len(chain.rotations) == len(chain.translations) == 3
+            and branch.inboard in model.figure.ground
+            and not (springs.axes or springs.translations)
+        )
+        if free:  # MuJoCo's own start of a free body is its place in the file
+            pose = model.placement.poses[branch.outboard]
         mass, centre, moments = model.mass_properties(branch.outboard)
-        name = body_name(model, branch.outboard)
+        name = body_name(model.segments, branch.outboard)
         body = add_element(
             self.bodies[branch.inboard],
             "body",
@@ -316,18 +351,11 @@ class _BodyWriter:
             mass=format_numbers(mass),
             diaginertia=format_numbers(moments),
         )
-        springs = model.joint_springs(joint.name)
-        chain = model.tree.chains[joint.name]
-        free = (
-            len(chain.rotations) == len(chain.translations) == 3
-            and branch.inboard in model.figure.ground
-        )
-        if free and not springs.axes and not springs.translations:
+        if free:
             add_element(body, "freejoint", name=model.joints[joint.name])
-            at = model.placement.poses[branch.outboard]
             self._initial_positions_by_body[name] = [
-                *at[:3, 3],
-                *quaternion_from_matrix(at[:3, :3]),
+                *pose[:3, 3],
+                *quaternion_from_matrix(pose[:3, :3]),
             ]
         else:
             self._add_joints(body, branch, tip, springs)

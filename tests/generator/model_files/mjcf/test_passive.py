@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from generator.diagnostics import ModelError
+from generator.diagnostics import ModelError, UnknownNameError
 from generator.figure import Figure
+from generator.figure_file import read_figure
 from generator.model_files.mjcf.passive import PassiveSprings
+from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
     Cubic,
@@ -33,6 +35,7 @@ from tests.generator.model_files.model_cases import (
     hinge,
     on_a_rail,
     ours,
+    posed,
     slide,
     spring_set,
 )
@@ -86,6 +89,30 @@ def test_another_model_is_refused() -> None:
     other = MuJoCo(two_bodies(chain("Rx Ry"), START[:2]), SpringSet())
     with pytest.raises(ModelError, match="does not have joint `tested`"):
         PassiveSprings(other.model, two_bodies(chain("Rx"), START[:1]), springs)
+
+
+def test_the_callback_adds_the_springs_that_a_file_lacks() -> None:
+    """The arms of a man with bent shoulders: the file has all springs but those with a reach."""
+    of = posed(read_figure("male50"), {"right_shoulder": (0.0, 0.0, 170.0)})
+    springs = read_springs(None, of)
+    shoulders = [name for name, one in springs.joints.items() if one.reach is not None]
+    loaded = MuJoCo(of, springs)
+    lacking = loaded.api.MjData(loaded.model)
+    lacking.qpos[:] = loaded.data.qpos
+    loaded.api.mj_forward(loaded.model, lacking)
+    loaded.api.set_mjcb_passive(PassiveSprings(loaded.model, of, springs, shoulders))
+    try:
+        loaded.api.mj_forward(loaded.model, loaded.data)
+        added = np.flatnonzero(loaded.data.qfrc_passive - lacking.qfrc_passive)
+        ours_apart = apart(moved(loaded, 0.1), ours(of, springs, 0.1).poses)
+    finally:
+        loaded.api.set_mjcb_passive(None)
+    start = loaded.model.joint("right_shoulder").dofadr[0]
+    assert set(added) <= {*range(start, start + 3)}
+    assert len(added) > 0
+    assert ours_apart < 3e-4
+    with pytest.raises(UnknownNameError, match="joint `left_sholder` has no springs of its own"):
+        PassiveSprings(loaded.model, of, springs, ["left_sholder"])
 
 
 MOST_APART = 0.01
