@@ -28,6 +28,7 @@ from .figure import (
 )
 from .figure_file import read_figure
 from .figure_file.write import write_figure, write_pose
+from .hold.posture import Holder, Posture
 from .identification.fit import FitOptions, fit_springs
 from .identification.measured_angles import read_measured_angles
 from .input_files.pose import read_pose

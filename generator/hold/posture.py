@@ -537,8 +537,8 @@ def _standing_notes(standing: Standing) -> list[str]:
     if len(standing.bearings) > 1:
         parts = ", ".join(f"{one.name} {one.force[1]:.0f} N" for one in standing.bearings)
         notes.append(
-            f"the supports bear {parts}; how far they push against each other is not determined by "
-            "statics, and taken as nothing"
+            f"{parts}; statics does not determine how far supports push against each other, taken "
+            "as nothing"
         )
     return notes
 
