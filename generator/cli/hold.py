@@ -25,6 +25,7 @@ from generator.model import Model
 from generator.motion_files import FigureMotion
 from generator.person.survey import Sex
 from generator.text_io import format_csv_comment
+from springs import SpringSet
 from springs.strength.strengths import Age, Body
 
 _LOAD = re.compile(r"\s*([^=\s.]+)(?:\.([^=\s]+))?\s*=\s*(.+?)\s*")
@@ -276,6 +277,7 @@ def _holder(
             is_female=None if sex is None else sex is Sex.FEMALE,
             stated=stated,
             supports=supports or None,
+            motions=_motions(figure, spring_set),
         )
     except UsageError as failure:
         raise UsageError(f"--support {','.join(support)}: {failure}") from None
@@ -294,6 +296,13 @@ def _holder(
             ]
         )
     return holder, warnings
+
+
+def _motions(figure: Figure, springs: SpringSet) -> SpringSet | None:
+    """Return the figure's own springs where those that are chosen name no motions."""
+    if any(axis.motion for joint in springs.joints.values() for axis in joint.axes):
+        return None
+    return inputs.parse_springs_option(figure, None).require_value().springs
 
 
 def _check_loads(figure: Figure, names: Sequence[str]) -> None:

@@ -11,7 +11,7 @@ from generator.kinematics.placement import Displacements, Placement
 from generator.kinematics.tree import Tree
 from generator.passive_curve import angle_about, passive_torque, rotation_vector
 from generator.rotations import Array, matrix_from_rotation_vector
-from springs import CoupledSpring, JointSprings, SphericalLaw, SpringSet, total_torque
+from springs import JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.axis import Direction
 from springs.elastic import Range, common_valid_range
 from springs.stop import Stop
@@ -113,32 +113,30 @@ class PassiveMoments:
                 low = None if lower is None else lower[k]
                 high = None if upper is None else upper[k]
                 yield from _beyond(f"joint {name}", float(values[k]), (low, high), "its limit")
-        for name, own in self._elastic.joints.items():
-            if name not in self._joints or own.reach is not None:
-                continue
-            for axis in own.axes:
-                known = common_valid_range(axis.elastic)
-                if known is not None:
-                    angle = float(self._angle(name, axis.direction, placement))
-                    noun = f"{name} {axis.motion}".strip()
-                    yield from _beyond(noun, angle, known, "what its passive law was measured for")
-        for coupled in self.springs.coupled:
-            yield from self._coupled_notes(coupled, placement)
-
-    def _coupled_notes(self, coupled: CoupledSpring, placement: Placement) -> Iterator[str]:
-        ranges = zip(coupled.axes, coupled.law.coordinates, coupled.law.valid_ranges, strict=True)
-        for axis, coordinate, known in ranges:
-            if known is None:
-                continue
-            angle = float(self._angle(axis.joint, axis.direction, placement))
-            noun = f"{axis.joint} {coordinate.rpartition(' ')[2]}"
+        for joint, direction, noun, known in self._measured_ranges:
+            chain, values = self.tree.chains[joint], placement.displacements[joint]
+            angle = float(angle_about(chain, self.springs.law, direction, values))
             yield from _beyond(noun, angle, known, "what its passive law was measured for")
 
-    def _angle(
-        self, joint: str, direction: tuple[float, float, float], placement: Placement
-    ) -> Array:
-        chain = self.tree.chains[joint]
-        return angle_about(chain, self.springs.law, direction, placement.displacements[joint])
+    @cached_property
+    def _measured_ranges(self) -> tuple[tuple[str, Direction, str, Range], ...]:
+        """Ranges in which laws are known to hold, with joint, axis and name of the angle."""
+        found: list[tuple[str, Direction, str, Range]] = []
+        for name, own in self._elastic.joints.items():
+            for axis in own.axes if name in self._joints and own.reach is None else ():
+                known = common_valid_range(axis.elastic)
+                if known is not None:
+                    noun = f"{name} {axis.motion}".strip()
+                    found.append((name, axis.direction, noun, known))
+        for coupled in self.springs.coupled:
+            law = coupled.law
+            for axis, angle, known in zip(
+                coupled.axes, law.coordinates, law.valid_ranges, strict=True
+            ):
+                if known is not None:
+                    noun = f"{axis.joint} {angle.rpartition(' ')[2]}"
+                    found.append((axis.joint, axis.direction, noun, known))
+        return tuple(found)
 
 
 def _without_stops(own: JointSprings) -> JointSprings:

@@ -1,4 +1,4 @@
-"""Whether a person can hold a posture with loads: demands of joints, spine, hands and balance.
+"""Demands of a posture with loads on joints, spine, hands and balance, beside strengths.
 
 A posture is static: the moments that joints must supply, less the passive ones, are what muscles
 must do, and are compared with the largest voluntary torque in that direction at that angle.
@@ -49,6 +49,7 @@ from generator.model import Model
 from generator.rotations import Array
 from generator.simulation.muscle_tone import body_of
 from generator.tone import Tone
+from springs import SpringSet
 from springs.strength.strengths import (
     Age,
     Body,
@@ -70,7 +71,7 @@ _NO_MOMENT = 1e-9
 
 @dataclass(frozen=True)
 class JointDemand:
-    """What a joint must supply about an axis. Moments are in the sense of the direction.
+    """Demand on a joint about an axis. Moments are in the sense of the direction.
 
     Attributes:
         joint: Name of the joint.
@@ -99,7 +100,7 @@ class JointDemand:
 
     @property
     def is_antagonist(self) -> bool:
-        """Whether muscles work against the passive moment, which exceeds the net one."""
+        """True where muscles work against the passive moment, which exceeds the net one."""
         return self.net < -_NO_MOMENT
 
     @property
@@ -205,12 +206,14 @@ class Holder:
         stated: Strengths of the user, which precede those of the table.
         supports: Segments that bear it, `SEGMENT.SITE`, `seat`, or `ground`; None for the feet that
             are lowest.
+        motions: Springs that name the motions about axes; None for those of the model.
     """
 
     model: Model
     body: Body | None = None
     stated: Tone | None = None
     supports: tuple[str, ...] | None = None
+    motions: SpringSet | None = None
 
     @classmethod
     def of(
@@ -221,6 +224,7 @@ class Holder:
         is_female: bool | None = None,
         stated: Tone | None = None,
         supports: Sequence[str] | None = None,
+        motions: SpringSet | None = None,
     ) -> "Holder":
         """Return the holder of a figure, with its own springs where it has no others.
 
@@ -230,6 +234,7 @@ class Holder:
             is_female: Sex of the sample; None for that of the figure.
             stated: Strengths of the user.
             supports: What bears the body; None for the feet that are lowest.
+            motions: Springs that name the motions about axes; None for those of the model.
 
         Raises:
             InputError: A segment has no mass or centre of mass, or a psurf cannot be read.
@@ -241,7 +246,7 @@ class Holder:
         if body is not None:
             sex = body.is_female if is_female is None else is_female
             body = replace(body, age=age, is_female=sex)
-        holder = cls(model, body, stated, None if supports is None else tuple(supports))
+        holder = cls(model, body, stated, tuple(supports) if supports else None, motions)
         _ = segment_masses(model.figure)
         if holder.tree.closures:
             names = ", ".join(joint.name for joint in holder.tree.closures)
@@ -257,7 +262,8 @@ class Holder:
     @cached_property
     def strengths(self) -> tuple[JointAxisStrength, ...]:
         """Strengths about the axes of joints."""
-        return axis_strengths(self.tree, self.model.springs, self.body, self.stated)
+        springs = self.motions or self.model.springs
+        return axis_strengths(self.tree, springs, self.body, self.stated)
 
     @cached_property
     def _passive(self) -> PassiveMoments:

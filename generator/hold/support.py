@@ -18,7 +18,7 @@ from generator.kinematics.stability import (
     patch_from_site,
     stability,
 )
-from generator.rotations import Array
+from generator.rotations import Array, cross_product
 
 SOLE_BAND = 0.01
 """Height over the lowest point of a segment up to which it bears on the ground [m]."""
@@ -93,7 +93,7 @@ class Bearing:
 
 @dataclass(frozen=True)
 class Standing:
-    """How supports carry a body.
+    """Supports of a body with their forces.
 
     Attributes:
         bearings: Supports with their forces.
@@ -282,7 +282,7 @@ def _shares(centres: Array, force: Array, moment: Array) -> Array:
 def _pressure_centre(force: Array, moment: Array, height: float) -> Array:
     """Return x and z where the resultant has no moment about horizontal axes, at a height."""
     at = np.array([0.0, height, 0.0])
-    about = moment - np.cross(at, force)
+    about = moment - cross_product(at, force)
     return np.array([about[2] / force[1], -about[0] / force[1]])
 
 
