@@ -374,6 +374,9 @@ def _verdict(posture: Posture, body: Body | None) -> str:
     if weakest.active == 0.0:
         return f"holds without muscles; {who}"
     text = f"{percent:.0f} % of {who} are strong enough"
+    least = posture.least_capable
+    if least is not None and least is not weakest:
+        text += f" ({least.joint} {least.direction})"
     joint = f"{weakest.joint} {weakest.direction}"
     text += f"; weakest is {joint} with {_percent(weakest.use)} of its strength"
     time = weakest.endurance

@@ -174,8 +174,18 @@ class Posture:
 
         Strengths of the joints of a person count as fully correlated.
         """
-        known = [one.percent_capable for one in self.joints if one.percent_capable is not None]
-        return min(known, default=None)
+        return None if self.least_capable is None else self.least_capable.percent_capable
+
+    @property
+    def least_capable(self) -> JointDemand | None:
+        """The joint with the smallest percentage of capable people, the weaker one of equal ones.
+
+        It may differ from the weakest one, since joints have different spreads.
+        """
+        known = [one for one in self.joints if one.percent_capable is not None]
+        return min(
+            known, key=lambda one: (one.percent_capable or 0.0, -(one.use or 0.0)), default=None
+        )
 
     @property
     def residual(self) -> float:
