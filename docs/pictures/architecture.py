@@ -54,7 +54,7 @@ COLUMN: Mapping[str, float] = {
     "generator/cli": 0.0,
     "generator/viewer": 0.0,
     "generator/identification": -1.7,
-    "generator/study": -1.35,
+    "generator/study": -1.5,
     "generator/conversion.py": 1.75,
     "generator/person": -2.35,
     "generator/hold": 0.2,

@@ -15,6 +15,7 @@ from generator.cli.answer import CommandResult, Paragraphs, Table, format_writte
 from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error
 from generator.figure import Figure
 from generator.hold.hands import HandDemand
+from generator.hold.page import posture_page, posture_svg
 from generator.hold.posture import HeaviestLoad, Holder, JointDemand, Posture
 from generator.hold.spine import LIMITS, SpineLoad
 from generator.hold.statics import Load, site_point
@@ -227,12 +228,16 @@ def hold(
     along: options.MotionFile = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE.csv", help="Table of joints, or of frames."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE.csv|.html|.svg",
+            help="Table of joints, or of frames; page, or picture, of a posture.",
+        ),
     ] = None,
 ) -> CommandResult:
     """Judge whether a person can hold a posture with loads."""
-    if output is not None:
-        outputs.check_suffix(output, ".csv", "a table")
+    _check_output(output, along)
     loads = tuple(map(load_from_text, load or ()))
     figure, warnings = inputs.load_figure(name)
     holder, more = _holder(figure, name, age, sex, strength, springs, support or ())
@@ -251,10 +256,34 @@ def hold(
     found = None if heaviest is None else holder.heaviest(heaviest, values, loads)
     posture = holder.posture(values, loads) if found is None else found.posture
     for path in files:
-        outputs.write_file(path, _joint_csv(name, posture))
+        outputs.write_file(path, _content(path, name, posture, holder.body))
     return PoseHold(
         name, holder.body, posture, found, values, files, diagnostics=(*warnings, *more, *others)
     )
+
+
+def _check_output(output: Path | None, along: Path | None) -> None:
+    """Raise UsageError for a file that is no table of frames, and no table or page of a posture."""
+    known = (".csv",) if along is not None else (".csv", ".html", ".svg")
+    if output is not None and output.suffix.lower() not in known:
+        reason = outputs.suffix_fault(output)
+        if along is not None and output.suffix.lower() in (".html", ".svg"):
+            reason = "a page is of a single posture"
+        raise UsageError(f"-o {output}: {reason}; known are {', '.join(known)}")
+
+
+def _content(path: Path, name: str, posture: Posture, body: Body | None) -> str:
+    """Return the content of the file of a posture."""
+    match path.suffix.lower():
+        case ".html":
+            lines = [_verdict(posture, body), *_lines(posture)]
+            rows = _joint_table(list(_merged(posture.joints))).rows
+            notes = _short_notes(posture.notes)
+            return posture_page(f"Posture of {name}", lines, rows, notes, posture_svg(posture))
+        case ".svg":
+            return posture_svg(posture)
+        case _:
+            return _joint_csv(name, posture)
 
 
 def _holder(
@@ -434,7 +463,7 @@ def _joint_table(rows: Sequence[tuple[str, JointDemand]]) -> Table:
             [
                 name,
                 f"{one.direction}*" if one.is_antagonist else one.direction,
-                f"{degrees(one.angle):.0f}",
+                options.format_rounded(degrees(one.angle), 0),
                 *(options.format_rounded(x, 1) for x in (one.net, one.passive, one.active)),
                 options.format_rounded(one.capacity or 0.0, 1) if known else "",
                 "" if one.use is None else _percent(one.use),

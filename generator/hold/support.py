@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from generator.diagnostics import MoverError, UsageError, spelling_hint
-from generator.figure import Figure, SiteRef
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, SiteRef
 from generator.geometry.read import read_segment_surface
 from generator.hold.statics import Wrench
 from generator.kinematics.placement import Placement
@@ -158,8 +158,16 @@ def _area(figure: Figure, name: str) -> Area:
     if dot:
         return Area(name, patch_from_site(figure, SiteRef(segment, site)), 0.0)
     if figure.segments[segment].psurf is None:
-        raise UsageError(f"segment `{segment}` has no psurf: name sites, as {segment}.SITE")
-    patch = patch_from_faces(figure, segment)
+        # Persons of studies have no psurfs; their feet have sites at heel and toe.
+        sites = [each for each in figure.segments[segment].sites if each != CENTRE_OF_MASS_SITE]
+        if not sites:
+            raise UsageError(f"segment `{segment}` has neither a psurf nor sites")
+        patches = [patch_from_site(figure, SiteRef(segment, each)) for each in sites]
+        points = np.concatenate([each.points_in_segment for each in patches])
+        names = tuple(name for each in patches for name in each.names)
+        patch = Patch(segment, points, names, names)
+    else:
+        patch = patch_from_faces(figure, segment)
     return Area(name, patch, SEAT_BAND if name == SEAT else SOLE_BAND)
 
 

@@ -17,6 +17,7 @@ from generator.model_files.formats import read_model
 from generator.model_files.mjcf.write import format_mjcf
 from generator.rotations import Array, quaternion_from_matrix
 from springs import SpringSet
+from tests.generator.model_files.engines import OpenSim
 from tests.generator.model_files.imported_models import MODELS
 
 PERSONS = ("male50", "female50")
@@ -123,6 +124,56 @@ def test_moments_are_those_of_mujoco(name: str):
         for joint, expected in required_in_mujoco(of, placement, loads).items():
             largest = max(largest, float(np.abs(own[joint] - expected).max(initial=0.0)))
     assert largest < 1e-6
+
+
+def required_in_opensim(engine: OpenSim, placement: Placement, loads: list[Load]) -> Array:
+    """What coordinates must supply, in their order, by `InverseDynamicsSolver`."""
+    api, model, state = engine.api, engine.model, engine.state
+    engine.set(placement.displacements)
+    model.realizeDynamics(state)
+    bodies = [model.getBodySet().get(k) for k in range(model.getBodySet().getSize())]
+    indices = {body.getName(): int(body.getMobilizedBodyIndex()) for body in bodies}
+    none = api.SpatialVec(api.Vec3(0.0), api.Vec3(0.0))
+    applied = api.VectorOfSpatialVec(1 + max(indices.values()), none)
+    for one in load_wrenches(placement, loads):
+        moment = np.cross(one.point - placement.poses[one.segment][:3, 3], one.force)
+        parts = api.Vec3(*moment.tolist()), api.Vec3(*one.force.tolist())
+        applied.set(indices[one.segment], api.SpatialVec(*parts))
+    solver, still = api.InverseDynamicsSolver(model), api.Vector(state.getNU(), 0.0)
+    # With stated forces the solver leaves out gravity, which it has without them.
+    both = [solver.solve(state, still), solver.solve(state, still, still, applied)]
+    return sum(np.array([part.get(k) for k in range(state.getNU())]) for part in both)
+
+
+@pytest.mark.slow
+@pytest.mark.verify
+@pytest.mark.parametrize("name", PERSONS)
+def test_moments_are_those_of_opensim(name: str, tmp_path: Path):
+    of, random = figure_of(name), np.random.default_rng(4)
+    tree, engine, largest = build_tree(of), OpenSim(of, SpringSet(), tmp_path), 0.0
+    order = coordinate_order(engine)
+    for _ in range(200):
+        placement = forward_kinematics(tree, random_displacements(of, random))
+        loads = [load for load in random_loads(of, random) if load.segment in of.bodies]
+        wrenches = weight_wrenches(placement, of) + load_wrenches(placement, loads)
+        needed = required_in_opensim(engine, placement, loads)
+        for joint, moments in net_moments(placement, wrenches).items():
+            for k, moment in enumerate(moments, 1):
+                largest = max(largest, abs(moment - needed[order[f"{joint}_{k}"]]))
+    assert largest < 1e-6
+
+
+def coordinate_order(engine: OpenSim) -> dict[str, int]:
+    """Indices of the coordinates in the state, by name."""
+    names = engine.model.getCoordinateSet()
+    coordinates = [names.get(k) for k in range(names.getSize())]
+    order: dict[str, int] = {}
+    for one in coordinates:
+        for other in coordinates:
+            other.setValue(engine.state, float(other is one), False)
+        values = engine.state.getQ()
+        order[one.getName()] = int(np.argmax([values.get(k) for k in range(values.size())]))
+    return order
 
 
 @pytest.mark.parametrize("name", PERSONS)
