@@ -263,7 +263,7 @@ def hold(
 
 
 def _check_output(output: Path | None, along: Path | None) -> None:
-    """Raise UsageError for a file that is no table of frames, and no table or page of a posture."""
+    """Raise UsageError for a suffix that frames, or a single posture, cannot have."""
     known = (".csv",) if along is not None else (".csv", ".html", ".svg")
     if output is not None and output.suffix.lower() not in known:
         reason = outputs.suffix_fault(output)
@@ -404,7 +404,10 @@ def _verdict(posture: Posture, body: Body | None) -> str:
         return f"holds without muscles; {who}"
     text = f"{percent:.0f} % of {who} are strong enough"
     least = posture.least_capable
-    if least is not None and least is not weakest:
+    if (
+        least is not None
+        and (least.percent_capable or 0.0) < (weakest.percent_capable or 0.0) - 0.5
+    ):
         text += f" ({least.joint} {least.direction})"
     joint = f"{weakest.joint} {weakest.direction}"
     text += f"; weakest is {joint} with {_percent(weakest.use)} of its strength"

@@ -60,7 +60,7 @@ class PassiveMoments:
         found = {name: np.zeros(len(displacements[name])) for name in self._joints}
         for name, own in found.items():
             springs = self._elastic.joints.get(name, JointSprings(name))
-            if not self._has_displacement_laws(name):
+            if name not in self._displacement_joints:
                 own += self._projected(name, displacements)
                 continue
             for spring in springs.axes:
@@ -71,7 +71,7 @@ class PassiveMoments:
             places = [
                 (axis.joint, *self._place(axis.joint, axis.direction)) for axis in coupled.axes
             ]
-            if not all(self._has_displacement_laws(joint) for joint, *_ in places):
+            if not {joint for joint, *_ in places} <= self._displacement_joints:
                 continue
             angles = [sense * float(displacements[joint][k]) for joint, k, sense in places]
             torques = coupled.law.torques(angles)
@@ -79,8 +79,19 @@ class PassiveMoments:
                 found[joint][k] += sense * float(torque)
         return found
 
-    def _has_displacement_laws(self, joint: str) -> bool:
-        """Return whether each law of a joint is one of a displacement, and acts along it."""
+    @cached_property
+    def _displacement_joints(self) -> frozenset[str]:
+        """Joints whose laws are all of displacements, and act along them."""
+        joints = set(filter(self._reads_displacements, self.tree.kinematics.columns))
+        coupled = [{axis.joint for axis in one.axes} for one in self.springs.coupled]
+        # A joint of two laws takes the joints of the second with it.
+        while any(own & joints and not own <= joints for own in coupled):
+            for own in coupled:
+                if not own <= joints:
+                    joints -= own
+        return frozenset(joints)
+
+    def _reads_displacements(self, joint: str) -> bool:
         own = self.springs.joints.get(joint)
         if own is not None and own.reach is not None:
             return False
@@ -98,9 +109,10 @@ class PassiveMoments:
         """Return the generalized forces of laws of the rotation vector, shape (n,) [N m]."""
         chain, values = self.tree.chains[joint], displacements[joint]
         torque = passive_torque(self.tree.figure, self._elastic, joint, displacements)
-        half = matrix_from_rotation_vector(0.5 * rotation_vector(chain, values))
         own, turns = np.zeros(len(values)), list(chain.rotations)
-        own[turns] = chain.twists(values)[turns, :3] @ (half @ torque)
+        if len(turns) > 1:
+            torque = matrix_from_rotation_vector(0.5 * rotation_vector(chain, values)) @ torque
+        own[turns] = chain.twists(values)[turns, :3] @ torque
         return own
 
     def notes(self, placement: Placement) -> Iterator[str]:

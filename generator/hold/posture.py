@@ -59,6 +59,9 @@ from springs.strength.strengths import (
     percentile_5,
 )
 
+LEAST_USE = 0.05
+"""Use of a joint from which it may decide the percentage of capable people."""
+
 LARGEST_LOAD = 500.0
 """Mass up to which the heaviest load is searched [kg]."""
 
@@ -122,6 +125,8 @@ class JointDemand:
         """Percentage of people who are capable of the active moment."""
         if self.capacity is None:
             return None
+        if self.active <= _NO_MOMENT:
+            return 100.0
         return percent_capable(self.active, self.capacity, self.spread)
 
     @property
@@ -180,9 +185,12 @@ class Posture:
     def least_capable(self) -> JointDemand | None:
         """The joint with the smallest percentage of capable people, the weaker one of equal ones.
 
-        It may differ from the weakest one, since joints have different spreads.
+        It may differ from the weakest one, since joints have different spreads. Joints with a use
+        below `LEAST_USE` do not count: a normal distribution has people without any strength.
         """
-        known = [one for one in self.joints if one.percent_capable is not None]
+        known = [one for one in self.joints if one.use is not None and one.use >= LEAST_USE]
+        if not known:
+            return self.weakest
         return min(
             known, key=lambda one: (one.percent_capable or 0.0, -(one.use or 0.0)), default=None
         )

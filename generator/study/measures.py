@@ -110,7 +110,7 @@ def check_measures(study: Study) -> Iterator[MeasureFault]:
 def _held_fault(measure: Measure, *, is_person: bool) -> MeasureFault | None:
     """Return the fault of a measure of the posture at the start; None without one."""
     if measure.column not in HELD_COLUMNS:
-        message = f"`{shorten(measure.column)}` is no demand of the posture at the start"
+        message = f"`{shorten(measure.column)}` is not a demand of the posture at the start"
         return MeasureFault(measure.name, "take", message, f"these are {', '.join(HELD_COLUMNS)}")
     if measure.take is not Statistic.START:
         message = f"`{measure.column}` is a number of the posture at the start"
