@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, isfinite
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +19,7 @@ from generator.hold.page import posture_page, posture_svg
 from generator.hold.posture import HeaviestLoad, Holder, JointDemand, Posture
 from generator.hold.spine import LIMITS, SpineLoad
 from generator.hold.statics import Load, site_point
-from generator.hold.support import Standing
+from generator.hold.support import OffGroundError, Standing
 from generator.input_files.tone import STRENGTH_FILE
 from generator.kinematics.placement import Displacements
 from generator.model import Model
@@ -186,6 +186,9 @@ class MotionHold(CommandResult):
         out = sum(1 for margin in self.margin_m if margin is not None and margin < 0.0)
         if out:
             rows.append(("out of balance", f"{out} of {len(self.times_s)} frames"))
+        off = sum(1 for use in self.use if use is None)
+        if off:
+            rows.append(("off its feet", f"{off} of {len(self.times_s)} frames"))
         yield Table(rows, 2)
         yield format_written(self.files)
 
@@ -248,6 +251,8 @@ def hold(
         if balance or heaviest is not None:
             raise UsageError("--along takes postures as they are: leave out --balance and --max")
         motion, others = inputs.motion_from_options(figure, along, pose, displacements or ())
+        # A body that was free has no joints to the ground.
+        holder = replace(holder, model=Model(motion.tree.figure, holder.model.springs))
         return _along_motion(holder, name, along, motion, loads, files, (*warnings, *more, *others))
     placement, others = inputs.placement_from_options(figure, pose, displacements or ())
     values: Displacements = placement.displacements
@@ -375,11 +380,18 @@ def _frames(
 ) -> Iterator[
     tuple[str | None, str | None, float | None, float | None, float | None, float | None]
 ]:
-    """Yield weakest joint, its direction and use, percentage, compression and margin of frames."""
+    """Yield weakest joint, its direction and use, percentage, compression and margin of frames.
+
+    Frames in which both feet are off the ground have none.
+    """
     joints = holder.tree.kinematics.columns
     for k in range(len(motion.times)):
         values = {joint: motion.displacements[joint][k] for joint in joints}
-        posture = holder.posture(values, loads, must_balance=False)
+        try:
+            posture = holder.posture(values, loads, must_balance=False)
+        except OffGroundError:
+            yield None, None, None, None, None, None
+            continue
         weakest, spine, standing = posture.weakest, posture.spine, posture.standing
         yield (
             weakest and weakest.joint,

@@ -313,7 +313,7 @@ class Holder:
 
         Raises:
             OutOfBalanceError: The centre of pressure is outside the support.
-            MoverError: Both feet are off the ground.
+            OffGroundError: Both feet are off the ground.
             UsageError: A load is on an unknown segment or site.
         """
         values = {**initial_displacements(self.tree), **(displacements or {})}

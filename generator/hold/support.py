@@ -41,6 +41,10 @@ class OutOfBalanceError(MoverError):
     """The centre of pressure is outside the supports."""
 
 
+class OffGroundError(MoverError):
+    """Another segment is lower than both feet."""
+
+
 @dataclass(frozen=True)
 class Area:
     """Points of a segment that bear on the ground or a seat.
@@ -186,7 +190,7 @@ def body_points(figure: Figure) -> dict[str, Array]:
 def check_on_ground(
     points: Mapping[str, Array], areas: Sequence[Area], placement: Placement
 ) -> None:
-    """Raise MoverError where another segment is lower than all areas.
+    """Raise OffGroundError where another segment is lower than all areas.
 
     `points` are the `body_points` of the figure.
     """
@@ -199,7 +203,7 @@ def check_on_ground(
         height = float((vertices @ pose[1, :3]).min() + pose[1, 3])
         if height < lowest - SOLE_BAND:
             feet = "both feet are" if len(areas) > 1 else f"{areas[0].name} is"
-            raise MoverError(
+            raise OffGroundError(
                 f"{feet} off the ground: {name} is {100 * (lowest - height):.0f} cm lower; "
                 "state what bears the body with --support"
             )
