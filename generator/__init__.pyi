@@ -28,6 +28,7 @@ from .figure import (
 )
 from .figure_file import read_figure
 from .figure_file.write import write_figure, write_pose
+from .hold.posture import Holder, Posture
 from .identification.fit import FitOptions, fit_springs
 from .identification.measured_angles import read_measured_angles
 from .input_files.pose import read_pose
@@ -73,6 +74,7 @@ __all__ = [
     "Falls",
     "Figure",
     "FitOptions",
+    "Holder",
     "InputError",
     "Integrator",
     "Joint",
@@ -85,6 +87,7 @@ __all__ = [
     "Person",
     "Plan",
     "Plane",
+    "Posture",
     "Progress",
     "Prop",
     "Recording",

@@ -66,6 +66,7 @@ PLATES: Mapping[str, str] = {
         ("person_pendulums", ("person_pendulums",)),
         ("person_posture", ("person_posture",)),
         ("person_reach", ("person_reach",)),
+        ("strength_of_legs", ("strength_of_legs",)),
         ("falls_of_people", ("falls_of_people",)),
         ("study_of_falls", ("study_falls", "study_falls_stiffness")),
     )

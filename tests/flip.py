@@ -57,6 +57,8 @@ COMPILED_TESTS = COMPILED + "/test_{}.py"
 STUDY = "generator/study"
 STUDY_TESTS = "generator/study/test_{}.py"
 MOTION_FILES = "generator/motion_files"
+HOLD = "generator/hold"
+HOLD_TESTS = "generator/hold generator/cli/test_hold.py"
 
 FLIPS = (
     # Laws
@@ -84,6 +86,15 @@ FLIPS = (
          "((-angle, torque) for", LAWS.format("interpolated")),
     Flip("half-way factor of a spherical joint", "springs", "1.0 + excess * a * a",
          "1.0 - excess * a * a", "springs/test_spherical*.py properties/test_laws.py"),
+    # Strength
+    Flip("sign of the moments of a posture", HOLD, "forces -= rows", "forces += rows", HOLD_TESTS),
+    Flip("passive share of a moment", HOLD, "active = total - own", "active = total + own", HOLD_TESTS),
+    Flip("shift of the supports", HOLD, "0.0, -residual[0] / weight", "0.0, residual[0] / weight",
+         HOLD_TESTS),
+    Flip("angle of an opposite motion", "springs/strength", "self.own.torque(-np.asarray(angle",
+         "self.own.torque(np.asarray(angle", "springs/strength"),
+    Flip("people above a demand", "springs/strength", "(capacity - demand) / deviation",
+         "(demand - capacity) / deviation", "springs/strength"),
     # Units
     Flip("radians in a degree", "generator/units.py", '"deg": Unit(PI / 180', '"deg": Unit(PI / 200',
          "generator/test_units.py"),

@@ -61,6 +61,7 @@ COMMANDS = {
     "pose": "Show or save a pose: displacements of joints, positions.",
     "com": "Find the centre of mass, in a pose or along a motion.",
     "stability": "Test whether the centre of mass is over the support.",
+    "hold": "Judge whether a person can hold a posture with loads.",
     "shoulder": "Pose an arm by the direction of its elbow.",
     "link": "Set joints and move the joints that are linked to them.",
     "settle": "Find the equilibrium of a figure under gravity and springs.",

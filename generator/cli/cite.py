@@ -24,9 +24,14 @@ from springs.elastic import Range
 from springs.published.reference import Reference
 from springs.published.rows import Publication, PublishedCoupledLaw, PublishedCurve
 from springs.published.tables import publication, publications
+from springs.strength.arm_force_field import arm_force_field_reference
 from springs.strength.strengths import (
+    AndersonRow,
     Strength,
     StrengthRow,
+    anderson_rows,
+    endurance_reference,
+    norm_reference,
     strength,
     strength_rows,
     women_factor,
@@ -57,7 +62,7 @@ def cite_table(name: str) -> CommandResult:
     if name == ALL_TABLES:
         return TablesCitation([publication(name) for name in publications()])
     if name == STRENGTHS:
-        return StrengthsCitation(strength_rows(), women_factor())
+        return StrengthsCitation(strength_rows(), women_factor(), anderson_rows())
     table = publication(source)
     return RowCitation(table, _rows(source)[row]) if row else TableCitation(table)
 
@@ -138,16 +143,30 @@ class RowCitation(CommandResult):
 
 @dataclass(frozen=True)
 class StrengthsCitation(CommandResult):
-    """References of the strengths of joints, on which tone acts."""
+    """References of the strengths of joints, on which tone acts and postures are judged by."""
 
     rows: Sequence[StrengthRow]
     women_factor: float
+    curves: Sequence[AndersonRow]
+
+    @property
+    def others(self) -> Mapping[str, Reference]:
+        """Sources of other strengths, by what they are for."""
+        return {
+            "force of a hand": arm_force_field_reference(),
+            "endurance": endurance_reference(),
+            "norms of the knee, by which people over 65 are scaled": norm_reference(),
+        }
 
     def paragraphs(self) -> Paragraphs:
         """Return numbers, class and reference of each row."""
         for row in self.rows:
-            yield f"{_strength_text(row)}\n  {row.origin.value}: {row.reference or ESTIMATE}"
+            classes = ", ".join(dict.fromkeys(origin.value for origin in row.origins))
+            sample = f"\n  {row.sample}" if row.citation is not None and str(row.sample) else ""
+            yield f"{_strength_text(row)}\n  {classes}: {row.reference or ESTIMATE}{sample}"
         yield f"women have {self.women_factor:g} of men's where a row is of men only, an estimate"
+        for noun, reference in self.others.items():
+            yield f"{noun}\n  {reference}"
 
     def to_json(self) -> dict[str, object]:
         """Return all of each row."""
@@ -160,12 +179,19 @@ class StrengthsCitation(CommandResult):
                     "share_of_mgH": row.share,
                     "women_share_of_mgH": row.women_share,
                     "class": row.origin,
+                    "opposite_class": row.origins[1],
                     "reference": row.reference or None,
+                    "sureness": row.citation and row.citation.sureness,
+                    "sample": row.sample.kind,
+                    "subjects": row.sample.subjects,
+                    "spread": row.spreads,
                     "why": row.why or None,
                 }
                 for row in self.rows
             ],
             "women_factor": self.women_factor,
+            "curves": self.curves,
+            "others": {noun: _reference_data(one) for noun, one in self.others.items()},
         }
 
 

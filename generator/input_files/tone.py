@@ -39,6 +39,7 @@ FILE_ROWS = TableRows(
     ),
     ("why", *_SHARE_TABLES, _STRENGTH_TABLE),
 )
+_STRENGTH_FILE_ROWS = TableRows("strength file", (), ("why", _STRENGTH_TABLE))
 _SHARE_ROWS = {
     name: TableRows(
         f"{name} table",
@@ -96,17 +97,7 @@ def _parse_content(
                 if name == "righting" and joint == ALL:
                     table.error("joints", "righting is of joints or groups, not of all")
                 own[joint] = read.get("share", 0.0)
-    strengths: dict[str, tuple[float, float]] = {}
-    classes: dict[str, StrengthClass] = {}
-    for table in top.tables(_STRENGTH_TABLE, "strengths"):
-        _STRENGTH_ROWS.check_keys(table)
-        _require_source(table)
-        read = _STRENGTH_ROWS.read(table)
-        if {"motion", "torque_Nm", "class"} <= read.keys():
-            if read["motion"] in strengths:
-                table.error("motion", f"a second strength of `{shorten(read['motion'])}`")
-            strengths[read["motion"]] = read["torque_Nm"]
-            classes[read["motion"]] = read["class"]
+    strengths, classes = _parse_strengths(top)
     if diagnostics.has_errors:
         return None
     try:
@@ -120,6 +111,44 @@ def _parse_content(
     except ValueError as failure:
         diagnostics.error(str(failure), spans.table(""))
         return None
+
+
+def _parse_strengths(
+    top: TableReader,
+) -> tuple[dict[str, tuple[float, float]], dict[str, StrengthClass]]:
+    """Return the strengths of a document and their classes, by motion."""
+    strengths: dict[str, tuple[float, float]] = {}
+    classes: dict[str, StrengthClass] = {}
+    for table in top.tables(_STRENGTH_TABLE, "strengths"):
+        _STRENGTH_ROWS.check_keys(table)
+        _require_source(table)
+        read = _STRENGTH_ROWS.read(table)
+        if {"motion", "torque_Nm", "class"} <= read.keys():
+            if read["motion"] in strengths:
+                table.error("motion", f"a second strength of `{shorten(read['motion'])}`")
+            strengths[read["motion"]] = read["torque_Nm"]
+            classes[read["motion"]] = read["class"]
+    return strengths, classes
+
+
+def _parse_strength_file(source: Source, diagnostics: Diagnostics) -> Tone | None:
+    document = parse_document(source, _STRENGTH_FILE_ROWS.noun, diagnostics)
+    if document is None:
+        return None
+    spans = locate_keys(source)
+    top = TableReader(document, "", 0, spans, diagnostics)
+    _STRENGTH_FILE_ROWS.check_keys(top)
+    top.text("why")
+    if _STRENGTH_TABLE not in document:
+        diagnostics.error("this strength file has no [[strength]]", spans.table(""))
+    strengths, classes = _parse_strengths(top)
+    if diagnostics.has_errors:
+        return None
+    return Tone(strengths=strengths, strength_classes=classes)
+
+
+STRENGTH_FILE = FileKind("strength", ".strength.toml", _parse_strength_file)
+"""Strengths without a tone."""
 
 
 def _require_source(table: TableReader) -> None:

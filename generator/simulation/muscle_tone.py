@@ -8,6 +8,7 @@ import numpy as np
 from generator.diagnostics import ModelError, spelling_hint
 from generator.figure import Figure
 from generator.figure_file.check import sex_and_stature
+from generator.joint_chain import Chain
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Placement, initial_displacements
 from generator.kinematics.tree import build_tree
@@ -123,7 +124,7 @@ class _Binder:
         self._figure = placement.tree.figure
         self._body = body_of(self._figure)
         self._strengths: dict[tuple[str, str], Strength] = {}
-        self._stated = self._stated_strengths()
+        self._stated = stated_strengths(tone, placement.tree.chains, springs)
 
     def bind(self, upright: Mapping[str, Array], start: float) -> JointTones:
         tone, figure = self._tone, self._figure
@@ -170,58 +171,6 @@ class _Binder:
                     "in [[strength]] of a tone file"
                 )
 
-    def _motions(self, name: str) -> Iterator[tuple[Direction, str]]:
-        """Yield the axes of a joint, and the motion about each that its springs name."""
-        springs = self._springs.joints.get(name, JointSprings(name)).axes
-        motions = {spring.direction: spring.motion for spring in springs}
-        for axis in self._placement.tree.chains[name].rotation_axes:
-            x, y, z = map(float, np.asarray(axis) / np.linalg.norm(axis))
-            direction, motion = (x, y, z), ""
-            for other, named in motions.items():
-                along = float(np.dot(other, direction))
-                if abs(along) > _PARALLEL:
-                    direction, motion = other, named
-            yield direction, motion
-
-    def _stated_strengths(self) -> dict[tuple[str, str], Strength]:
-        """Return the strengths that the tone states, by joint and motion; "" for a whole joint.
-
-        Raises ModelError for an unknown joint or motion, and for two strengths of one motion.
-        """
-        names: dict[str, tuple[str, str, bool]] = {}
-        motions: dict[str, list[str]] = {}
-        for joint in self._placement.tree.chains:
-            names[joint] = joint, "", False
-            motions[joint] = []
-            for _, motion in self._motions(joint):
-                opposites = opposite_motions(motion)
-                names |= {f"{joint} {one}": (joint, motion, True) for one in opposites}
-                if motion:
-                    names[f"{joint} {motion}"] = joint, motion, False
-                    motions[joint] += [motion, *opposites]
-        found: dict[tuple[str, str], Strength] = {}
-        keys: dict[tuple[str, str], str] = {}
-        for row, (key, pair) in enumerate(self._tone.strengths.items(), 1):
-            where = f"strength {row}"
-            if self._tone.name:
-                where = f"{self._tone.name}.tone.toml, row {row} of [[strength]]"
-            if key not in names:
-                joint = next((one for one in motions if key.startswith(f"{one} ")), "")
-                hint = spelling_hint(key, names)
-                if joint:
-                    known = ", ".join(motions[joint]) or f"none; leave it out, as `{joint}`"
-                    hint = f"motions of joint {joint}: {known}"
-                raise ModelError(f"{where}: the figure has no motion `{key}`; {hint}")
-            joint, motion, is_opposite = names[key]
-            if (joint, motion) in keys:
-                other = keys[joint, motion]
-                raise ModelError(f"{where}: `{key}` has a strength already, that of `{other}`")
-            keys[joint, motion] = key
-            origin = self._tone.strength_classes.get(key, StrengthClass.ESTIMATE)
-            along, against = pair[::-1] if is_opposite else pair
-            found[joint, motion] = Strength((along, against), origin)
-        return found
-
     def _missing(self, joint: str) -> str:
         """Return why a joint has no tone."""
         if not self._placement.tree.chains[joint].rotations:
@@ -254,7 +203,8 @@ class _Binder:
 
     def _axes(self, name: str) -> Iterator[tuple[Direction, Strength]]:
         """Yield the axes of a joint whose strength is known."""
-        for direction, motion in self._motions(name):
+        chain, springs = self._placement.tree.chains[name], self._springs.joints.get(name)
+        for direction, motion in named_rotations(chain, springs):
             own = self._strength(name, motion)
             if own is not None:
                 self._strengths[name, motion] = own
@@ -269,6 +219,64 @@ class _Binder:
 
 _PARALLEL = 1.0 - 1e-9
 """Cosine of the angle of two axes above which they are one."""
+
+
+def named_rotations(chain: Chain, springs: JointSprings | None) -> Iterator[tuple[Direction, str]]:
+    """Yield the axes of the rotations of a joint, and the motion about each that springs name.
+
+    Axes are those of the springs, or else unit vectors along those of the chain; "" for no motion.
+    """
+    motions = {spring.direction: spring.motion for spring in springs.axes} if springs else {}
+    for axis in chain.rotation_axes:
+        x, y, z = map(float, np.asarray(axis) / np.linalg.norm(axis))
+        direction, motion = (x, y, z), ""
+        for other, named in motions.items():
+            along = float(np.dot(other, direction))
+            if abs(along) > _PARALLEL:
+                direction, motion = other, named
+        yield direction, motion
+
+
+def stated_strengths(
+    tone: Tone, chains: Mapping[str, Chain], springs: SpringSet
+) -> dict[tuple[str, str], Strength]:
+    """Return the strengths that a tone states, by joint and motion; "" for a whole joint.
+
+    Raises ModelError for an unknown joint or motion, and for two strengths of one motion.
+    """
+    names: dict[str, tuple[str, str, bool]] = {}
+    motions: dict[str, list[str]] = {}
+    for joint in chains:
+        names[joint] = joint, "", False
+        motions[joint] = []
+        for _, motion in named_rotations(chains[joint], springs.joints.get(joint)):
+            opposites = opposite_motions(motion)
+            names |= {f"{joint} {one}": (joint, motion, True) for one in opposites}
+            if motion:
+                names[f"{joint} {motion}"] = joint, motion, False
+                motions[joint] += [motion, *opposites]
+    found: dict[tuple[str, str], Strength] = {}
+    keys: dict[tuple[str, str], str] = {}
+    for row, (key, pair) in enumerate(tone.strengths.items(), 1):
+        where = f"strength {row}"
+        if tone.name:
+            where = f"{tone.name}.tone.toml, row {row} of [[strength]]"
+        if key not in names:
+            joint = next((one for one in motions if key.startswith(f"{one} ")), "")
+            hint = spelling_hint(key, names)
+            if joint:
+                known = ", ".join(motions[joint]) or f"none; leave it out, as `{joint}`"
+                hint = f"motions of joint {joint}: {known}"
+            raise ModelError(f"{where}: the figure has no motion `{key}`; {hint}")
+        joint, motion, is_opposite = names[key]
+        if (joint, motion) in keys:
+            other = keys[joint, motion]
+            raise ModelError(f"{where}: `{key}` has a strength already, that of `{other}`")
+        keys[joint, motion] = key
+        origin = tone.strength_classes.get(key, StrengthClass.ESTIMATE)
+        along, against = pair[::-1] if is_opposite else pair
+        found[joint, motion] = Strength((along, against), origin)
+    return found
 
 
 def _times(share: float, own: Strength) -> tuple[float, float]:

@@ -13,6 +13,7 @@ A column is one of the table of the motion, or one of a few more:
     part.PART.first_touch [s]       time at which the part of the body first touches a prop
     part.PART.impact_speed [m/s]    normal speed of that touch
     part.PART.peak_force [N]        largest size of the force on the part
+    hold.use [1]                    of the posture at the start, held at rest: take = "start"
 
 The largest and the smallest number are those of a parabola through the frame and its neighbours.
 Those of ground forces, and the largest contact force of a segment, are over all steps of the run,
@@ -44,7 +45,9 @@ from generator.motion_files.columns import (
 from generator.motion_files.motion import FigureMotion
 from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS, RecordingPart
 from generator.rotations import Array
+from generator.simulation.muscle_tone import body_of
 from generator.simulation.plan import Plan
+from generator.study.held_posture import HELD_COLUMNS
 from generator.study.study import Measure, Statistic, Study
 
 Measured = dict[str, float | None]
@@ -57,6 +60,9 @@ _WEIGHTS = ".body_weights"
 _INJURY, _ACCELERATION = ".injury_criterion", ".peak_acceleration"
 _SINGLE = (_TOUCH, _SPEED, _FORCE, _WEIGHTS, _INJURY, _ACCELERATION)
 """Ends of the names of columns that are one number of the whole run."""
+
+NOT_MOVING = (Statistic.REST, Statistic.START)
+"""Numbers for which nothing is simulated."""
 
 _PART = "part."
 """Beginning of the names of columns of a part of the body."""
@@ -85,14 +91,34 @@ def check_measures(study: Study) -> Iterator[MeasureFault]:
     Raises MoverError for a figure and a plan that cannot start.
     """
     columns = motion_columns(study.model.figure, study.plan, study.model.contact)
+    is_person = body_of(study.model.figure) is not None
     for measure in study.measures.values():
+        if measure.column in HELD_COLUMNS or measure.take is Statistic.START:
+            fault = _held_fault(measure, is_person=is_person)
+            if fault is not None:
+                yield fault
+            continue
         column = columns.get(measure.column)
         if column is None:
             message = f"the motion has no column `{shorten(measure.column)}`"
-            hint = spelling_hint(measure.column, columns)
+            hint = spelling_hint(measure.column, [*columns, *HELD_COLUMNS])
             yield MeasureFault(measure.name, "column", message, hint)
         elif (fault := _take_fault(column, measure)) is not None:
             yield fault
+
+
+def _held_fault(measure: Measure, *, is_person: bool) -> MeasureFault | None:
+    """Return the fault of a measure of the posture at the start; None without one."""
+    if measure.column not in HELD_COLUMNS:
+        message = f"`{shorten(measure.column)}` is not a demand of the posture at the start"
+        return MeasureFault(measure.name, "take", message, f"these are {', '.join(HELD_COLUMNS)}")
+    if measure.take is not Statistic.START:
+        message = f"`{measure.column}` is a number of the posture at the start"
+        return MeasureFault(measure.name, "take", message, f'take = "{Statistic.START}"')
+    if not is_person:
+        message = f"`{measure.column}` needs a figure with sex and stature"
+        return MeasureFault(measure.name, "column", message, "`mover person` makes one")
+    return None
 
 
 def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
@@ -262,7 +288,7 @@ def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]
     return {
         each.name: _number(_column(columns, each), motion, each.take)
         for each in measures
-        if each.take is not Statistic.REST
+        if each.take not in NOT_MOVING
     }
 
 
@@ -314,8 +340,8 @@ def _number(column: Column, motion: FigureMotion, take: Statistic) -> float | No
             if extreme is None or np.all(column.read(motion) == extreme[1]):
                 return None  # such as the force on a segment that touches nothing
             return extreme[0]
-        case Statistic.REST:
-            raise ModelError("a motion has no value at rest")
+        case Statistic.REST | Statistic.START:
+            raise ModelError(f'a motion has no number "{take}"')
         case _:
             assert_never(take)
 

@@ -19,6 +19,7 @@
     floor.friction, floor.stiffness      or another prop of the scene
     contact[.PART].stiffness_scale       of the parts of the body, or of one with its regions
     contact[.PART].damping_scale
+    load.SEGMENT                         [kg] that hang from its grip, or else its centre of mass
     tone.scale                           shares of strength of the tone of muscles
     fall.seed                            of the start of a kind of fall, rounded down
     person                               number of the person, of several, from 1
@@ -41,7 +42,8 @@ from math import degrees, nan
 from typing import NoReturn
 
 from generator.diagnostics import ModelError, UnknownNameError, shorten, spelling_hint
-from generator.figure import Figure, Joint, Vector, is_rotation
+from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Vector, is_rotation
+from generator.hold.statics import GRIP_SITE
 from generator.kinematics.free_root import FREE_CHAINS
 from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
 from generator.model import Model
@@ -112,6 +114,7 @@ class Quantity(StrEnum):
     PART_STIFFNESS = "stiffness_scale"
     PART_DAMPING = "part damping_scale"
     TONE_SCALE = "tone scale"
+    LOAD = "load"
     SEED = "seed"
     PERSON = "person"
     PERSON_NUMBER = "person number"
@@ -284,6 +287,7 @@ class _PathParser:
             "gravity": self._parse_gravity,
             **dict.fromkeys(VARYING_OPTIONS, self._parse_option),
             "tone": self._parse_tone,
+            "load": self._parse_load,
             "fall": self._parse_fall,
             "person": self._parse_person,
             **dict.fromkeys(props, self._parse_prop),
@@ -534,6 +538,14 @@ class _PathParser:
         if not self._case.plan.tone:
             self._fail("the runs have no tone; the option `tone` gives it")
         return ParameterPath(self._text, "", Quantity.TONE_SCALE)
+
+    def _parse_load(self) -> ParameterPath:
+        self._check_length(2, form="load.SEGMENT")
+        names = self._names(1, "segment", self._figure.bodies)
+        for name in names:
+            if not {GRIP_SITE, CENTRE_OF_MASS_SITE} & self._figure.segments[name].sites.keys():
+                self._fail(f"segment `{name}` has neither a grip nor a centre of mass")
+        return ParameterPath(self._text, "kg", Quantity.LOAD, tuple(map(Target, names)))
 
     def _parse_fall(self) -> ParameterPath:
         if self._words != ["fall", "seed"]:

@@ -9,7 +9,9 @@ from generator.contact.scene import Scene
 from generator.contact_file.file import MAX_STIFFNESS
 from generator.contact_file.parts import BodyPart
 from generator.diagnostics import ModelError
-from generator.figure import Segment
+from generator.figure import CENTRE_OF_MASS_SITE, Segment, SiteRef
+from generator.hold.statics import GRIP_SITE
+from generator.loads import LoadKind, TimedLoad, constant_load
 from generator.model import Model
 from generator.run_options import RUN_OPTIONS
 from generator.simulation.falls import with_start
@@ -158,8 +160,21 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
         case Quantity.TONE_SCALE:
             tone = plan.tone and plan.tone.scaled(value)
             return replace(case, plan=replace(plan, tone=tone or None))
+        case Quantity.LOAD:
+            return _add_loads(case, path, value)
         case Quantity.PERSON | Quantity.PERSON_NUMBER | Quantity.SEED:
             raise ValueError("it is of the start of a case, which build_case makes")
+
+
+def _add_loads(case: Case, path: ParameterPath, mass: float) -> Case:
+    """Return the case with the weight of a mass at segments, without its inertia."""
+    plan, added = case.plan, list[TimedLoad]()
+    for target in path.targets:
+        sites = case.figure.segments[target.name].sites
+        site = SiteRef(target.name, GRIP_SITE if GRIP_SITE in sites else CENTRE_OF_MASS_SITE)
+        weight = [mass * part for part in plan.gravity]
+        added.append(constant_load(site, LoadKind.GLOBAL_FORCE, weight, plan.start, plan.stop))
+    return replace(case, plan=replace(plan, loads=(*plan.loads, *added)))
 
 
 _SIGNED = {Quantity.OFFSET, Quantity.POSE, Quantity.VELOCITY, Quantity.OPTION}

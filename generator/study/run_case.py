@@ -15,7 +15,14 @@ from generator.motion_files import npz
 from generator.motion_files.motion import motion_from_recording
 from generator.recording import WHOLE_RECORDING, Ending, Integrator, RecordingPart
 from generator.simulation.plan import Plan
-from generator.study.measures import Measured, measure_motion, measure_rest, parts_of_measures
+from generator.study.held_posture import measure_held_posture
+from generator.study.measures import (
+    NOT_MOVING,
+    Measured,
+    measure_motion,
+    measure_rest,
+    parts_of_measures,
+)
 from generator.study.parameter_paths import Case
 from generator.study.parameters import build_case
 from generator.study.study import (
@@ -57,15 +64,17 @@ def run_case(
 
 def measure_case(study: Study, case: Case, keep: Path | None = None, threads: int = 2) -> RunResult:
     """Run and measure a case of a study; see `run_case`."""
-    from generator.simulation.run import simulate
     from generator.simulation.statics.equilibrium import NoEquilibriumError  # imports Exudyn
 
     measures = tuple(study.measures.values())
     at_rest = [each for each in measures if each.take is Statistic.REST]
-    moving = [each for each in measures if each.take is not Statistic.REST]
+    at_start = [each for each in measures if each.take is Statistic.START]
+    moving = [each for each in measures if each.take not in NOT_MOVING]
     numbers: Measured = {}
     try:
         if moving or keep is not None or not measures:
+            from generator.simulation.run import simulate
+
             parts = WHOLE_RECORDING
             if keep is None:
                 parts = parts_of_measures(case.figure, moving, case.model.contact)
@@ -81,6 +90,8 @@ def measure_case(study: Study, case: Case, keep: Path | None = None, threads: in
             if not recording.outcome.succeeded:
                 return failed_run(study, recording.outcome.ending.value, recording.outcome.message)
             numbers |= measure_motion(motion, case.plan, moving)
+        if at_start:
+            numbers |= measure_held_posture(case, at_start)
         if at_rest:
             numbers |= _measure_at_rest(case, at_rest)
     except WallLimitError as failure:

@@ -138,6 +138,8 @@ class Statistic(StrEnum):
     TIME_OF_SMALLEST = "time of smallest"
     REST = "rest"
     """Displacement in the equilibrium that the figure reaches from its start."""
+    START = "start"
+    """Demand of the posture at the start, held at rest."""
 
 
 @dataclass(frozen=True)

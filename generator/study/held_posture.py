@@ -1,0 +1,60 @@
+"""Measures of the posture at the start of a run, held at rest: no simulation is run for them."""
+
+from collections.abc import Callable, Iterable, Mapping
+from math import isfinite
+
+import numpy as np
+
+from generator.hold.posture import Holder, Posture
+from generator.hold.statics import Load
+from generator.study.parameter_paths import Case
+from generator.study.study import Measure
+
+
+def _compression(posture: Posture) -> float | None:
+    return None if posture.spine is None else posture.spine.compression
+
+
+def _margin(posture: Posture) -> float | None:
+    return None if posture.standing is None else 100.0 * posture.standing.margin
+
+
+def _hands(posture: Posture) -> float | None:
+    return min((hand.percent_capable for hand in posture.hands), default=None)
+
+
+HELD_COLUMNS: Mapping[str, Callable[[Posture], float | None]] = {
+    "hold.use [1]": lambda posture: posture.largest_use,
+    "hold.percent_capable [%]": lambda posture: posture.percent_capable,
+    "hold.hands_capable [%]": _hands,
+    "hold.compression [N]": _compression,
+    "hold.margin [cm]": _margin,
+}
+"""Numbers of a held posture by the title of their column."""
+
+
+def measure_held_posture(case: Case, measures: Iterable[Measure]) -> dict[str, float | None]:
+    """Return measures of the posture at the start of a case, with its loads at that time.
+
+    A posture out of balance has a negative margin, and is measured as if its feet could pull.
+
+    Raises MoverError for a figure that cannot be judged, such as one with loops.
+    """
+    plan = case.plan
+    loads = [
+        Load(
+            load.site.segment,
+            force=tuple(load.components(plan.start).tolist()),
+            site=load.site.site,
+        )
+        for load in plan.loads
+        if not load.kind.is_local and load.kind.is_force
+    ]
+    posture = Holder.of(case.model).posture(
+        {name: np.array(row) for name, row in plan.displacements.items()}, loads, must_balance=False
+    )
+    numbers = {each.name: HELD_COLUMNS[each.column](posture) for each in measures}
+    return {
+        name: value if value is not None and isfinite(value) else None
+        for name, value in numbers.items()
+    }

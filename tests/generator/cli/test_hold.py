@@ -1,0 +1,238 @@
+"""`mover hold`: answers in text, JSON and tables; `refusals/hold.txt` has what it refuses."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator.figure_file import FIGURE_FILE
+from generator.hold.posture import Holder, hold
+from generator.hold.statics import Load
+from generator.model import Model
+from generator.motion_files import FigureMotion, motion_writer
+from tests.command import answer, run
+from tests.motions import header_of
+
+ARMS = ("--set", "left_shoulder=0,0,90", "--set", "right_shoulder=0,0,90")
+SQUAT = tuple(
+    word
+    for joint, value in {
+        "root_torso": "0,30,0",
+        "left_hip_joint": "0,0,80",
+        "right_hip_joint": "0,0,80",
+        "left_knee": "70",
+        "right_knee": "70",
+        "left_ankle": "0,20",
+        "right_ankle": "0,20",
+    }.items()
+    for word in ("--set", f"{joint}={value}")
+)
+
+
+@pytest.fixture(scope="module")
+def man() -> Holder:
+    return Holder.of(Model.of(FIGURE_FILE.read("male50")))
+
+
+def rows_of(said: dict) -> dict:
+    return {(row["joint"], row["direction"]): row for row in said["joints"]}
+
+
+def test_json_has_the_keys_of_its_page():
+    said = answer("hold", "male50", *ARMS, "--load", "right_hand=2kg")
+    assert set(said) == {
+        *("figure", "person", "loads", "joints", "weakest", "percent_capable", "spine"),
+        *("balance", "hands", "max", "notes", "files"),
+    }
+    assert list(said["joints"][0]) == [
+        *("joint", "direction", "angle_deg", "net_Nm", "passive_Nm", "active_Nm", "capacity_Nm"),
+        *("capacity_5_Nm", "use", "percent_capable", "endurance_s", "class", "source"),
+    ]
+    assert set(said["weakest"]) == {"joint", "direction", "use"}
+    assert list(said["spine"]) == ["moment_Nm", "compression_N", "low_N", "high_N", "limits_N"]
+    assert said["spine"]["limits_N"] == [3400.0, 6400.0]
+    assert {"centre_of_pressure_m", "margin_m"} <= set(said["balance"])
+    (hand,) = said["hands"]
+    assert {"hand", "force_N", "capacity_N", "percent_capable"} <= set(hand)
+    assert hand["force_N"] == pytest.approx(2.0 * 9.81)
+    for row in said["joints"]:
+        assert row["net_Nm"] - row["passive_Nm"] == pytest.approx(row["active_Nm"], abs=1e-9)
+        assert row["use"] == pytest.approx(row["active_Nm"] / row["capacity_Nm"])
+        assert (row["source"] is None) == (row["class"] == "estimate"), row
+    largest = max(said["joints"], key=lambda row: row["use"])
+    assert said["weakest"]["use"] == largest["use"]
+    used = [row["percent_capable"] for row in said["joints"] if row["use"] >= 0.05]
+    assert said["percent_capable"] == min(used)
+
+
+def test_arms_at_90_deg_use_what_the_register_states():
+    for name, low, high in (("male50", 0.22, 0.25), ("female50", 0.335, 0.345)):
+        row = rows_of(answer("hold", name, *ARMS))["left_shoulder", "flexion"]
+        assert low <= row["use"] <= high
+        assert row["class"] == "scaled"
+
+
+def test_passive_moment_of_a_squat_adds_to_the_shin_muscles():
+    # Riener & Edrich's law at the ankle: more than half of the active moment.
+    said = answer("hold", "male50", *SQUAT, "--springs", "riener", "--balance")
+    assert said["balance"]["margin_m"] > 0.1
+    passive = [row["passive_Nm"] for row in said["joints"] if row["joint"] == "left_ankle"]
+    assert max(map(abs, passive)) > 5.0
+
+
+def test_force_and_site_of_loads(man):
+    found = answer(
+        *("hold", "male50", "--load", "right_hand.distal=1kg", "--load", "left_hand=0,-9.81,0N")
+    )
+    masses = [load["mass_kg"] for load in found["loads"]]
+    assert masses == [1.0, 0.0]
+    own = man.posture(
+        None, [Load("right_hand", 1.0, site="distal"), Load("left_hand", force=(0.0, -9.81, 0.0))]
+    )
+    assert found["weakest"]["use"] == pytest.approx(own.largest_use)
+
+
+def test_text_fits_a_screen_and_names_the_verdict():
+    load = ("--load", "right_hand=10kg", "--load", "left_hand=10kg")
+    lines = run("hold", "male50", *load, *SQUAT, "--balance").stdout.splitlines()
+    assert len(lines) <= 24
+    assert "strong enough; weakest is" in lines[0]
+    assert any(line.startswith("L5/S1: ") for line in lines)
+    more = run("hold", "male50", *load, *SQUAT, "--balance", "--verbose").stdout
+    assert "Anderson" in more
+    assert len(more.splitlines()) > 40
+
+
+def test_heaviest_load_is_at_the_limit_of_a_joint_or_of_balance(man):
+    said = answer("hold", "male50", "--max", "right_hand", "--set", "right_elbow=0,90")
+    assert said["weakest"]["use"] == pytest.approx(1.0, abs=2e-3)
+    assert said["max"]["limited_by"] == "right_wrist radial deviation"
+    assert said["percent_capable"] == pytest.approx(50.0, abs=0.5)
+    far = answer("hold", "male50", *ARMS, "--max", "left_hand.distal")
+    assert far["max"]["mass_kg"] < said["max"]["mass_kg"]
+    strong = {"right_wrist radial deviation": (1e4, 1e4), "right_shoulder": (1e4, 1e4)}
+    from generator.tone import Tone
+
+    strong |= {f"{joint}": (1e4, 1e4) for joint in ("right_elbow", "waist", "thorax")}
+    strong |= {f"{side}_{part}": (1e4, 1e4) for side in ("left", "right") for part in ("knee",)}
+    strong |= {f"{side}_hip_joint": (1e4, 1e4) for side in ("left", "right")}
+    strong |= {f"{side}_ankle": (1e4, 1e4) for side in ("left", "right")}
+    strong |= {"right_wrist flexion": (1e4, 1e4)}
+    giant = Holder.of(man.model, stated=Tone(strengths=strong))
+    held = giant.heaviest("right_hand", {"right_shoulder": np.array([0.0, 0.0, np.pi / 2])})
+    assert held.limited_by == "balance"
+    assert held.posture.standing is not None
+    assert held.posture.standing.margin == pytest.approx(0.0, abs=1e-4)
+
+
+def test_balance_keeps_knees_trunk_and_feet(man):
+    pose = {"waist": np.array([0.0, 0.0, 0.6]), "left_hip_joint": np.array([0.0, 0.03, 0.4])}
+    pose |= {"right_hip_joint": np.array([0.0, 0.03, 0.4]), "root_torso": np.array([0.0, 0.4, 0.0])}
+    loads = [Load("right_hand", 5.0), Load("left_hand", 5.0)]
+    balanced = man.balanced(pose, loads)
+    before = man.posture(pose, loads, must_balance=False)
+    after = man.posture(balanced, loads)
+    for name in ("upper_torso", "left_hand", "head"):
+        assert np.allclose(before.placement.poses[name], after.placement.poses[name])
+    for name in ("left_foot", "right_foot"):
+        turns = [one.placement.poses[name][:3, :3] for one in (before, after)]
+        assert np.allclose(*turns, atol=0.02)
+    assert balanced["left_knee"] == pytest.approx(before.placement.displacements["left_knee"])
+    corners = after.standing.stability.corners[:, 2]
+    assert after.standing.centre_of_pressure[2] == pytest.approx(
+        0.5 * (corners.min() + corners.max()), abs=1e-6
+    )
+
+
+def test_feet_share_by_their_distance_from_the_centre_of_pressure(man):
+    load = [Load("right_hand", 20.0)]
+    standing = man.posture(None, load).standing
+    assert standing is not None
+    forces = {one.name: one.force[1] for one in standing.bearings}
+    points = {one.name: one.point for one in standing.bearings}
+    assert forces["right_foot"] > forces["left_foot"]
+    centre = standing.centre_of_pressure[0]
+    arms = {name: abs(point[0] - centre) for name, point in points.items()}
+    assert forces["right_foot"] * arms["right_foot"] == pytest.approx(
+        forces["left_foot"] * arms["left_foot"], rel=1e-9
+    )
+    one = Holder.of(man.model, supports=("right_foot",))
+    single = one.posture(None, load, must_balance=False).standing
+    assert single is not None
+    assert single.bearings[0].force[1] == pytest.approx((man.model.figure.total_mass + 20.0) * 9.81)
+
+
+def test_lifted_foot_bears_nothing(man):
+    pose = {"left_hip_joint": np.array([0.0, 0.03, 0.9]), "left_knee": np.array([1.2])}
+    found = man.posture(pose, must_balance=False)
+    assert "left_foot is lifted, and bears nothing" in found.notes
+    assert [one.name for one in found.standing.bearings] == ["right_foot"]
+
+
+def test_beyond_ranges_is_said():
+    said = answer("hold", "male50", "--set", "left_elbow=0,150")
+    assert any("left_elbow at 150 deg is beyond its limit, 145 deg" in one for one in said["notes"])
+
+
+def test_age_and_sex_choose_the_sample():
+    young, old = (
+        answer("hold", "female50", *SQUAT, "--balance", "--age", age)
+        for age in ("18-25", "over-65")
+    )
+    key = "left_knee", "extension"
+    assert rows_of(old)[key]["capacity_Nm"] < 0.7 * rows_of(young)[key]["capacity_Nm"]
+    assert rows_of(old)[key]["class"] == "scaled"
+    other = answer("hold", "female50", *SQUAT, "--balance", "--sex", "male")
+    assert rows_of(other)[key]["capacity_Nm"] > rows_of(young)[key]["capacity_Nm"]
+
+
+def test_stated_strengths_precede_the_table(tmp_path: Path):
+    path = tmp_path / "own.strength.toml"
+    path.write_text(
+        '[[strength]]\nmotion = "left_knee extension"\ntorque_Nm = [90, 50]\nclass = "published"\n'
+        'source = "our test bench"\n',
+        encoding="utf-8",
+    )
+    said = answer("hold", "male50", *SQUAT, "--balance", "--strength", path)
+    row = rows_of(said)["left_knee", "extension"]
+    assert (row["capacity_Nm"], row["class"]) == (90.0, "published")
+    assert rows_of(said)["right_knee", "extension"]["capacity_Nm"] != 90.0
+
+
+def test_table_of_joints(tmp_path: Path):
+    path = tmp_path / "hold.csv"
+    said = answer("hold", "male50", *ARMS, "-o", path)
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line[0] != "#"]
+    rows = list(csv.DictReader(lines))
+    assert [row["joint"] for row in rows] == [row["joint"] for row in said["joints"]]
+    for row, expected in zip(rows, said["joints"], strict=True):
+        assert float(row["active_Nm"]) == pytest.approx(expected["active_Nm"], abs=1e-9)
+        assert row["source"] == (expected["source"] or "")
+
+
+@pytest.mark.slow
+def test_along_a_motion(tmp_path: Path):
+    motion, table = tmp_path / "fall.action", tmp_path / "hold.csv"
+    run("simulate", "male50", "--stop", "0.1", "--frame", "0.05", "--free-root", "-o", motion)
+    said = answer("hold", "male50", "--along", motion, "--load", "left_hand=3kg", "-o", table)
+    count = len(said["times_s"])
+    assert count == len(said["use"]) == len(said["margin_m"]) == 3
+    first = hold(FIGURE_FILE.read("male50"), loads=[Load("left_hand", 3.0)])
+    assert said["use"][0] == pytest.approx(first.largest_use, rel=1e-6)
+    assert len(table.read_text(encoding="utf-8").splitlines()) > count
+    text = run("hold", "male50", "--along", motion).stdout
+    assert "each taken as a posture at rest" in text
+
+
+def test_frames_off_the_feet_have_no_numbers(tmp_path: Path, man: Holder):
+    figure, path = man.model.figure, tmp_path / "roll.action"
+    moved = {name: np.tile(joint.displacement, (3, 1)) for name, joint in figure.joints.items()}
+    moved["root_torso"][:, 0] = np.radians([0.0, 90.0, 180.0])
+    times = np.array([0.0, 0.1, 0.2])
+    chains = {name: joint.chain for name, joint in figure.joints.items()}
+    motion_writer(path)(FigureMotion(figure, header_of(times), chains, times, moved), path)
+    said = answer("hold", "male50", "--along", path)
+    assert said["use"][0] is not None
+    assert said["use"][-1] is None
+    assert "off its feet" in run("hold", "male50", "--along", path).stdout
