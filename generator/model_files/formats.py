@@ -17,6 +17,11 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure
 from generator.figure_file.write import write_figure
+from generator.input_files.coordinates import (
+    COORDINATE_NAMES,
+    coordinates_of_figure,
+    write_coordinates,
+)
 from generator.losses import Loss, Losses
 from generator.model_files import curves_csv
 from generator.model_files.biomod import write as biomod
@@ -40,7 +45,8 @@ from springs import SpringSet
 def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     """Format a figure file (`.fig`); reading it gives an equal figure.
 
-    The springs that a figure brings along become a springs file beside it.
+    The springs that a figure brings along become a springs file beside it, and so do its names of
+    coordinates.
 
     Raises ValueError for a name or a string of the figure that the language cannot say.
     """
@@ -55,6 +61,9 @@ def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
         beside[springs_path(path)] = figure.springs_text
     elif springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
         losses.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
+    coordinates = coordinates_of_figure(figure)
+    if coordinates:
+        beside[COORDINATE_NAMES.beside(path)] = write_coordinates(coordinates, figure)
     files = {**beside, path: write_figure(figure)}
     return ModelFiles(path, files, Losses.collect("figure file", losses))
 
