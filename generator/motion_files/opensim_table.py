@@ -231,6 +231,14 @@ class CoordinateTable:
         is_free = any(_coordinate(title.text) in of_free for title in self.titles)
         return {name: one.chain for name, one in (freed if is_free else figure).joints.items()}
 
+    def finite_column(self, column: int, diagnostics: Diagnostics) -> Array:
+        """Return the numbers of a column, shape (n,); an error for each that is not finite."""
+        values = self.numbers[:, column]
+        for row in np.flatnonzero(~np.isfinite(values)):
+            cell = words_of_line(_line_at(self.source, self.row_starts[row]))[column + 1]
+            diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
+        return values
+
     def displacements(
         self, chains: Chains, diagnostics: Diagnostics, coordinates: Coordinates
     ) -> dict[tuple[str, int], Array]:
@@ -258,10 +266,7 @@ class CoordinateTable:
             place = at.joint, at.index
             if place in found:
                 diagnostics.error(f"a second column of `{_coordinate(title.text)}`", title)
-            values = self.numbers[:, column]
-            for row in np.flatnonzero(~np.isfinite(values)):
-                cell = words_of_line(_line_at(self.source, self.row_starts[row]))[column + 1]
-                diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
+            values = self.finite_column(column, diagnostics)
             is_angle = chains[at.joint][at.index].units.is_angle
             values = np.radians(values) if self.in_degrees and is_angle else values
             found[place] = (values - at.offset) / at.scale
@@ -293,10 +298,14 @@ def _listed(names: Iterator[str]) -> str:
     return ", ".join(listed[:MAX_NAMED_COLUMNS]) + (f" and {left} more" if left > 0 else "")
 
 
-def _parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTable | None:
+def _parse_coordinates(
+    source: Source, diagnostics: Diagnostics, *, has_angles: bool = True
+) -> CoordinateTable | None:
     lines = _lines(source, diagnostics)
     entries = _parse_header(source, lines, diagnostics)
-    in_degrees = None if entries is None else _check_header(source, entries, diagnostics)
+    in_degrees = None
+    if entries is not None:
+        in_degrees = _check_header(source, entries, diagnostics, has_angles)
     title_line = next(lines, None)
     if entries is None or in_degrees is None or diagnostics.has_errors:
         return None
@@ -355,7 +364,7 @@ def _parse_header(
 
 
 def _check_header(
-    source: Source, entries: Mapping[str, Span], diagnostics: Diagnostics
+    source: Source, entries: Mapping[str, Span], diagnostics: Diagnostics, has_angles: bool
 ) -> bool | None:
     """Return whether angles are in degrees; None if the header does not say it."""
     version = entries.get("version")
@@ -378,6 +387,8 @@ def _check_header(
         hint = spelling_hint(outcome.text, _ENDINGS)
         diagnostics.error(f"unknown outcome `{shorten(outcome.text)}`", outcome, hint)
     units = entries.get("inDegrees")
+    if units is None and not has_angles:
+        return False
     if units is None:
         diagnostics.error(
             "the header does not say whether angles are in degrees",

@@ -196,6 +196,9 @@ BALLS: Final = ("BallJoint", "FreeJoint")
 
 CUSTOM = "CustomJoint"
 
+FIXED_CURVES = "axes that follow a coordinate by a curve or a second time are fixed"
+"""Loss of joints such as a knee that slides as it bends."""
+
 _TRANSFORMS = tuple(f"{word}{k}" for word in ("translation", "rotation") for k in (1, 2, 3))
 """The axes of a CustomJoint from the parent outwards."""
 
@@ -334,10 +337,7 @@ def _custom(
             _add_coordinate_dof(row, freedom, one, slope)
             continue
         if one is not None and not one.locked and slope != 0.0:
-            losses.add(
-                "axes that follow a coordinate by a curve or a second time are fixed",
-                f"{name} {which} ({one.name})",
-            )
+            losses.add(FIXED_CURVES, f"{name} {which} ({one.name})")
         row.add_fixed(freedom)
     for one in coordinates:
         if one.name not in leading and not one.locked:

@@ -1,0 +1,117 @@
+"""`mover inverse`."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from generator.motion_files import COORDINATES_FILE
+from tests.command import answer, mover, run
+from tests.generator.inverse.walking import FORCES, LOADS, MODEL, MOTION
+
+WALK = ("inverse", MODEL, MOTION, "--forces", LOADS, "--cutoff", "6Hz")
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory: pytest.TempPathFactory):
+    path = tmp_path_factory.mktemp("walk") / "moments.sto"
+    return answer(*WALK, "-o", path), COORDINATES_FILE.read(path)
+
+
+def test_json_has_the_numbers_of_the_table(said):
+    data, table = said
+    assert [title.text for title in table.titles] == list(data["moments"])
+    assert np.array_equal(table.times, data["times_s"])
+    assert np.array_equal(table.numbers.T, np.array(list(data["moments"].values())))
+
+
+def test_summaries_are_of_sure_samples(said):
+    data, _ = said
+    times = np.array(data["times_s"])
+    kept = (times >= data["sure_s"][0]) & (times <= data["sure_s"][1])
+    assert data["sure_s"] == pytest.approx([0.5, 2.0], abs=0.02)
+    for name, one in data["coordinates"].items():
+        moments = np.array(data["moments"][f"{name}_moment"])[kept]
+        assert (one["smallest"], one["largest"]) == (moments.min(), moments.max())
+        work = np.trapezoid(np.array(data["powers_W"][name])[kept], times[kept])
+        assert one["positive_work_J"] + one["negative_work_J"] == pytest.approx(work)
+    assert set(data["residuals"]) == {"pelvis_tilt", "pelvis_tx", "pelvis_ty"}
+
+
+def test_a_figure_and_options_give_the_same_as_the_model(said, tmp_path: Path):
+    figure = tmp_path / "gait10.fig"
+    run("convert", MODEL, figure)
+    words = ("--force", "calcn_r=ground_force", "--force", "calcn_l=1_ground_force")
+    other = answer("inverse", figure, MOTION, "--forces", FORCES, *words, "--cutoff", "6 Hz")
+    for name, values in said[0]["moments"].items():
+        np.testing.assert_allclose(other["moments"][name], values, rtol=1e-9, atol=1e-9)
+
+
+def test_a_fall_of_a_person_needs_no_moments_but_those_of_its_springs(tmp_path: Path):
+    """Persons and free roots: nothing is left over at the root of a fall in the air."""
+    fall = tmp_path / "fall.npz"
+    run("simulate", "male50", "--free-root", "--stop", "0.1", "--frame", "0.002", "-o", fall)
+    data = answer("inverse", "male50", fall)
+    assert set(data["residuals"]) == {f"lower_torso_{k}" for k in range(1, 7)}
+    for one in data["residuals"].values():
+        assert abs(one["largest"]) < 1.0
+    assert "nothing is" not in data
+
+
+def test_the_text_says_what_was_done():
+    text = run(*WALK).stdout
+    assert "151 frames, 0 to 2.5 s, filtered at 6 Hz; forces on calcn_r, calcn_l; 72.6 kg" in text
+    assert "of body weight" in text
+
+
+def test_fixed_axes_of_a_model_are_a_warning():
+    result = mover(*WALK)
+    assert "axes that follow a coordinate by a curve or a second time are fixed" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (("--cutoff", "6"), 2, "expected a frequency such as 6Hz"),
+        (("--cutoff", "0Hz"), 2, "a frequency is above zero"),
+        (("--cutoff", "40Hz"), 1, "walk.mot: a cutoff of 40 Hz is not between 0 and 30 Hz"),
+        (("--force", "calcn_r=ground_force"), 2, "--force is for tables"),
+        (("-o", "moments.txt"), 2, "a table of moments ends in .sto"),
+        (("--gravity", "1"), 2, "expected three numbers"),
+    ],
+)
+def test_refusals(words: tuple[str, ...], code: int, message: str):
+    result = mover("inverse", MODEL, MOTION, "--forces", LOADS, *words)
+    assert (result.exit_code, message in result.stderr) == (code, True), result.stderr
+
+
+def changed(path: Path, old: str, new: str, folder: Path) -> Path:
+    found = folder / path.name
+    found.write_text(path.read_text().replace(old, new))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("inDegrees=yes", "inDegrees=no", "they seem to be degrees"),
+        ("knee_angle_r", "knee", "columns that are not displacements of the figure"),
+        ("pelvis_tilt\tpelvis_tx\tpelvis_ty", "a\tb\tc", "without a column"),
+        ("      0.50000000", "            nan", "`nan` is not finite"),
+    ],
+)
+def test_wrong_motions(old: str, new: str, message: str, tmp_path: Path):
+    """An unknown column is a warning; nothing is written where the motion is wrong."""
+    out = tmp_path / "out.sto"
+    path = changed(MOTION, old, new, tmp_path)
+    result = mover("inverse", MODEL, path, "--forces", LOADS, "-o", out, "--verbose")
+    assert message in result.stderr
+    assert out.exists() == (result.exit_code == 0)
+    assert out.exists() == (new in ("knee", "a\tb\tc"))
+
+
+def test_nothing_is_written_over_an_input():
+    result = mover("inverse", MODEL, MOTION, "--forces", FORCES, "--force", "calcn_r=ground_force",
+                   "-o", MOTION.with_suffix(".sto").parent / "no" / "such.sto")  # fmt: skip
+    assert result.exit_code == 1
+    assert "cannot be written" in result.stderr
