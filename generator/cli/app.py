@@ -63,7 +63,7 @@ COMMANDS = {
     "stability": "Test whether the centre of mass is over the support.",
     "shoulder": "Pose an arm by the direction of its elbow.",
     "link": "Set joints and move the joints that are linked to them.",
-    "inverse": "Find the joint moments that a measured motion needs.",
+    "inverse": "Find the joint moments of a measured motion, and the passive share.",
     "settle": "Find the equilibrium of a figure under gravity and springs.",
     "mass": "Compute the mass properties of a closed surface.",
     "complete": "Estimate missing masses and inertias of a figure from psurfs.",

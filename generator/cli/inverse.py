@@ -13,8 +13,13 @@ from generator.cli import inputs, options, outputs
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
 from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error, warning
 from generator.figure import Figure
-from generator.input_files.coordinates import Coordinates, coordinates_of_figure
+from generator.input_files.coordinates import (
+    Coordinates,
+    coordinates_of_figure,
+    displacement_columns,
+)
 from generator.inverse.external_loads import read_external_loads
+from generator.inverse.legs import find_legs
 from generator.inverse.moments import (
     STANDARD_GRAVITY,
     JointMoments,
@@ -22,12 +27,28 @@ from generator.inverse.moments import (
     format_moments,
     joint_moments,
 )
+from generator.inverse.passive import (
+    DEFAULT_LAWS,
+    MEAN_PARAMETERS,
+    ZERO_WITH_NEUTRAL,
+    ZERO_WITHOUT,
+    LegLaw,
+    PassiveBand,
+    PassiveLaw,
+    SpringsLaw,
+    format_bands,
+    passive_bands,
+    published_law,
+    require_legs,
+)
 from generator.motion_files import FigureMotion
 from generator.run_options import MAX_GRAVITY
+from springs.published.tables import publications
 
 _FREQUENCY = re.compile(r"\s*([0-9.eE+-]+)\s*Hz\s*", re.IGNORECASE)
 
-MOMENTS_SUFFIX = ".sto"
+MOMENTS_SUFFIX, SHARE_SUFFIX = ".sto", ".csv"
+"""Suffixes of the tables of moments, and of net and passive moments."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +77,23 @@ class Residual:
     share_unit: str
 
 
+@dataclass(frozen=True)
+class PassiveShare:
+    """Positive passive work over the net one, as ranges over laws and zeros [1].
+
+    Attributes:
+        share: Smallest and largest share; None where no law is known.
+        by_law: The same of each law.
+        known: Smallest and largest part of the net work at angles at which a law is known.
+        net_positive_work_J: Positive net work.
+    """
+
+    share: tuple[float, float] | None
+    by_law: Mapping[str, tuple[float, float] | None]
+    known: tuple[float, float]
+    net_positive_work_J: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class InverseResult(CommandResult):
     """Moments that a motion needs.
@@ -70,6 +108,8 @@ class InverseResult(CommandResult):
         times_s: Times of the samples.
         moments: Generalized forces by the titles of their columns [N m or N].
         powers_W: Their powers, by coordinate.
+        zero_uncertainty_deg: Shift of the zeros of angles, either way, in the ranges of shares.
+        passive: Passive shares by coordinate.
         files: Files that were written.
     """
 
@@ -85,6 +125,8 @@ class InverseResult(CommandResult):
     times_s: Sequence[float]
     moments: Mapping[str, Sequence[float]]
     powers_W: Mapping[str, Sequence[float]]
+    zero_uncertainty_deg: float | None
+    passive: Mapping[str, PassiveShare]
     files: Sequence[Path]
     motion_title: str = field(default="", metadata=HIDDEN)
 
@@ -108,8 +150,24 @@ class InverseResult(CommandResult):
             rows.append([name, f"{one.largest:.4g}", one.unit, share, one.share_unit])
         yield Table(rows) if self.residuals else "the figure is attached to the ground: no residual"
         if self.sure_s is not None:
-            yield f"extremes and works are from {self.sure_s[0]:g} to {self.sure_s[1]:g} s"
+            yield f"extremes, works and shares are from {self.sure_s[0]:g} to {self.sure_s[1]:g} s"
+        if self.passive:
+            yield self._shares_table()
         yield format_written(self.files)
+
+    def _shares_table(self) -> Table:
+        """Return the table of passive shares."""
+        laws = list(dict.fromkeys(law for one in self.passive.values() for law in one.by_law))
+        title = f"passive share of work +, zeros +-{self.zero_uncertainty_deg:g} deg"
+        rows = [[title, "all laws", *(laws if len(laws) > 1 else []), "known part"]]
+        for name, one in self.passive.items():
+            shares = [one.share, *((one.by_law.get(law) for law in laws) if len(laws) > 1 else ())]
+            rows.append([name, *map(_format_share, shares), _format_share(one.known)])
+        return Table(rows)
+
+
+def _format_share(share: tuple[float, float] | None) -> str:
+    return "-" if share is None else f"{100.0 * share[0]:.0f} .. {100.0 * share[1]:.0f} %"
 
 
 def inverse(
@@ -142,15 +200,39 @@ def inverse(
             metavar="6Hz", help="Filter displacements: Butterworth, both ways. [default: none]"
         ),
     ] = None,
+    springs: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LAW|FILE|NAME",
+            help="Passive laws: published ones as publication/name, or springs of the figure; "
+            f"repeat it. [default: {', '.join(DEFAULT_LAWS)}]",
+        ),
+    ] = None,
+    neutral: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="STATIC.mot", help="Upright standing, at which angles of laws are zero."
+        ),
+    ] = None,
+    hip_zero: Annotated[
+        str | None,
+        typer.Option(metavar="10deg", help="Hip flexion there in published laws. [default: 0]"),
+    ] = None,
     gravity: options.Gravity = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Moments, .sto, as OpenSim's."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Moments as OpenSim's, .sto; net and passive moments and powers, .csv.",
+        ),
     ] = None,
 ) -> CommandResult:
-    """Find the joint moments that a measured motion needs."""
+    """Find the joint moments that a measured motion needs, and the share that is passive."""
     files = list(output or ())
     _check_outputs(files)
+    zero = 0.0 if hip_zero is None else options.angle_from_option("--hip-zero", hip_zero)
     if force and forces is None:
         raise UsageError("--force names the columns of a table: add --forces TABLE")
     hertz = None if cutoff is None else frequency_from_option("--cutoff", cutoff)
@@ -170,11 +252,23 @@ def inverse(
         raise InputError([_in_file(motion, one) for one in failure.diagnostics]) from None
     except ModelError as failure:
         raise InputError([error(f"{model}: {failure}")]) from None
-    written = {path: "\n".join([*format_moments(moments), ""]) for path in files}
+    zeros, seen = ({}, ()) if neutral is None else _neutral_values(neutral, figure, coordinates)
+    passive = _Passive(moved, moments, coordinates, zeros, zero)
+    laws, own = passive.laws(model, springs, needed=any(f.suffix == SHARE_SUFFIX for f in files))
+    uncertainty = ZERO_WITHOUT if neutral is None else ZERO_WITH_NEUTRAL
+    bands = passive_bands(moments, laws, uncertainty) if laws else {}
+    written = {
+        path: "".join(format_bands(moments, bands))
+        if path.suffix.lower() == SHARE_SUFFIX
+        else "\n".join([*format_moments(moments), ""])
+        for path in files
+    }
     outputs.write_files(written)
-    found = (*warnings, *more, *_doubts(moments, moved, hertz))
+    found = (*warnings, *more, *seen, *own, *_doubts(moments, moved, hertz))
     return _result(
         moments,
+        bands,
+        uncertainty,
         found,
         model=model,
         motion=motion,
@@ -191,8 +285,73 @@ def _in_file(path: Path, fault: Diagnostic) -> Diagnostic:
 
 def _check_outputs(files: Sequence[Path]) -> None:
     for path in files:
-        outputs.check_suffix(path, MOMENTS_SUFFIX, "a table of moments")
+        if path.suffix.lower() not in (MOMENTS_SUFFIX, SHARE_SUFFIX):
+            raise UsageError(
+                f"-o {path}: {outputs.suffix_fault(path)}; moments are a {MOMENTS_SUFFIX}, net and "
+                f"passive moments a {SHARE_SUFFIX} file"
+            )
     outputs.check_distinct_paths(files)
+
+
+def _neutral_values(
+    path: Path, figure: Figure, coordinates: Coordinates
+) -> tuple[dict[str, float], tuple[Diagnostic, ...]]:
+    """Return the mean of each coordinate over a static trial [rad or m], and warnings."""
+    static, warnings = _read_motion(path, figure, coordinates)
+    found: dict[str, float] = {}
+    for name, at in displacement_columns(static.chains, coordinates).items():
+        mean = float(np.mean(static.displacements[at.joint][:, at.index]))
+        found[name] = at.scale * mean + at.offset
+    return found, warnings
+
+
+@dataclass(frozen=True)
+class _Passive:
+    """The laws that options choose for a motion."""
+
+    motion: FigureMotion
+    moments: JointMoments
+    coordinates: Coordinates
+    zeros: Mapping[str, float]
+    hip_zero: float
+
+    def laws(
+        self, model: str, choices: Sequence[str] | None, *, needed: bool
+    ) -> tuple[list[PassiveLaw], tuple[Diagnostic, ...]]:
+        """Return the laws with warnings; none by default for a figure without legs.
+
+        Raises UsageError and InputError.
+        """
+        names = choices or DEFAULT_LAWS
+        columns = displacement_columns(self.motion.chains, self.coordinates)
+        legs = find_legs(self.motion.tree, columns)
+        if not choices and not legs and not needed:
+            return [], ()
+        found: list[PassiveLaw] = []
+        warnings: list[Diagnostic] = []
+        for name in dict.fromkeys(names):
+            publication, _, row = name.partition("/")
+            if row and publication in publications():
+                published_law(name)
+                require_legs(legs, model)
+                found.append(LegLaw(name, legs, self.moments, self.zeros, self.hip_zero))
+                if name in MEAN_PARAMETERS:
+                    what = f"--springs {name}: parameters that are means of subjects"
+                    warnings.append(warning(what, hint="their moments are not mean moments"))
+                continue
+            springs, more = inputs.springs_from_option(self.motion.figure, name)
+            warnings += more
+            law = SpringsLaw(name, self.motion, springs, self.moments, columns, self.zeros)
+            if not law.groups:
+                raise UsageError(f"--springs {name}: these springs have no elastic law")
+            found.append(law)
+        return found, tuple(warnings)
+
+
+def _share(moments: JointMoments, name: str, band: PassiveBand) -> PassiveShare:
+    works = moments.works(moments.coordinates[name].powers)
+    by_law = {law: (min(all_), max(all_)) if all_ else None for law, all_ in band.shares.items()}
+    return PassiveShare(band.share_range, by_law, band.known_range, works.positive)
 
 
 def frequency_from_option(option: str, text: str) -> float:
@@ -288,6 +447,8 @@ def _residual(moments: JointMoments, name: str) -> Residual:
 
 def _result(
     moments: JointMoments,
+    bands: Mapping[str, PassiveBand],
+    uncertainty: float,
     diagnostics: tuple[Diagnostic, ...],
     *,
     model: str,
@@ -311,6 +472,8 @@ def _result(
         times_s=moments.times.tolist(),
         moments={one.label: one.forces.tolist() for one in coordinates.values()},
         powers_W={name: one.powers.tolist() for name, one in coordinates.items()},
+        zero_uncertainty_deg=float(np.degrees(uncertainty)) if bands else None,
+        passive={name: _share(moments, name, band) for name, band in bands.items()},
         files=files,
         motion_title=title,
         diagnostics=diagnostics,

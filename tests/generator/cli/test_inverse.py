@@ -1,5 +1,6 @@
 """`mover inverse`."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,7 @@ def test_fixed_axes_of_a_model_are_a_warning():
         (("--cutoff", "0Hz"), 2, "a frequency is above zero"),
         (("--cutoff", "40Hz"), 1, "walk.mot: a cutoff of 40 Hz is not between 0 and 30 Hz"),
         (("--force", "calcn_r=ground_force"), 2, "--force is for tables"),
-        (("-o", "moments.txt"), 2, "a table of moments ends in .sto"),
+        (("-o", "moments.txt"), 2, "`.txt` is not a known suffix"),
         (("--gravity", "1"), 2, "expected three numbers"),
     ],
 )
@@ -115,3 +116,72 @@ def test_nothing_is_written_over_an_input():
                    "-o", MOTION.with_suffix(".sto").parent / "no" / "such.sto")  # fmt: skip
     assert result.exit_code == 1
     assert "cannot be written" in result.stderr
+
+
+def test_the_passive_share_is_a_range(tmp_path: Path):
+    share = tmp_path / "share.csv"
+    data = answer(*WALK, "-o", share)
+    assert data["zero_uncertainty_deg"] == 10.0
+    hip = data["passive"]["hip_flexion_r"]
+    assert 0.0 < hip["share"][0] < hip["share"][1] < 1.0
+    assert set(hip["by_law"]) == {"riener_edrich_1999/leg", "silder_2007/leg_curves"}
+    assert hip["known"][0] < hip["known"][1] < 1.0
+    titles, *rows = csv.reader(share.open(encoding="utf-8"))
+    table = [dict(zip(titles, row, strict=True)) for row in rows]
+    assert [float(row["time [s]"]) for row in table] == data["times_s"]
+    net = [float(row["hip_flexion_r net [N m]"]) for row in table]
+    assert net == data["moments"]["hip_flexion_r_moment"]
+    beyond = [row for row in table if float(row["hip_flexion_r known"]) == 0.0]
+    assert beyond
+    assert all(row["hip_flexion_r passive lower [N m]"] == "" for row in beyond)
+    known = [row for row in table if float(row["hip_flexion_r known"]) == 1.0]
+    assert all(
+        float(row["hip_flexion_r passive lower [N m]"])
+        <= float(row["hip_flexion_r passive upper [N m]"])
+        for row in known
+    )
+
+
+def test_a_static_trial_halves_the_uncertainty_of_zeros(tmp_path: Path):
+    lines = MOTION.read_text().splitlines()
+    head = next(k for k, line in enumerate(lines) if line.startswith("time")) + 1
+    standing = tmp_path / "static.mot"
+    names = lines[head - 1].split()
+    row = "\t".join("-12" if name == "hip_flexion_r" else "0" for name in names[1:])
+    lines = [*lines[:head], f"0\t{row}", f"1\t{row}"]
+    standing.write_text("\n".join(lines).replace("nRows=151", "nRows=2"))
+    data = answer(*WALK, "--neutral", standing)
+    assert data["zero_uncertainty_deg"] == 5.0
+    plain = answer(*WALK)["passive"]["hip_flexion_r"]["share"]
+    assert data["passive"]["hip_flexion_r"]["share"][1] < plain[1]
+
+
+def test_chosen_laws_and_springs(tmp_path: Path):
+    fall = tmp_path / "fall.npz"
+    run("simulate", "male50", "--free-root", "--stop", "1.2", "-o", fall)
+    data = answer("inverse", "male50", fall, "--springs", "riener", "--springs", "silder_2007/leg")
+    assert set(data["passive"]["left_knee_1"]["by_law"]) == {"riener", "silder_2007/leg"}
+    result = mover("inverse", "male50", fall, "--springs", "silder_2007/leg")
+    assert "parameters that are means of subjects" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--springs", "silder_2007/no"), "no coupled law"),
+        (("--springs", "davy_audu_1987/hip"), "is not known"),
+        (("--hip-zero", "10"), "the unit is missing"),
+    ],
+)
+def test_refused_laws(words: tuple[str, ...], message: str):
+    result = mover(*WALK, *words)
+    assert (result.exit_code, message in result.stderr) == (2, True), result.stderr
+
+
+def test_published_laws_need_legs(tmp_path: Path):
+    swing, share = tmp_path / "swing.npz", tmp_path / "share.csv"
+    run("simulate", "leg", "--stop", "1.2", "-o", swing)
+    assert "passive share" not in run("inverse", "leg", swing).stdout
+    result = mover("inverse", "leg", swing, "-o", share)
+    assert "no hip, knee and ankle were found by their names" in result.stderr
+    assert not share.exists()
