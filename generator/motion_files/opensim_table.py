@@ -113,7 +113,9 @@ def point_wrench(ground_reaction: Array) -> Array:
 def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
     labels = [TIME_LABEL]
     columns = [motion.times]
-    coordinates = coordinates_of_figure(motion.figure)
+    coordinates = motion.coordinates
+    if coordinates is None:
+        coordinates = coordinates_of_figure(motion.figure)
     for label, at in displacement_columns(motion.chains, coordinates).items():
         values = motion.displacements[at.joint][:, at.index]
         if (at.scale, at.offset) != (1.0, 0.0):
@@ -552,7 +554,8 @@ def _build_motion(
             f"displacements without a column have the figure's own value: {_listed(iter(missing))}",
             table.title_line,
         )
-    return FigureMotion(figure, _header(table, figure), chains, table.times, values)
+    header = _header(table, figure)
+    return FigureMotion(figure, header, chains, table.times, values, coordinates=coordinates)
 
 
 def _header(table: CoordinateTable, figure: Figure) -> Header:
