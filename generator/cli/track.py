@@ -45,7 +45,7 @@ MAX_LISTED = 8
 
 @dataclass(frozen=True)
 class MarkerFit:
-    """How near the site of a marker comes to it."""
+    """Distances of a marker from its site."""
 
     segment: str
     weight: float
@@ -64,7 +64,7 @@ class TrackResult(CommandResult):
         frames: Number of frames.
         rms_mm: Root mean square of all distances.
         markers: Distances by marker.
-        unused: Markers that are no sites of the figure, or have no weight.
+        unused: Markers without a site in the figure, or without weight.
         files: Files that were written.
     """
 
@@ -230,7 +230,7 @@ def _fits(
 def _doubts(tracked: Tracked, unused: Sequence[str]) -> Sequence[Diagnostic]:
     found: list[Diagnostic] = []
     if unused:
-        what = f"markers that are no sites of the figure, or have no weight: {_listed(unused)}"
+        what = f"markers without a site in the figure, or without weight: {_listed(unused)}"
         found.append(warning(what))
     if tracked.undetermined:
         frames = max(tracked.undetermined.values())

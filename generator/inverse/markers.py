@@ -98,7 +98,9 @@ def _parse_trc(source: Source, diagnostics: Diagnostics) -> Markers | None:
     first = head[0]
     if first is None or first[0].text.strip() != "PathFileType":
         place = Span(source, 0, min(1, len(source.text)))
-        diagnostics.error("this is no file of markers", place, "a .trc begins with `PathFileType`")
+        diagnostics.error(
+            "this is not a file of markers", place, "a .trc begins with `PathFileType`"
+        )
         return None
     _, keys, values, titles, axes = head
     if keys is None or values is None or titles is None or axes is None:
@@ -163,7 +165,7 @@ def _check_count(cell: _Cell | None, count: int, noun: str, diagnostics: Diagnos
 
 
 def read_c3d(path: Path) -> Markers:
-    """Read the points of a `.c3d`; missing ones have a negative residual or are no numbers.
+    """Read the points of a `.c3d`; missing ones have a negative residual, or nan.
 
     Raises:
         UsageError: ezc3d is not installed.

@@ -5,9 +5,9 @@ calls zero, by a factor of two for 10 deg at the hip. So it is a range, and samp
 angles that were measured do not count.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from math import radians
 from typing import Protocol
 
@@ -23,9 +23,6 @@ from generator.model import Model
 from generator.motion_files import FigureMotion
 from generator.passive_curve import angle_about
 from generator.rotations import Array
-from generator.simulation.exudyn_model.model import ExudynModel, build_model
-from generator.simulation.plan import Plan
-from generator.simulation.statics.static_forces import StaticState
 from generator.text_io import csv_lines
 from springs import SpringSet
 from springs.elastic import Elastic, Range, common_valid_range
@@ -220,8 +217,8 @@ class SpringsLaw:
         for name, at in self.places.items():
             zero = self.zeros.get(name, at.offset) - shifts.get(name, 0.0)
             values[:, columns[name]] = (self.moments.coordinates[name].values - zero) / at.scale
-        loaded, bare = (StaticState.from_displacements(one, values) for one in self._models)
-        forces, known = loaded.forces() - bare.forces(), self._known(values)
+        loaded, bare = (forces(values) for forces in self._static_forces)
+        forces, known = loaded - bare, self._known(values)
         return {
             name: PassiveTorque(
                 forces[:, columns[name]] / self.places[name].scale, known[self.places[name].joint]
@@ -230,11 +227,21 @@ class SpringsLaw:
         }
 
     @cached_property
-    def _models(self) -> tuple[ExudynModel, ExudynModel]:
-        """The figure with its springs and without, both without gravity."""
+    def _static_forces(self) -> tuple[Callable[[Array], Array], ...]:
+        """Forces on displacements of the figure with its springs and without, without gravity."""
+        # Imported here, since Exudyn takes a second and published laws do not need it.
+        from generator.simulation.exudyn_model.model import build_model
+        from generator.simulation.plan import Plan
+        from generator.simulation.statics.static_forces import StaticState
+
         figure, plan = self.motion.tree.figure, Plan(gravity=(0.0, 0.0, 0.0))
-        own = self.springs.of_joints(figure.joints)
-        return build_model(Model(figure, own), plan), build_model(Model(figure), plan)
+        springs = (self.springs.of_joints(figure.joints), SpringSet())
+        models = [build_model(Model(figure, some), plan) for some in springs]
+
+        def forces(model: int, values: Array) -> Array:
+            return StaticState.from_displacements(models[model], values).forces()
+
+        return partial(forces, 0), partial(forces, 1)
 
     def _known(self, values: Array) -> dict[str, Bools]:
         """Return whether the laws of each joint are known to hold, shape (n,)."""

@@ -164,8 +164,8 @@ class _Problem:
                 break
             at, aims = free[active], targets[active]
             normal, right = self.system(at, aims)
-            held = ((at <= self.lower) & (right < 0.0)) | ((at >= self.upper) & (right > 0.0))
-            moved = self._step(normal, right, held, damping[active])
+            pressed = ((at <= self.lower) & (right < 0.0)) | ((at >= self.upper) & (right > 0.0))
+            moved = self._step(normal, right, pressed, damping[active])
             moved = np.clip(moved, -self.largest_step, self.largest_step)
             new = np.clip(at + moved, self.lower, self.upper)
             step = np.abs(new - at).max(axis=1)
@@ -180,14 +180,14 @@ class _Problem:
             active = active[(step > STEP_TOLERANCE) & (damping[active] < LARGEST_DAMPING)]
         return free, cost
 
-    def _step(self, normal: Array, right: Array, held: Bools, damping: Array) -> Array:
-        """Return the damped step of displacements that are not held, shape (n, f)."""
+    def _step(self, normal: Array, right: Array, pressed: Bools, damping: Array) -> Array:
+        """Return the damped step of displacements that are not pressed, shape (n, f)."""
         size = normal.shape[1]
         diagonal = np.einsum("nii->ni", normal)
         scale = diagonal + 1e-12 * diagonal.max(axis=1, keepdims=True) + 1e-300
-        loose = ~held
+        loose = ~pressed
         matrix = normal * (loose[:, :, None] & loose[:, None, :])
-        added = np.where(held, 1.0, damping[:, None] * scale + 1e-14 * scale.max())
+        added = np.where(pressed, 1.0, damping[:, None] * scale + 1e-14 * scale.max())
         matrix = matrix + added[:, :, None] * np.eye(size)
         step = np.asarray(np.linalg.solve(matrix, (right * loose)[..., None]), dtype=float)
         return step[..., 0]

@@ -68,7 +68,7 @@ def test_lengths_are_in_the_unit_and_empty_cells_are_missing():
 @pytest.mark.parametrize(
     ("old", "new", "message", "line"),
     [
-        ("PathFileType", "Path", "this is no file of markers", 1),
+        ("PathFileType", "Path", "this is not a file of markers", 1),
         ("\tmm", "\tfurlong", "the `Units` are none of m, cm, mm", 3),
         ("\theel", "\tknee", "a second marker `knee`", 4),
         ("3\t2\tmm", "3\t5\tmm", "the file has 2 markers, not 5", 3),
