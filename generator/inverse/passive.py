@@ -38,8 +38,9 @@ MEAN_PARAMETERS = ("silder_2007/leg",)
 ZERO_WITH_NEUTRAL, ZERO_WITHOUT = radians(5.0), radians(10.0)
 """Uncertainty of the zero of an angle with a static trial, and without one [rad]."""
 
-MIN_KNOWN_WORK = 0.5
-"""Least part of the net positive work at known angles of a variant that counts in a share."""
+MIN_KNOWN_WORK, MIN_VARIANTS = 0.5, 0.5
+"""Least part of the net positive work at known angles of a variant that counts in a share, and of
+the variants of a law that count, so that its share is a range."""
 
 Bools = NDArray[np.bool_]
 
@@ -281,7 +282,8 @@ class PassiveBand:
             is, shape (n,) [N m].
         known: Share of the variants that are known, shape (n,).
         shares: Positive passive work over the net one for each variant, by law, where at least
-            `MIN_KNOWN_WORK` of the net work is at known angles.
+            `MIN_KNOWN_WORK` of the net work is at known angles; none where fewer than
+            `MIN_VARIANTS` of them are.
         known_works: Part of the net positive work at known angles of each variant, by law.
     """
 
@@ -348,6 +350,8 @@ def _band(
             parts[law].append(net / whole if whole > 0.0 else 0.0)
             if whole > 0.0 and net >= MIN_KNOWN_WORK * whole:
                 shares[law].append(passive / net)
+        if len(shares[law]) < max(2.0, MIN_VARIANTS * len(torques)):
+            shares[law] = []
     return PassiveBand(lower, upper, known.mean(axis=0), shares, parts)
 
 
