@@ -6,13 +6,18 @@ frame that it is fixed to, d s_k/dt = V x s_k (Featherstone 2008, Rigid Body Dyn
 sections 2.9 and 5.3).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import ModelError, shorten
+from generator.input_files.coordinates import (
+    CoordinateCurve,
+    CoordinateMapping,
+    Coordinates,
+)
 from generator.kinematics.tree import Tree
 from generator.rotations import Array
 
@@ -115,3 +120,49 @@ def _momentum_rate(
     momentum = np.einsum("nij,nj->ni", inertia, spin)
     moment = np.einsum("nij,nj->ni", inertia, bend) + np.cross(spin, momentum)
     return np.hstack([moment + np.cross(arm, force), force])
+
+
+def follow_curves(tree: Tree, motion: Motion, coordinates: Coordinates) -> Motion:
+    """Return the motion with displacements that follow coordinates by curves set by these."""
+    values, rates, accelerations = (
+        part.copy() for part in (motion.values, motion.rates, motion.accelerations)
+    )
+    for own, control, at, curve in curve_columns(tree, coordinates):
+        y, y1, y2 = _of_coordinate(motion, control, at)
+        slope, bend = curve.at(y, 1), curve.at(y, 2)
+        values[:, own] = curve.at(y)
+        rates[:, own] = slope * y1
+        accelerations[:, own] = slope * y2 + bend * y1**2
+    return Motion(motion.times, values, rates, accelerations)
+
+
+def add_followers_forces(
+    tree: Tree, motion: Motion, forces: Array, coordinates: Coordinates
+) -> Array:
+    """Return the forces with those of followers added to their controls, by the chain rule."""
+    total = forces.copy()
+    for own, control, at, curve in curve_columns(tree, coordinates):
+        y, _, _ = _of_coordinate(motion, control, at)
+        total[:, control] += curve.at(y, 1) * forces[:, own] * at.scale
+    return total
+
+
+def _of_coordinate(
+    motion: Motion, column: int, at: CoordinateMapping
+) -> tuple[Array, Array, Array]:
+    parts = (motion.values, motion.rates, motion.accelerations)
+    value, rate, acceleration = (at.scale * part[:, column] for part in parts)
+    return value + at.offset, rate, acceleration
+
+
+def curve_columns(
+    tree: Tree, coordinates: Coordinates
+) -> Iterator[tuple[int, int, CoordinateMapping, CoordinateCurve]]:
+    """Yield columns of displacements that follow, and of their controls, with these and curves."""
+    starts = {name: columns.start for name, columns in tree.kinematics.columns.items()}
+    for at in coordinates.values():
+        control = coordinates.get(at.control)
+        if at.curve is None or control is None or at.joint not in starts:
+            continue
+        own, column = starts[at.joint] + at.index, starts[control.joint] + control.index
+        yield own, column, control, at.curve

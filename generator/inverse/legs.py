@@ -62,6 +62,10 @@ def _find_leg(tree: Tree, coordinates: Coordinates, side: tuple[str, ...]) -> Le
     if not all(joints.values()):
         return {}
     zeros = {name: np.zeros(len(one.chain)) for name, one in tree.figure.joints.items()}
+    for at in coordinates.values():
+        control = coordinates.get(at.control)
+        if at.curve is not None and control is not None:
+            zeros[at.joint][at.index] = at.curve.at(np.array([control.offset]))[0]
     poses = forward_kinematics(tree, zeros).poses
     hip, knee, ankle = (_position(tree, poses, found[-1]) for found in joints.values())
     foot = tree.figure.segments[joints["ankle"][-1].outboard]
@@ -115,6 +119,6 @@ def _joints_called(tree: Tree, word: str, side: tuple[str, ...]) -> list[TreeJoi
 
 
 def _position(tree: Tree, poses: Mapping[str, Array], joint: TreeJoint) -> Array:
-    """Return the position of a joint's site in the world, shape (3,) [m]."""
-    ref = joint.joint.parent
+    """Return the position of a joint's outer site in the world, shape (3,) [m]."""
+    ref = joint.joint.child if joint.parent_is_inboard else joint.joint.parent
     return (poses[ref.segment] @ tree.figure.site(ref).pose_in_segment)[:3, 3]

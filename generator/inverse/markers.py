@@ -78,6 +78,13 @@ def _cells(source: Source) -> Iterator[list[_Cell]]:
             yield cells
 
 
+def _words(cells: Sequence[_Cell]) -> Iterator[_Cell]:
+    """Yield the words of cells: the header of some files has more tabs than columns."""
+    for cell in cells:
+        for word in re.finditer(r"\S+", cell.text):
+            yield _Cell(cell.source, cell.start + word.start(), word[0])
+
+
 def _number(cell: _Cell, diagnostics: Diagnostics) -> float:
     """Return the number of a cell, nan for an empty one; an error for another text."""
     word = cell.text.strip()
@@ -96,7 +103,7 @@ def _parse_trc(source: Source, diagnostics: Diagnostics) -> Markers | None:
     lines = _cells(source)
     head = [next(lines, None) for _ in range(5)]
     first = head[0]
-    if first is None or first[0].text.strip() != "PathFileType":
+    if first is None or not first[0].text.strip().startswith("PathFileType"):
         place = Span(source, 0, min(1, len(source.text)))
         diagnostics.error(
             "this is not a file of markers", place, "a .trc begins with `PathFileType`"
@@ -106,7 +113,7 @@ def _parse_trc(source: Source, diagnostics: Diagnostics) -> Markers | None:
     if keys is None or values is None or titles is None or axes is None:
         diagnostics.error("the header of the markers is not whole", first[0].span)
         return None
-    known = {key.text.strip(): cell for key, cell in zip(keys, values, strict=False)}
+    known = {key.text: cell for key, cell in zip(_words(keys), _words(values), strict=False)}
     unit = known.get("Units")
     if unit is None or unit.text.strip() not in METRES:
         place = keys[0].span if unit is None else unit.span

@@ -10,7 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.input_files.coordinates import Coordinates, displacement_columns
-from generator.inverse.dynamics import check_masses, generalized_forces
+from generator.inverse.dynamics import (
+    add_followers_forces,
+    check_masses,
+    follow_curves,
+    generalized_forces,
+)
 from generator.inverse.external_loads import (
     ExternalForce,
     common_times,
@@ -161,13 +166,16 @@ def joint_moments(
     }
     _check_units(motion, columns)
     times = common_times(motion.times, forces)
-    smooth = smooth_motion(tree, motion, cutoff, times)
+    smooth = follow_curves(tree, smooth_motion(tree, motion, cutoff, times), columns)
     poses = tree.kinematics.poses(smooth.values)
     wrenches = wrenches_of_forces(forces, times, poses, tree.figure)
     needed = generalized_forces(tree, smooth, wrenches, gravity)
+    needed = add_followers_forces(tree, smooth, needed, columns)
     found: dict[str, CoordinateForce] = {}
     roots = set(_root_joints(tree))
     for name, at in columns.items():
+        if at.curve is not None:
+            continue
         k = tree.kinematics.columns[at.joint].start + at.index
         found[name] = CoordinateForce(
             name,

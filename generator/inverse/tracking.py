@@ -5,7 +5,7 @@ frames at once. Limits of joints are kept by leaving out displacements that pres
 projected gradient method does; linked displacements follow their controls.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.diagnostics import InputError, error
+from generator.input_files.coordinates import NO_COORDINATES, Coordinates
+from generator.inverse.dynamics import curve_columns
 from generator.inverse.markers import Markers, MarkerSite
 from generator.inverse.moments import body_height
 from generator.kinematics.links import NO_LINKS, Coordinate, Links
@@ -76,7 +78,12 @@ class _Problem:
     """Markers on a tree: distances, their slopes, limits and links."""
 
     def __init__(
-        self, tree: Tree, sites: Sequence[MarkerSite], weights: Array, links: Links
+        self,
+        tree: Tree,
+        sites: Sequence[MarkerSite],
+        weights: Array,
+        links: Links,
+        coordinates: Coordinates,
     ) -> None:
         kinematics = tree.kinematics
         self.tree, self.sites, self.roots = tree, sites, np.sqrt(weights)
@@ -87,8 +94,10 @@ class _Problem:
             for joint, columns in kinematics.columns.items()
             for k in range(columns.start, columns.stop)
         ]
-        self.matrix, self.offset = _free_matrix(self.freedoms, links)
-        self.is_plain = not links.links
+        self.curves = list(curve_columns(tree, coordinates))
+        curved = {self.freedoms[own] for own, *_ in self.curves}
+        self.matrix, self.offset = _free_matrix(self.freedoms, links, curved)
+        self.is_plain = not links.links and not curved
         self.places: dict[str, list[int]] = {}
         for k, site in enumerate(sites):
             self.places.setdefault(site.segment, []).append(k)
@@ -104,6 +113,8 @@ class _Problem:
         free = self.matrix.shape[1]
         lower, upper = np.full(free, -np.inf), np.full(free, np.inf)
         for row, offset, at in zip(self.matrix, self.offset, self.freedoms, strict=True):
+            if not row.any():
+                continue
             joint = self.tree.figure.joints[at.joint]
             ends = (joint.lower_limit or (-np.inf,) * 9, joint.upper_limit or (np.inf,) * 9)
             k = int(np.argmax(np.abs(row)))
@@ -111,9 +122,16 @@ class _Problem:
             lower[k], upper[k] = max(lower[k], low), min(upper[k], high)
         return lower, np.maximum(lower, upper)
 
+    def values(self, free: Array) -> Array:
+        """Return all displacements, shape (n, m), of free ones, shape (n, f) [rad or m]."""
+        values = free @ self.matrix.T + self.offset
+        for own, control, at, curve in self.curves:
+            values[:, own] = curve.at(at.scale * values[:, control] + at.offset)
+        return values
+
     def residuals(self, free: Array, targets: Array) -> Array:
         """Return weighted differences, shape (n, k, 3), zero for missing markers."""
-        poses = self.tree.kinematics.poses(free @ self.matrix.T + self.offset)
+        poses = self.tree.kinematics.poses(self.values(free))
         return self._weighted(targets - self.positions(poses))
 
     def positions(self, poses: Mapping[str, Array]) -> Array:
@@ -133,7 +151,7 @@ class _Problem:
         The velocity of a point x for a twist (w, v) is v + w x x, for all markers of a segment.
         """
         kinematics = self.tree.kinematics
-        values = free @ self.matrix.T + self.offset
+        values = self.values(free)
         poses, twists = kinematics.poses(values), kinematics.twists(values)
         positions = self.positions(poses)
         residuals = self._weighted(targets - positions)
@@ -148,6 +166,9 @@ class _Problem:
             arms = np.stack(rows, axis=2).reshape(len(free), -1, 6)
             arms = arms * np.repeat(seen[:, places], 3, axis=1)[:, :, None]
             slopes = twists * kinematics.motion_masks[segment][None, :, None]
+            for own, control, at, curve in self.curves:
+                slope = at.scale * curve.at(at.scale * values[:, control] + at.offset, 1)
+                slopes[:, control] += slope[:, None] * slopes[:, own]
             slopes = slopes if self.is_plain else np.einsum("nma,mf->nfa", slopes, self.matrix)
             slopes = slopes @ np.swapaxes(arms, 1, 2)
             normal += slopes @ np.swapaxes(slopes, 1, 2)
@@ -193,13 +214,20 @@ class _Problem:
         return step[..., 0]
 
 
-def _free_matrix(freedoms: Sequence[Coordinate], links: Links) -> tuple[Array, Array]:
-    """Return Z and o of displacements q = Z z + o, with z those that follow nothing."""
+def _free_matrix(
+    freedoms: Sequence[Coordinate], links: Links, curved: Container[Coordinate]
+) -> tuple[Array, Array]:
+    """Return Z and o of displacements q = Z z + o, with z those that follow nothing.
+
+    Displacements that follow by curves are zero.
+    """
     followers = {link.follower: link for link in links.resolved}
-    free = [at for at in freedoms if at not in followers]
+    free = [at for at in freedoms if at not in followers and at not in curved]
     columns = {at: k for k, at in enumerate(free)}
     matrix, offset = np.zeros((len(freedoms), len(free))), np.zeros(len(freedoms))
     for row, at in enumerate(freedoms):
+        if at in curved:
+            continue
         link = followers.get(at)
         matrix[row, columns[at if link is None else link.control]] = (
             1.0 if link is None else link.factor
@@ -214,6 +242,7 @@ def track_markers(
     sites: Mapping[str, MarkerSite],
     weights: Mapping[str, float] | None = None,
     links: Links = NO_LINKS,
+    coordinates: Coordinates = NO_COORDINATES,
 ) -> Tracked:
     """Return the displacements whose sites are nearest to markers.
 
@@ -223,6 +252,8 @@ def track_markers(
         sites: Sites by the names of markers.
         weights: Weights of squared distances by marker; 1 by default, 0 leaves one out.
         links: Displacements that follow others.
+        coordinates: Coordinates of the model that the figure is from, with curves of displacements
+            that follow them.
 
     Raises:
         InputError: The markers do not determine the position of the figure, or have other units.
@@ -237,10 +268,14 @@ def track_markers(
     targets = markers.positions[:, places]
     _check_targets(markers.times, targets, body_height(tree.figure))
     problem = _Problem(
-        tree, [sites[n] for n in used], np.array([chosen.get(n, 1.0) for n in used]), links
+        tree,
+        [sites[n] for n in used],
+        np.array([chosen.get(n, 1.0) for n in used]),
+        links,
+        coordinates,
     )
     free = _solve_frames(problem, targets)
-    values = free @ problem.matrix.T + problem.offset
+    values = problem.values(free)
     stuck: Array = ((free <= problem.lower) | (free >= problem.upper)).max(axis=0)
     owners = problem.owners
     frames = _open_frames(problem.system(free, targets)[0])

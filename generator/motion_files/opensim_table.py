@@ -117,6 +117,8 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
     if coordinates is None:
         coordinates = coordinates_of_figure(motion.figure)
     for label, at in displacement_columns(motion.chains, coordinates).items():
+        if at.curve is not None:
+            continue
         values = motion.displacements[at.joint][:, at.index]
         if (at.scale, at.offset) != (1.0, 0.0):
             values = at.scale * values + at.offset
@@ -136,7 +138,9 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
         name, _, value = line.partition(" ")
         yield f"{name}={value}"
     plain = plain_names(motion.chains)
-    yield from (f"{CHAIN_KEY}{plain[name]}={format_chain(c)}" for name, c in motion.chains.items())
+    if all(at.curve is None for at in coordinates.values()):  # else a figure file has other chains
+        for name, chain in motion.chains.items():
+            yield f"{CHAIN_KEY}{plain[name]}={format_chain(chain)}"
     yield END_OF_HEADER
     yield "\t".join(labels)
     for row in np.stack(columns, axis=1).tolist():
@@ -520,6 +524,8 @@ def _build_motion(
     try:
         coordinates = coordinates_of_figure(figure) if coordinates is None else coordinates
         chains = table.chains(figure)
+        if any(at.curve is not None for at in coordinates.values()):  # which no file states
+            chains = {name: joint.chain for name, joint in figure.joints.items()}
         own = initial_displacements(tree_for_motion(figure, chains))
     except InputError as failure:
         for each in failure.diagnostics:
@@ -540,7 +546,7 @@ def _build_motion(
     missing = [
         name
         for name, at in displacement_columns(chains, coordinates).items()
-        if (at.joint, at.index) not in columns
+        if (at.joint, at.index) not in columns and at.curve is None
     ]
     free = [name for name in chains if name not in figure.joints]
     if free and not any(key.startswith(CHAIN_KEY) for key in table.entries):

@@ -435,7 +435,7 @@ def _add_joint(
         return
     for place, freedom in enumerate(reversed(group.dofs)):
         draft.coordinates[freedom.name] = CoordinateMapping(
-            name, place, freedom.offset, freedom.scale
+            name, place, freedom.offset, freedom.scale, freedom.control, freedom.curve
         )
     if reach is not None and len(group.rotations) > 1:
         draft.reaches.append(replace(reach.table, joints=(name,)))

@@ -26,7 +26,6 @@ from generator.motion_files.opensim_table import write_sto
 from generator.rotations import Array
 from tests.generator.inverse.walking import LOADS, MODEL
 
-
 CURVES = ("Spline", "PolynomialFunction")
 """Ends of the names of functions that are no straight lines in models of walking."""
 
@@ -96,7 +95,7 @@ def inverse_dynamics(
 def main() -> None:
     """Print the differences of a walk."""
     model, motion, loads = (Path(word).resolve() for word in sys.argv[1:4])
-    imported, cutoff = read_model(model), 6.0
+    imported, cutoff = read_model(model, curves="--fixed" not in sys.argv), 6.0
     figure, coordinates = imported.figure, imported.coordinates
     walk, _ = read_motion_with_warnings(motion, figure, coordinates)
     forces, _ = read_external_loads(loads, figure)

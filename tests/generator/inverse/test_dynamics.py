@@ -6,14 +6,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator import Model, Plan, build_tree, read_figure, simulate
+from generator.conversion import read_motion_with_warnings
 from generator.diagnostics import ModelError
-from generator.inverse.dynamics import Motion, generalized_forces
+from generator.inverse.dynamics import (
+    Motion,
+    add_followers_forces,
+    curve_columns,
+    follow_curves,
+    generalized_forces,
+)
 from generator.inverse.moments import joint_moments
+from generator.inverse.smoothing import smooth_motion
 from generator.kinematics.tree import Tree
+from generator.model_files.formats import read_model
 from generator.motion_files import motion_from_recording
 from generator.rotations import Array
 from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.statics.static_forces import StaticState
+from tests.generator.inverse.walking import MODEL, MOTION
 
 PROTOTYPE = read_figure("prototype")
 TREE = build_tree(PROTOTYPE)
@@ -91,6 +101,32 @@ def test_moments_of_a_run_are_those_of_its_springs():
             given_by_springs = (twists[:, k] * springs).sum(axis=1)
             worst = np.abs(needed - given_by_springs)[inner].max()
             assert worst < 0.01 * (1.0 + np.abs(needed).max()), f"{name} {k + 1}"
+
+
+def test_followers_move_by_their_curves_and_work_through_their_controls():
+    """The moments of controls alone have the power of all forces."""
+    imported = read_model(MODEL, curves=True)
+    motion, _ = read_motion_with_warnings(MOTION, imported.figure, imported.coordinates)
+    tree, coordinates = motion.tree, imported.coordinates
+    times = np.arange(0.3, 2.2, 0.002)
+    smooth = follow_curves(tree, smooth_motion(tree, motion, 6.0, times), coordinates)
+    columns = list(curve_columns(tree, coordinates))
+    assert len(columns) == 4
+    inner, step = slice(10, -10), 0.002
+    for own, control, at, curve in columns:
+        angles = at.scale * smooth.values[:, control] + at.offset
+        np.testing.assert_allclose(smooth.values[:, own], curve.at(angles))
+        for part, rate in ((smooth.values, smooth.rates), (smooth.rates, smooth.accelerations)):
+            by_difference = np.gradient(part[:, own], step)
+            close = 0.03 * np.abs(rate[:, own]).max()
+            # At the ends of a curve, beyond which it is straight, its bend jumps.
+            assert np.quantile(np.abs(by_difference - rate[:, own])[inner], 0.99) < close
+    forces = generalized_forces(tree, smooth, {}, GRAVITY)
+    total = add_followers_forces(tree, smooth, forces, coordinates)
+    followers = [own for own, *_ in columns]
+    kept = [k for k in range(forces.shape[1]) if k not in followers]
+    power = (forces * smooth.rates).sum(axis=1)
+    np.testing.assert_allclose((total * smooth.rates)[:, kept].sum(axis=1), power, atol=1e-9)
 
 
 def test_loops_and_missing_masses_are_refused():

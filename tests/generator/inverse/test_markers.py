@@ -65,6 +65,14 @@ def test_lengths_are_in_the_unit_and_empty_cells_are_missing():
     assert np.isnan(markers.positions[1:, 1]).all()
 
 
+def test_headers_with_more_tabs_and_blanks_than_columns_are_read():
+    text = TRC.replace("PathFileType\t4", "PathFileType  4").replace(
+        "100\t100\t3\t2\tmm", "  100.0\t\t  100.0 \t\t   3\t\t  2\t mm"
+    )
+    found, plain = (TRC_FILE.parse_text(one).require_value() for one in (text, TRC))
+    assert np.array_equal(found.positions, plain.positions, equal_nan=True)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message", "line"),
     [

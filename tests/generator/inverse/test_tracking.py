@@ -114,6 +114,26 @@ def test_a_person_who_faces_away_is_found(turn: float):
         assert np.abs(np.diff(rows, axis=0)).max() < 1.0  # no frame jumps by a turn
 
 
+@pytest.mark.verify
+def test_knees_that_slide_are_tracked_as_by_opensim(walk: FigureMotion, tmp_path: Path):
+    sites = sites_of_walk(walk)
+    markers = markers_of(walk.tree, walk.times, dict(walk.displacements), sites, noise=0.005)
+    path = tmp_path / "walk.trc"
+    path.write_text(format_trc(markers))
+    theirs = inverse_kinematics(MODEL, path, tmp_path)
+    imported = read_model(MODEL, curves=True)
+    tree, coordinates = build_tree(imported.figure), imported.coordinates
+    own = find_marker_sites(markers.names, imported.figure)
+    ours = track_markers(tree, markers, own, coordinates=coordinates)
+    for name, at in coordinates.items():
+        values = ours.displacements[at.joint][:, at.index]
+        if name in ("pelvis_tx", "pelvis_ty"):
+            assert np.abs(values - theirs[name]).max() < 1e-4
+        elif at.curve is None:
+            assert np.abs(np.degrees(values) - theirs[name]).max() < 0.1
+    assert ours.undetermined == {}
+
+
 def test_missing_markers_are_left_out(walk: FigureMotion):
     sites = sites_of_walk(walk)
     markers = markers_of(walk.tree, walk.times, dict(walk.displacements), sites)
