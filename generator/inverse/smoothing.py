@@ -45,13 +45,15 @@ def low_pass(samples: Array, interval: float, cutoff: float) -> Array:
         cutoff: Frequency whose amplitude is halved by both passes [Hz].
 
     Raises:
-        InputError: The frequency is not below half the rate of the samples.
+        InputError: The frequency is above half the rate of the samples, or its period longer
+            than the record.
     """
     rate = 1.0 / interval
-    if not 0.0 < cutoff < 0.5 * rate:
+    least = rate / len(samples)
+    if not least < cutoff < 0.5 * rate:
         raise input_error(
-            f"a cutoff of {cutoff:g} Hz is not between 0 and {0.5 * rate:g} Hz, half the "
-            f"{rate:.4g} frames a second of the motion"
+            f"a cutoff of {cutoff:g} Hz is not between {least:.3g} Hz, a period over the whole "
+            f"motion, and {0.5 * rate:g} Hz, half the {rate:.4g} frames a second"
         )
     sections = butter(FILTER_ORDER, cutoff, fs=rate, output="sos")
     return sosfiltfilt(sections, samples, axis=0, padtype="odd", padlen=len(samples) // 2)

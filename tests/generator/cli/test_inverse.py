@@ -79,7 +79,7 @@ def test_the_text_says_what_was_done():
     [
         (("--cutoff", "6"), 2, "expected a frequency such as 6Hz"),
         (("--cutoff", "0Hz"), 2, "a frequency is above zero"),
-        (("--cutoff", "40Hz"), 1, "walk.mot: a cutoff of 40 Hz is not between 0 and 30 Hz"),
+        (("--cutoff", "40Hz"), 1, "walk.mot: a cutoff of 40 Hz is not between 0.397 Hz"),
         (("--force", "calcn_r=ground_force"), 2, "--force is for tables"),
         (("-o", "moments.txt"), 2, "`.txt` is not a known suffix"),
         (("--gravity", "1"), 2, "expected three numbers"),
