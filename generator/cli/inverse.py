@@ -257,8 +257,13 @@ def inverse(
     laws, own = passive.laws(model, springs, needed=any(f.suffix == SHARE_SUFFIX for f in files))
     uncertainty = ZERO_WITHOUT if neutral is None else ZERO_WITH_NEUTRAL
     bands = passive_bands(moments, laws, uncertainty) if laws else {}
+    upward = {
+        one.body: np.interp(moments.times, one.times, one.force[:, 1])
+        for one in loads
+        if one.force_frame is None
+    }
     written = {
-        path: "".join(format_bands(moments, bands))
+        path: "".join(format_bands(moments, bands, upward))
         if path.suffix.lower() == SHARE_SUFFIX
         else "\n".join([*format_moments(moments), ""])
         for path in files

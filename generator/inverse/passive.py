@@ -38,6 +38,9 @@ MEAN_PARAMETERS = ("silder_2007/leg",)
 ZERO_WITH_NEUTRAL, ZERO_WITHOUT = radians(5.0), radians(10.0)
 """Uncertainty of the zero of an angle with a static trial, and without one [rad]."""
 
+VERTICAL_FORCE = "vertical force [N]"
+"""Title of the column of a body's measured force, after its name."""
+
 MIN_KNOWN_WORK, MIN_VARIANTS = 0.5, 0.5
 """Least part of the net positive work at known angles of a variant that counts in a share, and of
 the variants of a law that count, so that its share is a range."""
@@ -365,10 +368,19 @@ def require_legs(legs: Mapping[str, Leg], figure: str) -> None:
         )
 
 
-def format_bands(moments: JointMoments, bands: Mapping[str, PassiveBand]) -> Iterator[str]:
+def format_bands(
+    moments: JointMoments,
+    bands: Mapping[str, PassiveBand],
+    vertical_forces: Mapping[str, Array] | None = None,
+) -> Iterator[str]:
     """Yield the lines of a table: net and passive moments and powers at each time.
 
     `known` is the share of laws and zeros that were measured at the angles of the sample.
+
+    Args:
+        moments: Moments along a motion.
+        bands: Passive moments by coordinate.
+        vertical_forces: Measured forces upwards by body, shape (n,) [N].
     """
     titles = ["time [s]", "sure"]
     columns: list[Sequence[object]] = [
@@ -390,4 +402,7 @@ def format_bands(moments: JointMoments, bands: Mapping[str, PassiveBand]) -> Ite
         for title, values in parts.items():
             titles.append(f"{name} {title}")
             columns.append(["" if np.isnan(value) else value for value in values.tolist()])
+    for body, values in (vertical_forces or {}).items():
+        titles.append(f"{body} {VERTICAL_FORCE}")
+        columns.append(values.tolist())
     return csv_lines([titles, *zip(*columns, strict=True)])
