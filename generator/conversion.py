@@ -15,6 +15,7 @@ from generator.diagnostics import Diagnostic, Diagnostics, InputError, UsageErro
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE, read_figure
 from generator.identifiers import coordinate_names
+from generator.input_files.coordinates import Coordinates
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
@@ -411,9 +412,12 @@ def read_motion(path: Path, figure: Figure | None = None) -> FigureMotion:
 
 
 def read_motion_with_warnings(
-    path: Path, figure: Figure | None = None
+    path: Path, figure: Figure | None = None, coordinates: Coordinates | None = None
 ) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
-    """Read a motion as `read_motion` does, with warnings about the columns of a table."""
+    """Read a motion as `read_motion` does, with warnings about the columns of a table.
+
+    `coordinates` are those of the model that the figure is from; None for those beside its file.
+    """
     check_readable(path)
     suffix = path.suffix.lower()
     if suffix == ACTION_SUFFIX:
@@ -423,7 +427,7 @@ def read_motion_with_warnings(
     if suffix in COORDINATE_SUFFIXES:
         table = COORDINATES_FILE.parse_file(path).require_value()
         owner = figure or _read_named_figure(table.figure, table.sha256, path)
-        parsed = motion_from_coordinates(table, owner)
+        parsed = motion_from_coordinates(table, owner, coordinates)
         return parsed.require_value(), parsed.diagnostics
     header, recording = read_npz(path)
     owner = figure or _read_named_figure(header.figure, header.sha256, path)

@@ -23,6 +23,7 @@ class OwnFiles:
     Attributes:
         motions: files of motions.
         studies: folders of studies, as `mover sweep` writes them.
+        shares: tables of net and passive moments, as `mover inverse` writes them.
         springs: a springs file: of the motions, or to be drawn itself.
         against: springs to draw beside it: a springs file, or the name of a figure.
         figure: figure of the motions; None for the figures that they name.
@@ -33,15 +34,17 @@ class OwnFiles:
     springs: Path | None = None
     against: str | None = None
     figure: str | None = None
+    shares: Sequence[Path] = ()
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
-        return bool(self.motions) or bool(self.studies) or self.springs is not None
+        files = (*self.motions, *self.studies, *self.shares)
+        return bool(files) or self.springs is not None
 
     @property
     def words(self) -> list[str]:
         """The words of the command that draws them."""
-        words = [path.name for path in (*self.motions, *self.studies)]
+        words = [path.name for path in (*self.motions, *self.studies, *self.shares)]
         if self.springs is not None:
             words += ["--springs", self.springs.name]
         return words + (["--against", self.against] if self.against is not None else [])
@@ -60,6 +63,11 @@ class OwnFiles:
             found = [plate for folder in self.studies for plate in study_plates(folder)]
             _check_distinct([plate.name for plate in found], "studies")
             return found, []
+        if self.shares:
+            from plots.share_plate import share_plate
+
+            _check_distinct([plate_name(path.stem) for path in self.shares], "tables")
+            return [share_plate(path, plate_name(path.stem)) for path in self.shares], []
         if not self.motions:
             assert self.springs is not None
             return _plates_of_springs(self.springs, self.against)

@@ -164,9 +164,10 @@ def plots(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME|MOTION|FOLDER]...",
+            metavar="[NAME|MOTION|FOLDER|SHARE.csv]...",
             help="Plates to draw, by their names or the first word of several (person), motions "
-            "(.action .npz .mot .sto), or folders of `mover sweep`. [default: all plates]",
+            "(.action .npz .mot .sto), folders of `mover sweep`, or tables of `mover inverse` "
+            "(.csv). [default: all plates]",
         ),
     ] = None,
     output: Annotated[
@@ -240,7 +241,10 @@ def plots(
     if figure is not None and not motions:
         raise UsageError("--figure is for motions")
     studies = [Path(name) for name in words if _is_study_folder(name)]
-    own = OwnFiles(motions, studies, springs, against, figure)
+    shares = [Path(name) for name in words if Path(name).suffix.lower() == SHARE_SUFFIX]
+    if shares and len(shares) < len(words):
+        raise UsageError("draw tables of mover inverse and other things in separate commands")
+    own = OwnFiles(motions, studies, springs, against, figure, shares)
     _check_options(words, studies, springs, against, gallery, chosen)
     targets = _select_targets(() if own else words, output, gallery)
     drawn, warnings = _draw_own(own, chosen) if own else ((), [])
@@ -270,6 +274,10 @@ def plots(
         diagnostics=tuple(warnings),
         failure=failure,
     )
+
+
+SHARE_SUFFIX = ".csv"
+"""Suffix of tables of net and passive moments."""
 
 
 def _format_pages(

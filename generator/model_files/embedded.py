@@ -21,13 +21,14 @@ from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.geometry.read import segment_colour
 from generator.identifiers import coordinate_names, plain_names
+from generator.input_files.coordinates import CoordinateMapping
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.losses import Losses
 from generator.model import Model
 from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import Body, BodyTree
-from generator.model_files.imported import CoordinateMapping, Imported
+from generator.model_files.imported import Imported
 from generator.model_files.xml import (
     Element,
     XmlElement,

@@ -17,6 +17,11 @@ from generator.diagnostics import (
 )
 from generator.figure import Figure
 from generator.figure_file.write import write_figure
+from generator.input_files.coordinates import (
+    COORDINATE_NAMES,
+    coordinates_of_figure,
+    write_coordinates,
+)
 from generator.losses import Loss, Losses
 from generator.model_files import curves_csv
 from generator.model_files.biomod import write as biomod
@@ -41,7 +46,8 @@ from springs import SpringSet
 def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
     """Format a figure file (`.fig`); reading it gives an equal figure.
 
-    The springs that a figure brings along become a springs file beside it.
+    The springs that a figure brings along become a springs file beside it, and so do its names of
+    coordinates.
 
     Raises ValueError for a name or a string of the figure that the language cannot say.
     """
@@ -56,6 +62,9 @@ def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
         beside[springs_path(path)] = figure.springs_text
     elif springs.origin != FIGURE_ORIGIN and (springs.joints or springs.coupled):
         losses.append(Loss(f"the springs of {springs.origin}", tuple(springs.joints)))
+    coordinates = coordinates_of_figure(figure)
+    if coordinates:
+        beside[COORDINATE_NAMES.beside(path)] = write_coordinates(coordinates, figure)
     files = {**beside, path: write_figure(figure)}
     return ModelFiles(path, files, Losses.collect("figure file", losses))
 
@@ -71,12 +80,14 @@ READERS: Mapping[str, Callable[..., Imported | None]] = {
 """Readers by root element."""
 
 
-def read_model(path: str | Path, *, separate: bool = False) -> Imported:
+def read_model(path: str | Path, *, separate: bool = False, curves: bool = False) -> Imported:
     """Read a model in MJCF, URDF, OpenSim's format or DYSPAM's.
 
     Args:
         path: the file, or the folder of DYSPAM's input files.
         separate: make each revolute with springs, damping or limits a joint of its own.
+        curves: make axes of OpenSim's models that follow a coordinate by a curve displacements with
+            this curve, for kinematics and inverse dynamics; a simulation would not hold them.
 
     Raises:
         InputError: with all diagnostics.
@@ -86,11 +97,16 @@ def read_model(path: str | Path, *, separate: bool = False) -> Imported:
     source, fault = load_text(Path(path), str(path))
     if fault is not None:
         raise InputError([fault])
-    return parse_model(source, Path(path).parent, separate=separate).require_value()
+    folder = Path(path).parent
+    return parse_model(source, folder, separate=separate, curves=curves).require_value()
 
 
 def parse_model(
-    source: Source, directory: Path | None = None, *, separate: bool = False
+    source: Source,
+    directory: Path | None = None,
+    *,
+    separate: bool = False,
+    curves: bool = False,
 ) -> Parsed[Imported]:
     """Parse the text of a model; included files are looked for in `directory`."""
     collector = Diagnostics()
@@ -106,7 +122,8 @@ def parse_model(
                 message = f"`{shorten(root.tag)}` is not a model that can be read"
                 collector.error(message, root.span, hint)
             else:
-                imported = reader(root, directory, collector, separate=separate)
+                more = {"curves": True} if curves and reader is figure_from_osim else {}
+                imported = reader(root, directory, collector, separate=separate, **more)
     diagnostics = collector.sorted_by_position()
     return Parsed(None if collector.has_errors else imported, diagnostics)
 

@@ -6,28 +6,17 @@ from pathlib import Path
 
 from generator.figure import Figure
 from generator.geometry.surface import Surface
+from generator.input_files.coordinates import (
+    COORDINATE_NAMES,
+    Coordinates,
+    are_own_names,
+    write_coordinates,
+)
 from generator.losses import Losses
 from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
 from generator.model_files.model_files import ModelFiles
 from generator.springs_file.parse import SpringsFile
 from generator.springs_file.write import write_springs
-
-
-@dataclass(frozen=True)
-class CoordinateMapping:
-    """The displacement of the figure that a coordinate of the model became.
-
-    Attributes:
-        joint: name of the joint.
-        index: index of the displacement among the joint's, from 0.
-        offset: the model's value is `scale` times the displacement plus this [rad or m].
-        scale: positive.
-    """
-
-    joint: str
-    index: int
-    offset: float = 0.0
-    scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -46,7 +35,7 @@ class Imported:
     figure: Figure
     springs: SpringsFile | None
     losses: Losses
-    coordinates: Mapping[str, CoordinateMapping]
+    coordinates: Coordinates
     surfaces: Mapping[str, Surface] = field(default_factory=dict[str, Surface])
 
 
@@ -57,11 +46,15 @@ def format_imported_springs(springs: SpringsFile, path: Path) -> str:
 
 
 def imported_files(imported: Imported, path: Path) -> ModelFiles:
-    """Return the files of a figure at `path`: its psurfs, its springs file, and the figure."""
-    springs: dict[Path, str] = {}
+    """Return the files of a figure at `path`: its psurfs, springs and coordinates, and itself."""
+    beside: dict[Path, str] = {}
     if imported.springs is not None:
-        springs[springs_path(path)] = format_imported_springs(imported.springs, path)
-    files = figure_files(imported.figure, path, imported.surfaces, springs)
+        beside[springs_path(path)] = format_imported_springs(imported.springs, path)
+    figure, coordinates = imported.figure, imported.coordinates
+    if not are_own_names(coordinates, figure) or COORDINATE_NAMES.beside(path).exists():
+        comment = f"Coordinates of the model that {path.name} is from, in its .mot and .sto files."
+        beside[COORDINATE_NAMES.beside(path)] = write_coordinates(coordinates, figure, comment)
+    files = figure_files(figure, path, imported.surfaces, beside)
     stale = older_springs_loss(path) if imported.springs is None else None
     losses = Losses.collect(imported.losses.format, (*imported.losses.entries, stale))
     return ModelFiles(path, files, losses)

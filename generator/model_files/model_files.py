@@ -15,6 +15,7 @@ from generator.geometry.intersections import triangulate
 from generator.geometry.psurf import PSURF_FILE
 from generator.geometry.surface import Surface
 from generator.identifiers import plain_names
+from generator.input_files.coordinates import COORDINATE_NAMES
 from generator.losses import Loss, Losses
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
@@ -46,7 +47,10 @@ class ModelFiles:
         for path, content in reversed(list(self.contents.items())):  # the figure is the last
             if isinstance(content, bytes):
                 continue
-            has_figure = path == self.path.with_name(f"{self.path.stem}{SPRINGS_FILE.suffix}")
+            has_figure = path in (
+                SPRINGS_FILE.beside(self.path),
+                COORDINATE_NAMES.beside(self.path),
+            )
             parsed = _parse_again(path, content, figure if has_figure else None)
             if parsed is None:
                 continue
@@ -78,12 +82,15 @@ def _parse_again(path: Path, text: str, figure: Figure | None) -> Parsed[Any] | 
     Args:
         path: path of the file.
         text: text of the file.
-        figure: figure to which springs are bound; None for springs that only extend others.
+        figure: figure to which springs or coordinates are bound; None for springs that only
+            extend others.
     """
     if path.suffix.lower() == FIGURE_FILE.suffix:
         return FIGURE_FILE.parse_text(text)
     if path.suffix == PSURF_FILE.suffix:
         return PSURF_FILE.parse_text(text)
+    if path.name.endswith(COORDINATE_NAMES.suffix) and figure is not None:
+        return COORDINATE_NAMES.parse_text(text, figure)
     if path.name.endswith(SPRINGS_FILE.suffix):
         if figure is None:
             return SPRINGS_FILE.parse_text(text)

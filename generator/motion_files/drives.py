@@ -15,6 +15,7 @@ from generator.diagnostics import (
 )
 from generator.drive import Drive
 from generator.figure import Figure, JointAxis, is_rotation
+from generator.input_files.coordinates import coordinates_of_figure
 from generator.input_files.drives import DRIVES_FILE, OVERSHOOT_HINT, describe_overshoot
 from generator.motion_files.action import ActionFile, read_action
 from generator.motion_files.npz import read_npz
@@ -74,7 +75,10 @@ def _read_coordinate_drives(
     """Read the drives in OpenSim's table, with warnings: displacements with a column are driven."""
     table = COORDINATES_FILE.parse_file(path).require_value()
     chains = table.chains(figure)
-    parsed = parse_source(table.source, lambda _, found: table.displacements(chains, found))
+    coordinates = coordinates_of_figure(figure)
+    parsed = parse_source(
+        table.source, lambda _, found: table.displacements(chains, found, coordinates)
+    )
     values: dict[str, dict[int, Array]] = {}
     for (joint, k), column in sorted(parsed.require_value().items()):
         values.setdefault(joint, {})[k] = column

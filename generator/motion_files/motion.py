@@ -11,6 +11,7 @@ import numpy as np
 from generator.contact.record import ContactRecord
 from generator.contact.scene import NO_SCENE, Scene
 from generator.figure import Figure, JointAxis
+from generator.input_files.coordinates import Coordinates
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import batched_placements
 from generator.kinematics.tree import Tree
@@ -115,6 +116,8 @@ class FigureMotion:
         recording: the run that the motion is from; None for one from an action file.
         springs: springs of the run; None where only the header names them.
         scene: Props around the figure.
+        coordinates: coordinates of the model that the figure is from; None for those beside the
+            figure's file.
     """
 
     figure: Figure
@@ -125,6 +128,7 @@ class FigureMotion:
     recording: Recording | None = None
     springs: SpringSet | None = None
     scene: Scene = NO_SCENE
+    coordinates: Coordinates | None = None
 
     @cached_property
     def tree(self) -> Tree:

@@ -1,9 +1,9 @@
 """OpenSim's tables of coordinates, `.mot` (deg) and `.sto` (rad), written and read.
 
-A displacement is the coordinate `JOINT_k`, k from 1 in the order of the chain, the innermost axis
-first; times are seconds, lengths metres. After them the tables of a run with contact have the
-ground reaction in the columns of OpenSim's force files. The header of the motion and the chains of
-its joints are entries `KEY=VALUE` above `endheader`.
+A displacement is a coordinate of the model that the figure is from, else `JOINT_k`, k from 1 in the
+order of the chain, the innermost axis first; times are seconds, lengths metres. After them the
+tables of a run with contact have the ground reaction in the columns of OpenSim's force files. The
+header of the motion and the chains of its joints are entries `KEY=VALUE` above `endheader`.
 
 Tables that OpenSim has written name no figure; their columns may be paths such as
 `/jointset/JOINT/JOINT_k/value`, among columns of other quantities.
@@ -34,6 +34,12 @@ from generator.diagnostics import (
 from generator.figure import Figure, JointAxis
 from generator.file_kind import FileKind
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
+from generator.input_files.coordinates import (
+    NO_COORDINATES,
+    Coordinates,
+    coordinates_of_figure,
+    displacement_columns,
+)
 from generator.kinematics.free_root import (
     detach_root,
     free_joints,
@@ -112,14 +118,20 @@ def point_wrench(ground_reaction: Array) -> Array:
 
 
 def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
-    names = coordinate_names(motion.chains)
     labels = [TIME_LABEL]
     columns = [motion.times]
-    for name, chain in motion.chains.items():
-        labels += names[name]
-        for k, factor in enumerate(chain):
-            values = motion.displacements[name][:, k]
-            columns.append(np.degrees(values) if in_degrees and factor.units.is_angle else values)
+    coordinates = motion.coordinates
+    if coordinates is None:
+        coordinates = coordinates_of_figure(motion.figure)
+    for label, at in displacement_columns(motion.chains, coordinates).items():
+        if at.curve is not None:
+            continue
+        values = motion.displacements[at.joint][:, at.index]
+        if (at.scale, at.offset) != (1.0, 0.0):
+            values = at.scale * values + at.offset
+        is_angle = motion.chains[at.joint][at.index].units.is_angle
+        labels.append(label)
+        columns.append(np.degrees(values) if in_degrees and is_angle else values)
     contact = None if motion.recording is None else motion.recording.contact
     if contact is not None:
         labels += GROUND_REACTION_LABELS
@@ -133,7 +145,9 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
         name, _, value = line.partition(" ")
         yield f"{name}={value}"
     plain = plain_names(motion.chains)
-    yield from (f"{CHAIN_KEY}{plain[name]}={format_chain(c)}" for name, c in motion.chains.items())
+    if all(at.curve is None for at in coordinates.values()):  # else a figure file has other chains
+        for name, chain in motion.chains.items():
+            yield f"{CHAIN_KEY}{plain[name]}={format_chain(chain)}"
     yield END_OF_HEADER
     yield "\t".join(labels)
     for row in np.stack(columns, axis=1).tolist():
@@ -230,37 +244,47 @@ class CoordinateTable:
         is_free = any(_coordinate(title.text) in of_free for title in self.titles)
         return {name: one.chain for name, one in (freed if is_free else figure).joints.items()}
 
+    def finite_column(self, column: int, diagnostics: Diagnostics) -> Array:
+        """Return the numbers of a column, shape (n,); an error for each that is not finite."""
+        values = self.numbers[:, column]
+        for row in np.flatnonzero(~np.isfinite(values)):
+            cell = words_of_line(_line_at(self.source, self.row_starts[row]))[column + 1]
+            diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
+        return values
+
     def displacements(
-        self, chains: Chains, diagnostics: Diagnostics
+        self, chains: Chains, diagnostics: Diagnostics, coordinates: Coordinates
     ) -> dict[tuple[str, int], Array]:
         """Columns by joint and number of the displacement from 0, shape (n,) [rad or m].
 
         Other columns are left out with a warning.
+
+        Args:
+            chains: Chains of the joints.
+            diagnostics: Collects errors and warnings.
+            coordinates: Coordinates of the model that the figure is from.
         """
         places = {
-            coordinate: (name, k)
-            for name, coordinates in coordinate_names(chains).items()
-            for k, coordinate in enumerate(coordinates)
+            **displacement_columns(chains, NO_COORDINATES),
+            **displacement_columns(chains, coordinates),
         }
         found: dict[tuple[str, int], Array] = {}
         unknown: list[Span] = []
         for column, title in enumerate(self.titles):
-            place = places.get(_coordinate(title.text))
-            if place is None:
+            at = places.get(_coordinate(title.text))
+            if at is None:
                 if title.text not in GROUND_REACTION_LABELS:
                     unknown.append(title)
                 continue
+            place = at.joint, at.index
             if place in found:
                 diagnostics.error(f"a second column of `{_coordinate(title.text)}`", title)
-            values = self.numbers[:, column]
-            for row in np.flatnonzero(~np.isfinite(values)):
-                cell = words_of_line(_line_at(self.source, self.row_starts[row]))[column + 1]
-                diagnostics.error(f"`{shorten(cell.text)}` is not finite", cell)
-            joint, k = place
-            is_angle = chains[joint][k].units.is_angle
-            found[place] = np.radians(values) if self.in_degrees and is_angle else values
-        example = next(iter(places), "JOINT_1")
-        hint = f"displacements are called JOINT_k, such as `{example}`"
+            values = self.finite_column(column, diagnostics)
+            is_angle = chains[at.joint][at.index].units.is_angle
+            values = np.radians(values) if self.in_degrees and is_angle else values
+            found[place] = (values - at.offset) / at.scale
+        example = next(iter(displacement_columns(chains, coordinates)), "JOINT_1")
+        hint = f"displacements are called as those of the model, or JOINT_k: `{example}`"
         if not found:
             message = "no column is a displacement of a joint of the figure"
             diagnostics.error(message, self.title_line, hint)
@@ -287,10 +311,14 @@ def _listed(names: Iterator[str]) -> str:
     return ", ".join(listed[:MAX_NAMED_COLUMNS]) + (f" and {left} more" if left > 0 else "")
 
 
-def _parse_coordinates(source: Source, diagnostics: Diagnostics) -> CoordinateTable | None:
+def _parse_coordinates(
+    source: Source, diagnostics: Diagnostics, *, has_angles: bool = True
+) -> CoordinateTable | None:
     lines = _lines(source, diagnostics)
     entries = _parse_header(source, lines, diagnostics)
-    in_degrees = None if entries is None else _check_header(source, entries, diagnostics)
+    in_degrees = None
+    if entries is not None:
+        in_degrees = _check_header(source, entries, diagnostics, has_angles)
     title_line = next(lines, None)
     if entries is None or in_degrees is None or diagnostics.has_errors:
         return None
@@ -349,7 +377,7 @@ def _parse_header(
 
 
 def _check_header(
-    source: Source, entries: Mapping[str, Span], diagnostics: Diagnostics
+    source: Source, entries: Mapping[str, Span], diagnostics: Diagnostics, has_angles: bool
 ) -> bool | None:
     """Return whether angles are in degrees; None if the header does not say it."""
     version = entries.get("version")
@@ -372,6 +400,8 @@ def _check_header(
         hint = spelling_hint(outcome.text, _ENDINGS)
         diagnostics.error(f"unknown outcome `{shorten(outcome.text)}`", outcome, hint)
     units = entries.get("inDegrees")
+    if units is None and not has_angles:
+        return False
     if units is None:
         diagnostics.error(
             "the header does not say whether angles are in degrees",
@@ -475,21 +505,34 @@ MAX_NUMBERS = 16_000_000
 """Largest number of displacements in all frames of a motion, for the memory."""
 
 
-def motion_from_coordinates(table: CoordinateTable, figure: Figure) -> Parsed[FigureMotion]:
+def motion_from_coordinates(
+    table: CoordinateTable, figure: Figure, coordinates: Coordinates | None = None
+) -> Parsed[FigureMotion]:
     """Return the motion of a figure in a table, with all diagnostics.
 
     A displacement without a column has the figure's own value in all frames, with a warning.
+
+    Args:
+        table: Table of its coordinates.
+        figure: Figure that moves.
+        coordinates: Coordinates of the model that it is from; None for those beside its file.
     """
     return parse_source(
-        table.source, lambda _, diagnostics: _build_motion(table, figure, diagnostics)
+        table.source, lambda _, diagnostics: _build_motion(table, figure, coordinates, diagnostics)
     )
 
 
 def _build_motion(
-    table: CoordinateTable, figure: Figure, diagnostics: Diagnostics
+    table: CoordinateTable,
+    figure: Figure,
+    coordinates: Coordinates | None,
+    diagnostics: Diagnostics,
 ) -> FigureMotion | None:
     try:
+        coordinates = coordinates_of_figure(figure) if coordinates is None else coordinates
         chains = table.chains(figure)
+        if any(at.curve is not None for at in coordinates.values()):  # which no file states
+            chains = {name: joint.chain for name, joint in figure.joints.items()}
         own = initial_displacements(tree_for_motion(figure, chains))
     except InputError as failure:
         for each in failure.diagnostics:
@@ -498,7 +541,7 @@ def _build_motion(
     except ModelError as failure:
         diagnostics.error(str(failure), table.title_line)
         return None
-    columns = table.displacements(chains, diagnostics)
+    columns = table.displacements(chains, diagnostics, coordinates)
     if len(table.times) * sum(map(len, chains.values())) > MAX_NUMBERS:
         message = f"{len(table.times):,} frames of this figure are too many"
         diagnostics.error(message, table.title_line, f"at most {MAX_NUMBERS:,} displacements")
@@ -508,10 +551,9 @@ def _build_motion(
     for (name, k), column in columns.items():
         values[name][:, k] = column
     missing = [
-        coordinate
-        for name, coordinates in coordinate_names(chains).items()
-        for k, coordinate in enumerate(coordinates)
-        if (name, k) not in columns
+        name
+        for name, at in displacement_columns(chains, coordinates).items()
+        if (at.joint, at.index) not in columns and at.curve is None
     ]
     free = [name for name in chains if name not in figure.joints]
     if free and not any(key.startswith(CHAIN_KEY) for key in table.entries):
@@ -525,7 +567,8 @@ def _build_motion(
             f"displacements without a column have the figure's own value: {_listed(iter(missing))}",
             table.title_line,
         )
-    return FigureMotion(figure, _header(table, figure), chains, table.times, values)
+    header = _header(table, figure)
+    return FigureMotion(figure, header, chains, table.times, values, coordinates=coordinates)
 
 
 def _header(table: CoordinateTable, figure: Figure) -> Header:

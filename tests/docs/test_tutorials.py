@@ -243,3 +243,14 @@ def test_the_code_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     exec(compile(code.replace("stop=2.0", "stop=0.04"), "README.md", "exec"), names)
     assert names["recording"].outcome.succeeded
     assert Path("fall.glb").stat().st_size > 0
+
+
+@pytest.mark.parametrize("reader", ["tutorials/passive-hip"], indirect=True)
+def test_how_much_of_my_hips_work_is_passive(reader: Reader) -> None:
+    answers = [line.split() for line in "".join(reader.answers).splitlines()]
+    rows = [
+        row.split() for row in re.findall(r"^ {4}(.*)$", BLOCK.sub("", reader.page), re.MULTILINE)
+    ]
+    assert len(rows) == 8
+    assert [row for row in rows if row not in answers] == []
+    assert float(reader.names["best"]["hip_flexion_r net power [W]"]) > 50.0

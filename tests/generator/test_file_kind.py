@@ -17,6 +17,7 @@ from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure, write_pose
 from generator.file_kind import FileKind
 from generator.geometry.psurf import PSURF_FILE, format_psurf
+from generator.input_files.coordinates import COORDINATE_NAMES, write_coordinates
 from generator.input_files.drives import DRIVES_FILE
 from generator.input_files.links import LINK_ENTRIES, write_links
 from generator.input_files.live import LIVE_FILE, LiveLog, LiveStart, write_live
@@ -86,6 +87,7 @@ time left_knee_1
 0 10
 0.5 20
 """
+COORDINATE = '[[coordinate]]\nname = "knee"\njoint = "left_knee"\nplace = 1\nshift_deg = 3\n'
 PART = """[[part]]
 name = "pelvis"
 spheres = ["lower_torso 0", "left thigh 12"]
@@ -127,6 +129,9 @@ EXAMPLES = {
     "ACTION_FILE": Example(ACTION_FILE, ACTION, write=format_action),
     "CONTACT_FILE": Example(CONTACT_FILE, PART, write=write_contact),
     "COORDINATES_FILE": Example(COORDINATES_FILE, COORDINATES, content=table_content),
+    "COORDINATE_NAMES": Example(
+        COORDINATE_NAMES, COORDINATE, (FIGURE,), lambda read: write_coordinates(read, FIGURE)
+    ),
     "DRIVES_FILE": Example(
         DRIVES_FILE, "time [s],left_knee [deg]\n0,0\n1,10\n2,5\n", (FIGURE,), content=repr
     ),

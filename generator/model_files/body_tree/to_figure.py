@@ -28,6 +28,7 @@ from generator.figure import (
 from generator.figure_file.lexer import KEYWORDS, MAX_WORD_LENGTH
 from generator.identifiers import free_name, plain_name
 from generator.inertia import MassProperties
+from generator.input_files.coordinates import CoordinateMapping
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import (
     JointGroup,
@@ -49,7 +50,7 @@ from generator.model_files.body_tree.tree import (
     merge_rigid_bodies,
     swap_massless_parents,
 )
-from generator.model_files.imported import CoordinateMapping, Imported
+from generator.model_files.imported import Imported
 from generator.model_files.xml import body_fixed_angles
 from generator.rotations import Array, pose_matrix
 from generator.springs_file.parse import SpringEntry, SpringsFile
@@ -434,7 +435,7 @@ def _add_joint(
         return
     for place, freedom in enumerate(reversed(group.dofs)):
         draft.coordinates[freedom.name] = CoordinateMapping(
-            name, place, freedom.offset, freedom.scale
+            name, place, freedom.offset, freedom.scale, freedom.control, freedom.curve
         )
     if reach is not None and len(group.rotations) > 1:
         draft.reaches.append(replace(reach.table, joints=(name,)))

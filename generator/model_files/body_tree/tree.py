@@ -16,6 +16,7 @@ from generator.diagnostics import Span, shorten
 from generator.figure import AxisKind, Vector
 from generator.identifiers import free_name
 from generator.inertia import MassProperties
+from generator.input_files.coordinates import CoordinateCurve
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
@@ -77,6 +78,8 @@ class DegreeOfFreedom:
         expected_range: range in which a law is sampled that no table holds exactly, or
             None.
         joint: degrees of freedom with the same name form one joint.
+        control: coordinate that it follows by `curve`; "" for none.
+        curve: displacement as a function of that coordinate; None for none.
     """
 
     name: str
@@ -96,6 +99,8 @@ class DegreeOfFreedom:
     laws: tuple[Curve, ...] = ()
     expected_range: tuple[float, float] | None = None
     joint: str = ""
+    control: str = ""
+    curve: CoordinateCurve | None = None
 
     @property
     def is_passive(self) -> bool:

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline, PPoly
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
+from generator.input_files.coordinates import CoordinateCurve
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.model_files.xml import XmlElement, parse_numbers, unit_direction
@@ -154,6 +155,31 @@ def _simm_spline(x: Array, y: Array) -> PPoly:
     return PPoly(np.stack([thirds / 6.0, bends[:-1] / 2.0, starts, y[:-1]]), x)
 
 
+def parse_curve(function: XmlElement, diagnostics: Diagnostics) -> CoordinateCurve | None:
+    """Parse a function of a coordinate that `evaluate_function` has accepted; None if constant."""
+    match function.tag:
+        case "LinearFunction" | "PolynomialFunction":
+            powers = np.array([_list(function, "coefficients", diagnostics)]).T
+            return CoordinateCurve(PPoly(powers, [0.0, 1.0]), is_straight_beyond=False)
+        case "MultiplierFunction":
+            below = (one for one in function.walk() if one is not function)
+            inner = next(one for one in below if one.tag in FUNCTION_TAGS)
+            curve = parse_curve(inner, diagnostics)
+            scale = (*_list(function, "scale", diagnostics), 1.0)[0]
+            return None if curve is None else replace(curve, scale=scale * curve.scale)
+        case "PiecewiseLinearFunction" | "NaturalCubicSpline" | "SimmSpline":
+            x, y = (np.array(_list(function, word, diagnostics)) for word in ("x", "y"))
+            if function.tag == "PiecewiseLinearFunction":
+                pieces = PPoly(np.stack([np.diff(y) / np.diff(x), y[:-1]]), x)
+            elif function.tag == "NaturalCubicSpline":
+                pieces = CubicSpline(x, y, bc_type="natural")
+            else:
+                pieces = _simm_spline(x, y)
+            return CoordinateCurve(pieces, is_straight_beyond=True)
+        case _:
+            return None
+
+
 def _divided_difference(x: Array, y: Array) -> float:
     """The divided difference of all points."""
     values = y.copy()
@@ -196,6 +222,9 @@ BALLS: Final = ("BallJoint", "FreeJoint")
 
 CUSTOM = "CustomJoint"
 
+FIXED_CURVES = "axes that follow a coordinate by a curve or a second time are fixed"
+"""Loss of joints such as a knee that slides as it bends."""
+
 _TRANSFORMS = tuple(f"{word}{k}" for word in ("translation", "rotation") for k in (1, 2, 3))
 """The axes of a CustomJoint from the parent outwards."""
 
@@ -236,12 +265,17 @@ class DofChain:
         self.dofs = [one.in_frame(inverse_pose(fixed)) for one in self.dofs]
 
 
-def parse_joint(joint: XmlElement, diagnostics: Diagnostics, losses: Losses) -> DofChain:
-    """Parse the degrees of freedom of a joint."""
+def parse_joint(
+    joint: XmlElement, diagnostics: Diagnostics, losses: Losses, *, curves: bool = False
+) -> DofChain:
+    """Parse the degrees of freedom of a joint.
+
+    With `curves` axes that follow a coordinate are degrees of freedom as well.
+    """
     name, row = joint.get("name") or joint.tag, DofChain()
     coordinates = _coordinates(joint, diagnostics, losses)
     if joint.tag == CUSTOM:
-        _custom(joint, name, coordinates, row, diagnostics, losses)
+        _custom(joint, name, coordinates, row, diagnostics, losses, curves=curves)
         return row
     if joint.tag not in ROWS:
         diagnostics.error(
@@ -313,8 +347,13 @@ def _custom(
     row: DofChain,
     diagnostics: Diagnostics,
     losses: Losses,
+    *,
+    curves: bool,
 ) -> None:
-    """The row of a CustomJoint: straight functions of a coordinate move, all else is fixed."""
+    """The row of a CustomJoint: straight functions of a coordinate move, all else is fixed.
+
+    With `curves` functions of a coordinate that moves are degrees of freedom that follow it.
+    """
     known = {one.name: one for one in coordinates}
     moves = _moves(joint, known, diagnostics)
     leading: dict[str, str] = {}
@@ -333,11 +372,13 @@ def _custom(
         if one is not None and not one.locked and slope and leading[one.name] == which:
             _add_coordinate_dof(row, freedom, one, slope)
             continue
+        curve = move.curve if curves and one is not None and one.name in leading else None
+        if one is not None and not one.locked and slope != 0.0 and curve is not None:
+            name_of_axis = f"{name}_{which}"
+            row.dofs.append(replace(freedom, name=name_of_axis, control=one.name, curve=curve))
+            continue
         if one is not None and not one.locked and slope != 0.0:
-            losses.add(
-                "axes that follow a coordinate by a curve or a second time are fixed",
-                f"{name} {which} ({one.name})",
-            )
+            losses.add(FIXED_CURVES, f"{name} {which} ({one.name})")
         row.add_fixed(freedom)
     for one in coordinates:
         if one.name not in leading and not one.locked:
@@ -370,6 +411,7 @@ class _TransformAxis:
     axis: Vector
     coordinate: OsimCoordinate | None
     motion: AxisMotion
+    curve: CoordinateCurve | None
 
 
 def _moves(
@@ -427,7 +469,8 @@ def _move(
     along = unit_direction(
         read or X, axis.span if axis_element is None else axis_element.text.span, diagnostics
     )
-    return _TransformAxis(along, one, motion)
+    curve = None if diagnostics.has_errors else parse_curve(function, diagnostics)
+    return _TransformAxis(along, one, motion, curve)
 
 
 def _is_function(element: XmlElement) -> bool:

@@ -63,7 +63,12 @@ _LOST: Final = {
 
 
 def figure_from_osim(
-    root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
+    root: XmlElement,
+    directory: Path | None,
+    diagnostics: Diagnostics,
+    *,
+    separate: bool = False,
+    curves: bool = False,
 ) -> Imported | None:
     """Convert an OpenSim model into a figure; None, with diagnostics, if that is impossible.
 
@@ -72,6 +77,7 @@ def figure_from_osim(
         directory: directory of the model's file, from which mesh files are looked for.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
+        curves: make axes that follow a coordinate by a curve displacements, for kinematics.
     """
     losses = Losses("OpenSim model")
     element = root.find("Model")
@@ -85,7 +91,7 @@ def figure_from_osim(
         if first is not body:
             diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
     frames = FrameIndex.from_model(element, diagnostics)
-    bodies = _build_bodies(_links(frames, element, losses), known, diagnostics)
+    bodies = _build_bodies(_links(frames, element, losses, curves), known, diagnostics)
     balls = {each.get("name") for each in _set_objects(element, "JointSet") if each.tag in BALLS}
     forces = list(_set_objects(element, "ForceSet"))
     bodies, forces = find_reaches(bodies, forces, carried_model(root))
@@ -105,7 +111,9 @@ def figure_from_osim(
     up = rotation_to_y_up(gravity, losses)
     name, ground = element.get("name"), shapes.get(GROUND, ())
     tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
-    carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
+    carried = (
+        None if diagnostics.has_errors or curves else imported_from_embedded(root, tree, losses)
+    )
     return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
@@ -181,13 +189,15 @@ class _BodyJoint:
         )
 
 
-def _links(frames: FrameIndex, element: XmlElement, losses: Losses) -> Iterator[_BodyJoint]:
+def _links(
+    frames: FrameIndex, element: XmlElement, losses: Losses, curves: bool
+) -> Iterator[_BodyJoint]:
     """The joints of a model."""
     for joint in _set_objects(element, "JointSet"):
         parent, child = (
             frames.resolve(joint, f"socket_{end}_frame") for end in ("parent", "child")
         )
-        row = parse_joint(joint, frames.diagnostics, losses)
+        row = parse_joint(joint, frames.diagnostics, losses, curves=curves)
         if parent is None or child is None:
             continue
         (base, base_pose), (tip, tip_pose) = parent, child

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, Vector, is_rotation
 from generator.identifiers import plain_names, renaming_loss, reserve_name
+from generator.input_files.coordinates import coordinates_of_figure
 from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -104,6 +105,10 @@ def format_osim(
     loops.add_constraints(constraints)
     loops.add_springs(force_writer)
     add_common_losses(model, losses, has_coupled=True, has_loops=True, has_reaches=True)
+    renamed = coordinates_of_figure(figure)
+    if renamed:
+        what = "names of coordinates of the model that the figure is from: here they are JOINT_k"
+        losses.add(what, *renamed)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 

@@ -36,11 +36,12 @@ def test_springs_that_the_fields_cannot_hold_stand_beside_the_figure(
 ):
     """A file that exists is replaced if it is named."""
     figure, springs = tmp_path / "one.fig", tmp_path / "one.springs.toml"
+    names = tmp_path / "one.coordinates.toml"
     if is_replaced:
         springs.write_text("# mine\n")
     said = answer("convert", PIN, figure, *([springs] if is_replaced else []))
     shapes = sorted(str(path) for path in (tmp_path / "one_geometry").iterdir())
-    assert sorted(said["files"]) == sorted([str(figure), str(springs), *shapes])
+    assert sorted(said["files"]) == sorted(map(str, [figure, springs, names, *shapes]))
     assert said["coordinates"]["pin"] == {"joint": "pin", "place": 1, "scale": 1.0, "shift": 0.0}
     assert any("friction losses" in loss["what"] for loss in said["losses"][str(figure)])
     assert "coulomb_Nm = 0.1" in springs.read_text()

@@ -1,0 +1,492 @@
+"""`mover inverse`: joint moments of a measured motion, and how much of them is passive."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from generator.cli import inputs, options, outputs
+from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
+from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error, warning
+from generator.figure import Figure
+from generator.input_files.coordinates import (
+    Coordinates,
+    coordinates_of_figure,
+    displacement_columns,
+)
+from generator.inverse.external_loads import read_external_loads
+from generator.inverse.legs import find_legs
+from generator.inverse.moments import (
+    STANDARD_GRAVITY,
+    JointMoments,
+    Works,
+    format_moments,
+    joint_moments,
+)
+from generator.inverse.passive import (
+    DEFAULT_LAWS,
+    MEAN_PARAMETERS,
+    ZERO_WITH_NEUTRAL,
+    ZERO_WITHOUT,
+    LegLaw,
+    PassiveBand,
+    PassiveLaw,
+    SpringsLaw,
+    format_bands,
+    passive_bands,
+    published_law,
+    require_legs,
+)
+from generator.motion_files import FigureMotion
+from generator.run_options import MAX_GRAVITY
+from springs.published.tables import publications
+
+_FREQUENCY = re.compile(r"\s*([0-9.eE+-]+)\s*Hz\s*", re.IGNORECASE)
+
+MOMENTS_SUFFIX, SHARE_SUFFIX = ".sto", ".csv"
+"""Suffixes of the tables of moments, and of net and passive moments."""
+
+
+@dataclass(frozen=True)
+class CoordinateSummary:
+    """Extremes and works of a coordinate's moment while accelerations are sure."""
+
+    unit: str
+    largest: float
+    largest_at_s: float
+    smallest: float
+    smallest_at_s: float
+    positive_work_J: float
+    negative_work_J: float
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Largest residual of a coordinate of the root, in N or N m and as a share.
+
+    The share is of body weight for a force; a moment is over mass times height.
+    """
+
+    largest: float
+    unit: str
+    share: float
+    share_unit: str
+
+
+@dataclass(frozen=True)
+class PassiveShare:
+    """Positive passive work over the net one, as ranges over laws and zeros [1].
+
+    Attributes:
+        share: Smallest and largest share; None where no law is known.
+        by_law: The same of each law.
+        known: Smallest and largest part of the net work at angles at which a law is known.
+        net_positive_work_J: Positive net work.
+    """
+
+    share: tuple[float, float] | None
+    by_law: Mapping[str, tuple[float, float] | None]
+    known: tuple[float, float]
+    net_positive_work_J: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class InverseResult(CommandResult):
+    """Moments that a motion needs.
+
+    Attributes:
+        figure: Figure or model.
+        motion: File of the motion.
+        forces: Bodies with measured forces.
+        sure_s: First and last time at which accelerations are sure; None where none is.
+        coordinates: Extremes and works by coordinate.
+        residuals: What is left over at the root, by coordinate.
+        times_s: Times of the samples.
+        moments: Generalized forces by the titles of their columns [N m or N].
+        powers_W: Their powers, by coordinate.
+        zero_uncertainty_deg: Shift of the zeros of angles, either way, in the ranges of shares.
+        passive: Passive shares by coordinate.
+        files: Files that were written.
+    """
+
+    figure: str
+    motion: Path
+    forces: Sequence[str]
+    cutoff_Hz: float | None
+    mass_kg: float
+    height_m: float
+    sure_s: tuple[float, float] | None
+    coordinates: Mapping[str, CoordinateSummary]
+    residuals: Mapping[str, Residual]
+    times_s: Sequence[float]
+    moments: Mapping[str, Sequence[float]]
+    powers_W: Mapping[str, Sequence[float]]
+    zero_uncertainty_deg: float | None
+    passive: Mapping[str, PassiveShare]
+    files: Sequence[Path]
+    motion_title: str = field(default="", metadata=HIDDEN)
+
+    def paragraphs(self) -> Paragraphs:
+        """Return the tables of moments and residuals."""
+        filtered = (
+            "not filtered" if self.cutoff_Hz is None else f"filtered at {self.cutoff_Hz:g} Hz"
+        )
+        forces = f"forces on {', '.join(self.forces)}" if self.forces else "no forces but gravity"
+        yield f"{self.motion_title}, {filtered}; {forces}; {self.mass_kg:.4g} kg"
+        rows = [["", "largest", "at [s]", "smallest", "at [s]", "", "work + [J]", "work - [J]"]]
+        for name, one in self.coordinates.items():
+            extremes = (one.largest, one.largest_at_s, one.smallest, one.smallest_at_s)
+            works = (one.positive_work_J, one.negative_work_J)
+            numbers = [f"{value:.4g}" for value in extremes]
+            rows.append([name, *numbers, one.unit, *(f"{value:.4g}" for value in works)])
+        yield Table(rows)
+        rows = [["residual of the root", "largest", "", "share", ""]]
+        for name, one in self.residuals.items():
+            share = f"{one.share:.3g}"
+            rows.append([name, f"{one.largest:.4g}", one.unit, share, one.share_unit])
+        yield Table(rows) if self.residuals else "the figure is attached to the ground: no residual"
+        if self.sure_s is not None:
+            yield f"extremes, works and shares are from {self.sure_s[0]:g} to {self.sure_s[1]:g} s"
+        if self.passive:
+            yield self._shares_table()
+        yield format_written(self.files)
+
+    def _shares_table(self) -> Table:
+        """Return the table of passive shares."""
+        laws = list(dict.fromkeys(law for one in self.passive.values() for law in one.by_law))
+        title = f"passive share of work +, zeros +-{self.zero_uncertainty_deg:g} deg"
+        rows = [[title, "all laws", *(laws if len(laws) > 1 else []), "known part"]]
+        for name, one in self.passive.items():
+            shares = [one.share, *((one.by_law.get(law) for law in laws) if len(laws) > 1 else ())]
+            rows.append([name, *map(_format_share, shares), _format_share(one.known)])
+        return Table(rows)
+
+
+def _format_share(share: tuple[float, float] | None) -> str:
+    return "-" if share is None else f"{100.0 * share[0]:.0f} .. {100.0 * share[1]:.0f} %"
+
+
+def inverse(
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="FIGURE|MODEL", help="A figure, or a model: .osim .xml .mjcf .urdf."
+        ),
+    ],
+    motion: Annotated[
+        Path, typer.Argument(metavar="MOTION", help="Its motion: .mot .sto .action .npz.")
+    ],
+    forces: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="GRF.xml|GRF.mot",
+            help="Measured forces: OpenSim's external loads, or a table with --force.",
+        ),
+    ] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="BODY=PREFIX",
+            help="Body of a force whose columns are PREFIX_vx, PREFIX_px ...; repeat it.",
+        ),
+    ] = None,
+    cutoff: Annotated[
+        str | None,
+        typer.Option(
+            metavar="6Hz", help="Filter displacements: Butterworth, both ways. [default: none]"
+        ),
+    ] = None,
+    springs: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LAW|FILE|NAME",
+            help="Passive laws: published ones as publication/name, or springs of the figure; "
+            f"repeat it. [default: {', '.join(DEFAULT_LAWS)}]",
+        ),
+    ] = None,
+    neutral: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="STATIC.mot", help="Upright standing, at which angles of laws are zero."
+        ),
+    ] = None,
+    hip_zero: Annotated[
+        str | None,
+        typer.Option(metavar="10deg", help="Hip flexion there in published laws. [default: 0]"),
+    ] = None,
+    gravity: options.Gravity = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Moments as OpenSim's, .sto; net and passive moments and powers, .csv.",
+        ),
+    ] = None,
+) -> CommandResult:
+    """Find the joint moments that a measured motion needs, and the share that is passive."""
+    files = list(output or ())
+    _check_outputs(files)
+    zero = 0.0 if hip_zero is None else options.angle_from_option("--hip-zero", hip_zero)
+    if force and forces is None:
+        raise UsageError("--force names the columns of a table: add --forces TABLE")
+    hertz = None if cutoff is None else frequency_from_option("--cutoff", cutoff)
+    down = STANDARD_GRAVITY
+    if gravity is not None:
+        down = options.vector_from_option("--gravity", gravity, MAX_GRAVITY)
+    figure, coordinates, warnings = load_body(model)
+    outputs.check_writable(files, (figure.path, model, motion, forces))
+    moved, more = _read_motion(motion, figure, coordinates)
+    loads, table = (), None
+    if forces is not None:
+        loads, table = read_external_loads(forces, moved.tree.figure, force or ())
+        outputs.check_writable(files, (table,))
+    try:
+        moments = joint_moments(moved, coordinates, loads, hertz, down)
+    except InputError as failure:
+        raise InputError([_in_file(motion, one) for one in failure.diagnostics]) from None
+    except ModelError as failure:
+        raise InputError([error(f"{model}: {failure}")]) from None
+    zeros, seen = ({}, ()) if neutral is None else _neutral_values(neutral, figure, coordinates)
+    passive = _Passive(moved, moments, coordinates, zeros, zero)
+    laws, own = passive.laws(model, springs, needed=any(f.suffix == SHARE_SUFFIX for f in files))
+    uncertainty = ZERO_WITHOUT if neutral is None else ZERO_WITH_NEUTRAL
+    bands = passive_bands(moments, laws, uncertainty) if laws else {}
+    upward = {
+        one.body: np.interp(moments.times, one.times, one.force[:, 1])
+        for one in loads
+        if one.force_frame is None
+    }
+    written = {
+        path: "".join(format_bands(moments, bands, upward))
+        if path.suffix.lower() == SHARE_SUFFIX
+        else "\n".join([*format_moments(moments), ""])
+        for path in files
+    }
+    outputs.write_files(written)
+    found = (*warnings, *more, *seen, *own, *_doubts(moments, moved, hertz))
+    return _result(
+        moments,
+        bands,
+        uncertainty,
+        found,
+        model=model,
+        motion=motion,
+        title=options.format_frames(moments.times),
+        forces=[one.body for one in loads],
+        files=files,
+    )
+
+
+def _in_file(path: Path, fault: Diagnostic) -> Diagnostic:
+    """Return a fault of a motion with the name of its file, if it has no place."""
+    return fault if fault.span is not None else error(f"{path}: {fault.message}", hint=fault.hint)
+
+
+def _check_outputs(files: Sequence[Path]) -> None:
+    for path in files:
+        if path.suffix.lower() not in (MOMENTS_SUFFIX, SHARE_SUFFIX):
+            raise UsageError(
+                f"-o {path}: {outputs.suffix_fault(path)}; moments are a {MOMENTS_SUFFIX}, net and "
+                f"passive moments a {SHARE_SUFFIX} file"
+            )
+    outputs.check_distinct_paths(files)
+
+
+def _neutral_values(
+    path: Path, figure: Figure, coordinates: Coordinates
+) -> tuple[dict[str, float], tuple[Diagnostic, ...]]:
+    """Return the mean of each coordinate over a static trial [rad or m], and warnings."""
+    static, warnings = _read_motion(path, figure, coordinates)
+    found: dict[str, float] = {}
+    for name, at in displacement_columns(static.chains, coordinates).items():
+        mean = float(np.mean(static.displacements[at.joint][:, at.index]))
+        found[name] = at.scale * mean + at.offset
+    return found, warnings
+
+
+@dataclass(frozen=True)
+class _Passive:
+    """The laws that options choose for a motion."""
+
+    motion: FigureMotion
+    moments: JointMoments
+    coordinates: Coordinates
+    zeros: Mapping[str, float]
+    hip_zero: float
+
+    def laws(
+        self, model: str, choices: Sequence[str] | None, *, needed: bool
+    ) -> tuple[list[PassiveLaw], tuple[Diagnostic, ...]]:
+        """Return the laws with warnings; none by default for a figure without legs.
+
+        Raises UsageError and InputError.
+        """
+        names = choices or DEFAULT_LAWS
+        columns = displacement_columns(self.motion.chains, self.coordinates)
+        legs = find_legs(self.motion.tree, columns)
+        if not choices and not legs and not needed:
+            return [], ()
+        found: list[PassiveLaw] = []
+        warnings: list[Diagnostic] = []
+        for name in dict.fromkeys(names):
+            publication, _, row = name.partition("/")
+            if row and publication in publications():
+                published_law(name)
+                require_legs(legs, model)
+                found.append(LegLaw(name, legs, self.moments, self.zeros, self.hip_zero))
+                if name in MEAN_PARAMETERS:
+                    what = f"--springs {name}: parameters that are means of subjects"
+                    warnings.append(warning(what, hint="their moments are not mean moments"))
+                continue
+            springs, more = inputs.springs_from_option(self.motion.figure, name)
+            warnings += more
+            law = SpringsLaw(name, self.motion, springs, self.moments, columns, self.zeros)
+            if not law.groups:
+                raise UsageError(f"--springs {name}: these springs have no elastic law")
+            found.append(law)
+        return found, tuple(warnings)
+
+
+def _share(moments: JointMoments, name: str, band: PassiveBand) -> PassiveShare:
+    works = moments.works(moments.coordinates[name].powers)
+    by_law = {law: (min(all_), max(all_)) if all_ else None for law, all_ in band.shares.items()}
+    return PassiveShare(band.share_range, by_law, band.known_range, works.positive)
+
+
+def frequency_from_option(option: str, text: str) -> float:
+    """Parse a frequency [Hz] such as `6Hz`. Raises UsageError."""
+    match = _FREQUENCY.fullmatch(text)
+    try:
+        value = float(match[1] if match else "")
+    except ValueError:
+        raise UsageError(f"{option} {text}: expected a frequency such as 6Hz") from None
+    if not 0.0 < value < np.inf:
+        raise UsageError(f"{option} {text}: a frequency is above zero")
+    return value
+
+
+def load_body(
+    source: str, *, curves: bool = True
+) -> tuple[Figure, Coordinates, tuple[Diagnostic, ...]]:
+    """Load a figure, or a model as one, with coordinates and warnings. Raises InputError.
+
+    Args:
+        source: Path or name of a figure, or path of a model.
+        curves: Let axes of a model that follow a coordinate by a curve follow it.
+    """
+    from generator.conversion import check_no_macros, is_model  # imports all formats of models
+    from generator.model_files.formats import read_model
+    from generator.model_files.opensim.joints import FIXED_CURVES
+
+    check_no_macros(source)
+    if is_model(source):
+        imported = read_model(source, curves=curves)
+        lost = [loss for loss in imported.losses.entries if loss.what == FIXED_CURVES]
+        found = tuple(
+            warning(f"{source}: {loss}", hint="their moments are those of the fixed axes")
+            for loss in lost
+        )
+        return imported.figure, imported.coordinates, found
+    figure, warnings = inputs.load_figure(source)
+    inputs.check_chains(figure)
+    return figure, coordinates_of_figure(figure), warnings
+
+
+def _read_motion(
+    path: Path, figure: Figure, coordinates: Coordinates
+) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
+    from generator.conversion import read_motion_with_warnings
+
+    motion, warnings = read_motion_with_warnings(path, figure, coordinates)
+    return motion, (*warnings, *inputs.changed_figure_warnings(figure, motion.header, path))
+
+
+def _doubts(
+    moments: JointMoments, motion: FigureMotion, cutoff: float | None
+) -> Sequence[Diagnostic]:
+    """Return warnings about a motion whose moments are unsure."""
+    found: list[Diagnostic] = []
+    if not moments.is_sure.any():
+        found.append(
+            warning(
+                "all frames are within half a second of an end of the motion: moments are unsure",
+                hint="record half a second more at both ends",
+            )
+        )
+    if cutoff is None and motion.recording is None:
+        found.append(
+            warning(
+                "the motion is not filtered: noise of markers is amplified in accelerations",
+                hint="walking is usually filtered with --cutoff 6Hz",
+            )
+        )
+    if len(moments.times) < len(motion.times):
+        first, last = moments.times[0], moments.times[-1]
+        found.append(
+            warning(f"forces are known from {first:g} to {last:g} s, so that moments are, too")
+        )
+    return found
+
+
+def _summary(moments: JointMoments, name: str) -> CoordinateSummary:
+    one, kept = moments.coordinates[name], moments.kept
+    times, forces = moments.times[kept], one.forces[kept]
+    high, low = int(np.argmax(forces)), int(np.argmin(forces))
+    works: Works = moments.works(one.powers)
+    return CoordinateSummary(
+        one.unit,
+        float(forces[high]),
+        float(times[high]),
+        float(forces[low]),
+        float(times[low]),
+        works.positive,
+        works.negative,
+    )
+
+
+def _residual(moments: JointMoments, name: str) -> Residual:
+    one = moments.coordinates[name]
+    largest = float(np.abs(one.forces[moments.kept]).max())
+    unit = "N m/(kg m)" if one.is_angle else "of body weight"
+    return Residual(largest, one.unit, moments.residual_share(name), unit)
+
+
+def _result(
+    moments: JointMoments,
+    bands: Mapping[str, PassiveBand],
+    uncertainty: float,
+    diagnostics: tuple[Diagnostic, ...],
+    *,
+    model: str,
+    motion: Path,
+    title: str,
+    forces: Sequence[str],
+    files: Sequence[Path],
+) -> InverseResult:
+    sure = moments.times[moments.is_sure]
+    coordinates = moments.coordinates
+    return InverseResult(
+        figure=model,
+        motion=motion,
+        forces=forces,
+        cutoff_Hz=moments.cutoff,
+        mass_kg=moments.mass,
+        height_m=moments.height,
+        sure_s=(float(sure[0]), float(sure[-1])) if len(sure) else None,
+        coordinates={n: _summary(moments, n) for n, one in coordinates.items() if not one.is_root},
+        residuals={n: _residual(moments, n) for n, one in coordinates.items() if one.is_root},
+        times_s=moments.times.tolist(),
+        moments={one.label: one.forces.tolist() for one in coordinates.values()},
+        powers_W={name: one.powers.tolist() for name, one in coordinates.items()},
+        zero_uncertainty_deg=float(np.degrees(uncertainty)) if bands else None,
+        passive={name: _share(moments, name, band) for name, band in bands.items()},
+        files=files,
+        motion_title=title,
+        diagnostics=diagnostics,
+    )
