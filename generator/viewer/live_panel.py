@@ -245,7 +245,7 @@ class LivePanel(Panel):
         figure = self.viewer.figure
         points = points_in_world(self.viewer.scene, self._start_shown.poses)
         size = float(np.linalg.norm(np.ptp(points, axis=0)))
-        held = [
+        sites = [
             joint.child
             for joint in figure.joints.values()
             if joint.parent.segment in figure.ground and joint.child.segment in figure.bodies
@@ -262,7 +262,7 @@ class LivePanel(Panel):
                     visible=False,
                 ),
             )
-            for k, site in enumerate(held)
+            for k, site in enumerate(sites)
         ]
 
     def _draw_pins(self, poses: Mapping[str, Array], *, is_pinned: bool) -> None:
@@ -297,7 +297,7 @@ class LivePanel(Panel):
     def _follow_preset(self) -> None:
         """Show the controls of the preset; its floor and root are those of the run."""
         preset = live_start.Preset(self._preset.value)
-        is_fall, hangs = preset is live_start.Preset.FALL, preset is live_start.Preset.HANG
+        is_fall, hangs = preset is live_start.Preset.FALL, preset is live_start.Preset.PIN
         self._preset.visible = len(self._presets) > 1
         for control in (self._kind, self._scene, self._lift):
             control.visible = is_fall
@@ -340,7 +340,7 @@ class LivePanel(Panel):
         """Go to the start: the pose that the page shows, or from which the simulation began."""
         if self.viewer.shown.driver is not Driver.LIVE:
             self._start_shown = self.viewer.shown
-        if not self._is_own_height and self._preset.value == live_start.Preset.HANG:
+        if not self._is_own_height and self._preset.value == live_start.Preset.PIN:
             self._set_default_height(self._start_shown)
         self._is_running = False
         self._begin()
@@ -376,7 +376,7 @@ class LivePanel(Panel):
             changes.append(self._springs_change())
         if (self._stiffness.value, self._damping.value) != (1.0, 1.0):
             changes.append(self._scales_change())
-        own_floor = None if choice.preset is live_start.Preset.HANG else 0.0
+        own_floor = None if choice.preset is live_start.Preset.PIN else 0.0
         if self._floor_height() != own_floor:
             changes.append(live.SetFloor(self._floor_height()))
         if start.free_root and not is_free:

@@ -29,17 +29,17 @@ class Preset(StrEnum):
     """Start of a live simulation."""
 
     FALL = "Fall"
-    HANG = "Hang"
+    PIN = "Hang"
     SIT = "Sit"
 
 
 def presets_of(figure: Figure) -> tuple[Preset, ...]:
-    """Return the presets of a figure; one that is no person hangs."""
+    """Return the presets of a figure; one without the legs of a person hangs."""
     try:
         fall_plan(figure, next(iter(FALLS)))
         sitting_start(figure)
     except (MoverError, OSError):
-        return (Preset.HANG,)
+        return (Preset.PIN,)
     return tuple(Preset)
 
 
@@ -103,7 +103,7 @@ class StartChoice:
             MoverError: The figure cannot start so.
             ValueError: A file cannot hold the scene.
         """
-        if self.preset is Preset.HANG:
+        if self.preset is Preset.PIN:
             return replace(start, pose=pose_text(figure, displacements))
         start = replace(start, free_root=True)
         if self.preset is Preset.SIT:

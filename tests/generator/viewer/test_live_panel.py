@@ -110,7 +110,7 @@ def start(run_viewer, figure: str = "pendulum"):
     """Start a page of a figure that hangs; return the viewer and its panel."""
     running = run_viewer(figure, (live_panel.LivePanel,))
     panel = running.viewer.panels[0]
-    running.call(lambda: choose(panel, Preset.HANG))
+    running.call(lambda: choose(panel, Preset.PIN))
     return running, panel
 
 
@@ -396,7 +396,7 @@ def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
 
 def test_a_person_falls_hangs_or_sits_and_others_hang(run_viewer, tmp_path):
     assert live_start.presets_of(read_figure("male50")) == tuple(Preset)
-    assert live_start.presets_of(read_figure("pendulum")) == (Preset.HANG,)
+    assert live_start.presets_of(read_figure("pendulum")) == (Preset.PIN,)
     running = run_viewer("male50", (live_panel.LivePanel,))
     panel = running.viewer.panels[0]
     assert panel._preset.value == Preset.FALL
@@ -405,7 +405,7 @@ def test_a_person_falls_hangs_or_sits_and_others_hang(run_viewer, tmp_path):
     assert panel._free.value
     start = panel._choice.apply(LiveStart(), running.viewer.figure, {})
     assert start == LiveStart(fall="faint", free_root=True)
-    running.call(lambda: choose(panel, Preset.HANG))
+    running.call(lambda: choose(panel, Preset.PIN))
     assert not panel._kind.visible
     assert not panel._floor.value
     assert not panel._free.value
@@ -500,7 +500,7 @@ def test_presets_in_the_page(run_viewer, open_page):
     wait_until(lambda: not is_seen(page, "/props/1"), WAIT)
     assert not is_seen(page, "/live_pin/0")
     running.call(panel._toggle)
-    begin(Preset.HANG)
+    begin(Preset.PIN)
     wait_until(lambda: is_seen(page, "/live_pin/0"), WAIT)
     wait_until(lambda: not is_seen(page, "/live_forces"), WAIT)
     page.wait_for_timeout(2000)
