@@ -179,6 +179,9 @@ def main() -> None:
                 time.sleep(3.0)
                 still = [_measure(page, tab, f"{size}, paused") for _ in range(ROUNDS)]
                 if page.panel.newest is None:
+                    tab.get_by_label("Preset", exact=True).first.click()
+                    tab.get_by_role("option", name="Hang", exact=True).click()
+                    tab.get_by_text("Floor and root").click()
                     tab.get_by_label("Floor", exact=True).click()
                     tab.get_by_label("Free root").click()
                 runs: list[Row] = []

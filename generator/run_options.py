@@ -9,7 +9,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from generator.toml_file.rows import Block, Choice, Flag, Number, Row, Text, Vector3
+from generator.toml_file.rows import Block, Choice, Flag, Integer, Number, Row, Text, Vector3
 from springs import SphericalLaw
 
 MAX_HEIGHT = 1e6
@@ -23,6 +23,9 @@ MAX_GRAVITY = 1e9
 
 MAX_LIVE_SIZE = 1e3
 """Largest coordinate [m], component of gravity [m/s2] and scale in a live file."""
+
+MAX_LIVE_SEED = 2**31 - 1
+"""Largest seed of a fall in a live file."""
 
 _TYPES: Mapping[type[Row[Any]], type] = {Number: float, Flag: bool}
 
@@ -153,12 +156,14 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             Text("fall"),
             "Fall of a person on a floor, for 2 s.",
             "faint|push|slip|trip|stairs|bed|seat",
+            live=Text("fall"),
             excludes=("scene", "friction", "pose", "set", "velocity", "spread"),
             reason="a kind of fall has its own start and props",
         ),
         RunOption(
             Number("height", -MAX_HEIGHT, MAX_HEIGHT, " m"),
             "Initial height of the lowest point [m]. [default: 0 with a floor or a scene]",
+            live=Number("height_m", -MAX_LIVE_SIZE, MAX_LIVE_SIZE),
             varies=True,
             needs=("free_root", "floor", "scene", "fall"),
             reason="the figure hangs from the ground",
@@ -173,6 +178,7 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             Text("scene"),
             "Props, such as `step`, `seat` or `bed`; frees the figure.",
             "FILE.scene.toml|NAME",
+            live=Block("scene"),
         ),
         RunOption(
             Flag("self_contact"),
@@ -199,6 +205,7 @@ RUN_OPTIONS: Mapping[str, RunOption] = {
             Text("seed"),
             "Seed of the random start. [default: 0]",
             type=int,
+            live=Integer("seed", 0, MAX_LIVE_SEED),
             in_study=False,
             needs=("starts", "fall"),
         ),

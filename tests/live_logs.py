@@ -16,6 +16,7 @@ from generator.input_files.live import (
     SetSprings,
     StopMotion,
 )
+from generator.run_options import MAX_LIVE_SEED
 from springs import SphericalLaw
 
 
@@ -48,6 +49,10 @@ starts = st.builds(
     st.floats(1e-12, 0.1),
     st.floats(1e-4, 1.0),
     texts,
+    texts,
+    st.integers(0, MAX_LIVE_SEED),
+    texts,
+    st.none() | numbers(),
 )
 
 

@@ -2,6 +2,7 @@
 
 import json
 import struct
+import zlib
 from base64 import b64decode
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -160,7 +161,7 @@ class Page(HTMLParser):
         return found
 
     def glb(self) -> Glb:
-        return Glb.of_bytes(b64decode(self._glb, validate=True))
+        return Glb.of_bytes(zlib.decompress(b64decode(self._glb, validate=True)))
 
     @staticmethod
     def floats(text: str) -> Array:

@@ -59,7 +59,7 @@ COLUMN: Mapping[str, float] = {
     "generator/study": -1.5,
     "generator/conversion.py": 1.0,
     "generator/person": -2.35,
-    "generator/hold": 0.2,
+    "generator/hold": -0.3,
     "generator/simulation": -0.9,
     "generator/motion_files": 2.1,
     "generator/model_files": 0.5,

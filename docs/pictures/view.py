@@ -137,8 +137,6 @@ def show_balance(page: Any, viewer: Viewer) -> None:
 def show_fall(page: Any, viewer: Viewer) -> None:
     """Let the figure fall and stop it before it lies."""
     open_tab(page, "Live")
-    tick(page, "Floor")
-    tick(page, "Free root")
     press(page, "Start")
     wait_for_time(viewer, 0.8)
     press(page, "Pause")
@@ -148,10 +146,12 @@ def show_fall(page: Any, viewer: Viewer) -> None:
 
 def show_motion(page: Any, viewer: Viewer) -> None:
     """Stop a motion in its midst."""
-    choose(page, "Joint", "left_hip_joint")
-    press(page, "Play")
+    choose(page, "Joint", "Left hip")
+    after = "xpath=following::input[not(@type='hidden')][1]"
+    field = page.get_by_text("Frame", exact=True).locator(after)
+    field.fill("40")
+    field.press("Enter")
     wait_for_time(viewer, 0.8)
-    press(page, "Pause")
 
 
 def draw_page(browser: Any, name: str, path: Path) -> None:

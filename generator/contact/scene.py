@@ -128,6 +128,21 @@ def floor_prop(up: Vector, surface: Surface = DEFAULT_SURFACE) -> Prop:
     return Prop(FLOOR, Plane((0.0, 0.0, 0.0), up), surface)
 
 
+def with_floor(scene: Scene, height: float | None) -> Scene:
+    """Return a scene whose floor is at a height along y [m]; of None, without a floor."""
+    others = tuple(prop for prop in scene.props if prop.name != FLOOR)
+    if height is None:
+        return replace(scene, props=others)
+    floor = Prop(FLOOR, Plane((0.0, height, 0.0), (0.0, 1.0, 0.0)), DEFAULT_SURFACE)
+    return replace(scene, props=(floor, *others))
+
+
+def floor_height(scene: Scene) -> float | None:
+    """Return the height of the floor of a scene along y [m]; None without a floor."""
+    shapes = [prop.shape for prop in scene.props if prop.name == FLOOR]
+    return float(shapes[0].pose[1, 3]) if shapes else None
+
+
 def add_floor(scene: Scene, up: Vector, friction: float | None = None) -> Scene:
     """Return a scene with a floor below its props.
 

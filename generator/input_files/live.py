@@ -71,6 +71,10 @@ class LiveStart:
         tolerance: error of a step, as for a `Stepper`.
         frame: interval between frames [s].
         pose: text of a pose file; "" for the pose of the figure's file.
+        fall: kind of fall that the figure starts with, on a floor, without tone; "" for none.
+        seed: seed of this fall.
+        scene: text of a scene file with props beside the floor; "" for none.
+        height: height of the lowest point of a free figure [m]; None leaves it where it is.
     """
 
     springs: str | None = None
@@ -81,6 +85,10 @@ class LiveStart:
     tolerance: float = DEFAULT_TOLERANCE
     frame: float = DEFAULT_FRAME
     pose: str = ""
+    fall: str = ""
+    seed: int = 0
+    scene: str = ""
+    height: float | None = None
 
 
 @dataclass(frozen=True)
@@ -332,7 +340,8 @@ def format_change(logged: LoggedChange) -> str:
 def _start_lines(start: LiveStart) -> Iterator[str]:
     for each in fields(start):
         value = getattr(start, each.name)
-        if value is not None and not value == each.default == "":
+        is_default = value == each.default and each.name in ("pose", "fall", "seed", "scene")
+        if value is not None and not is_default:
             yield LIVE_ROWS[each.name].write(value)
 
 

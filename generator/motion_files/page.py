@@ -1,12 +1,13 @@
 """A motion as a page: one HTML file with the body, its curves and a player, without a network.
 
-The body is the motion's binary glTF in base64. Scripts and styles are in `page_assets`, those of
-other projects with their licences. A policy in the page lets only these scripts run, by their
-SHA-256, and allows no connection (W3C, Content Security Policy Level 3).
+The body is the motion's binary glTF, deflated (RFC 1950) and in base64. Scripts and styles are in
+`page_assets`, those of other projects with their licences. A policy in the page lets only these
+scripts run, by their SHA-256, and allows no connection (W3C, Content Security Policy Level 3).
 """
 
 import json
 import re
+import zlib
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.contact.arrows import ArrowScale
+from generator.contact.arrows import MIN_ARROW_FORCE, ArrowScale
 from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
@@ -52,6 +53,7 @@ SCRIPTS = (
     "body.js",
     "surroundings.js",
     "chart.js",
+    "force_strip.js",
     "page.js",
 )
 """Scripts of a page, in their order."""
@@ -172,6 +174,8 @@ def page_data(
         "energy": [] if recording is None else list(_energy_rows(recording, frames)),
         "forces": [] if recording is None else list(_force_rows(recording, frames)),
         "arrows": _arrow_scale(motion),
+        "touches": [] if recording is None else list(_touches(recording)),
+        "total_force": None if recording is None else _total_force(recording, frames),
     }
 
 
@@ -240,6 +244,35 @@ def _force_rows(recording: Recording, frames: Frames) -> Iterator[dict[str, str]
                 "forces": encode_floats(kept[touched]),
                 "points": encode_floats(contact.force_points[name][frames][touched]),
             }
+
+
+def _touches(recording: Recording) -> Iterator[dict[str, Any]]:
+    """Yield the first touch of each part of the body in order of time, or of each segment."""
+    contact = recording.contact
+    if contact is None:
+        return
+    parts = {name: part for name, part in contact.parts.items() if not part.within}
+    touched = [
+        (one.first_time, one.impact_speed, one.peak_force, name)
+        for name, one in (parts or contact.segments).items()
+        if one.first_time is not None and one.peak_force >= MIN_ARROW_FORCE
+    ]
+    for time, speed, force, name in sorted(touched):
+        words = name.replace("_", " ")
+        yield {"time": time, "name": words, "speed": speed, "force": force}
+
+
+def _total_force(recording: Recording, frames: Frames) -> dict[str, Any] | None:
+    """Return the size of the total contact force in frames, and its peak over all steps."""
+    contact = recording.contact
+    if contact is None:
+        return None
+    sizes = np.linalg.norm(contact.ground_reaction[frames, :3], axis=1)
+    return {
+        "values": encode_floats(sizes),
+        "peak": contact.max_force,
+        "peak_time": contact.max_force_time,
+    }
 
 
 def _rows(
@@ -366,7 +399,7 @@ def format_page(data: dict[str, Any], glb: bytes) -> str:
         ),
         "motion": lambda: script_json(data),
         "scripts": lambda: "\n".join(f"<script>{script}</script>" for script in scripts),
-        "glb": lambda: b64encode(glb).decode(),
+        "glb": lambda: b64encode(zlib.compress(glb, 9)).decode(),
     }
     text = re.sub(
         r"\{\{([\w.]+)\}\}",

@@ -9,21 +9,24 @@ from typing import Any
 
 import numpy as np
 
+from generator.contact.arrows import ArrowScale
+from generator.contact.scene import NO_SCENE, Scene, with_floor
 from generator.diagnostics import MoverError, UsageError
-from generator.figure import Figure
-from generator.figure_file.write import write_pose
+from generator.figure import SiteRef
 from generator.input_files import live
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.motion_files import MOTION_FORMATS
 from generator.rotations import Array, inverse_pose
+from generator.run_options import MAX_LIVE_SEED
 from generator.simulation.preconditions import model_obstacles
 from generator.springs_file.edit import springs_and_text
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.text_io import os_error_reason
-from generator.viewer import live_process
+from generator.viewer import live_process, live_start
 from generator.viewer.folder import name_in_folder, path_in_folder
 from generator.viewer.scene import points_in_world
+from generator.viewer.surroundings import ForceArrows
 from generator.viewer.viewer import Driver, FigureState, Panel, Viewer, html_lines, value_in_range
 from springs import SpringSet
 
@@ -36,13 +39,16 @@ MAX_GRAVITY, MAX_SCALE = 20.0, 4.0
 FLOOR_GAP = 0.005
 """Distance of the floor below the lowest vertex of the figure at a reset [m]."""
 
-FLOOR_SIZE, FLOOR_THICKNESS = 6.0, 0.01
-"""Of the drawn floor [m]."""
-
 MAX_HEIGHT = 1e4
 """Largest height of the floor, above or below the origin [cm]."""
 
-FLOOR_COLOUR, PULL_COLOUR = (150, 165, 185), (235, 120, 20)
+PULL_COLOUR, PIN_COLOUR = (235, 120, 20), (70, 74, 82)
+
+PIN_LENGTH, PIN_RADIUS = 0.35, 0.012
+"""Of the bar that is drawn where a joint to the ground holds the figure, over its size."""
+
+_ACROSS = (0.5**0.5, 0.0, 0.5**0.5, 0.0)
+"""Turn of a bar along z to one along x, w first."""
 
 _GRAVITY_DIGITS, _POINT_DIGITS = 6, 5
 """Decimal digits of numbers of the log: gravity [m/s2] and pulled points [m]."""
@@ -55,19 +61,19 @@ def live_obstacle(model: Model) -> str | None:
     return next((each.message for each in model_obstacles(model)), None)
 
 
-def pose_text(figure: Figure, displacements: Mapping[str, Array]) -> str:
-    """Return the text of a pose file of those displacements that are of joints of the figure."""
-    own = {
-        name: [float(value) for value in displacements[name]]
-        for name, joint in figure.joints.items()
-        if joint.chain and len(displacements.get(name, ())) == len(joint.chain)
-    }
-    return write_pose(figure, own)
-
-
 def floor_height(points: Array) -> float:
     """Height of a floor below points, shape (n, 3) [m], in whole millimetres."""
     return floor(1000.0 * (float(points[:, 1].min()) - FLOOR_GAP)) / 1000.0
+
+
+def _ground_around(points: Array) -> Array:
+    """Return points of the ground around a figure, as far as it may fall, shape (4, 3) [m]."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = 0.6 * float(np.max(high - low))
+    middle = 0.5 * (low + high)
+    return np.array(
+        [[middle[0] + x, low[1], middle[2] + z] for x in (-reach, reach) for z in (-reach, reach)]
+    )
 
 
 def point_in_segment(pose: Array, point: Array) -> live.Vector:
@@ -133,6 +139,9 @@ class LivePanel(Panel):
         self._is_covered = self._waits_for_page = False
         self._notice = self._saving = self._saved_text = ""
         self._is_own_height = False
+        self._presets = live_start.presets_of(viewer.figure)
+        self._shown_scene: Scene | None = None
+        self._framed = 0
         self._pulled: tuple[str, live.Vector] | None = None
         self._texts: dict[str, str] = {}
         self._next_text = 0.0
@@ -145,13 +154,32 @@ class LivePanel(Panel):
     def build(self) -> None:
         """Add the controls."""
         viewer, gui, scene = self.viewer, self.viewer.server.gui, self.viewer.server.scene
-        self._clock = gui.add_html("")
         disabled = self._obstacle is not None
+        self._preset = gui.add_dropdown(
+            "Preset", tuple(map(str, self._presets)), disabled=disabled,
+            hint="Fall: free, on a floor. Hang: by the joint to the ground. Sit: on a chair.",
+        )  # fmt: skip
+        self._kind = gui.add_dropdown(
+            "Kind of fall", live_start.KINDS, hint="As --fall of mover simulate, without tone"
+        )
+        self._seed = gui.add_number("Seed", 0, min=0, max=MAX_LIVE_SEED, step=1)
+        self._scene = gui.add_dropdown(
+            "Scene", live_start.scene_names(viewer.content.folder), hint="Beside that of the fall"
+        )
+        self._lift = gui.add_number(
+            "Start height [cm]", 0.0, min=-MAX_HEIGHT, max=MAX_HEIGHT, step=1.0,
+            hint="Of the lowest point; 0: that of the kind of fall",
+        )  # fmt: skip
+        self._clock = gui.add_html("")
         self._start = gui.add_button("Start", disabled=disabled)
         self._step = gui.add_button("Step", disabled=disabled, hint="One frame of 1/60 s")
         self._reset = gui.add_button(
-            "Reset", disabled=disabled, hint="Start from the pose that the page shows"
+            "Reset", disabled=disabled, hint="Go to the start, from the pose that the page shows"
         )
+        self._show_forces = gui.add_checkbox("Contact forces", True, disabled=disabled)
+        scale = ArrowScale.of_figure(viewer.figure, viewer.shown.poses)
+        gui.add_html(html_lines([scale.text]))
+        self._arrows = ForceArrows(viewer.server, "/live_forces", scale)
         self._gravity = gui.add_slider(
             "Gravity [m/s2]", 0.0, MAX_GRAVITY, 0.01, live.DEFAULT_GRAVITY, disabled=disabled
         )
@@ -162,30 +190,36 @@ class LivePanel(Panel):
                 ("Damping factor", "Damping and friction"),
             )
         )
-        self._floor = gui.add_checkbox("Floor", False, disabled=disabled)
-        self._height = gui.add_number(
-            "Floor height [cm]", 0.0, min=-MAX_HEIGHT, max=MAX_HEIGHT, step=0.1, disabled=disabled
-        )
-        self._free = gui.add_checkbox(
-            "Free root", False, disabled=disabled, hint="Without the joints to the ground"
-        )
-        self._energy = gui.add_html("")
+        with gui.add_folder("Floor and root", expand_by_default=len(self._presets) == 1):
+            self._floor = gui.add_checkbox("Floor", False, disabled=disabled)
+            self._height = gui.add_number(
+                "Floor height [cm]",
+                0.0,
+                min=-MAX_HEIGHT,
+                max=MAX_HEIGHT,
+                step=0.1,
+                disabled=disabled,
+            )
+            self._free = gui.add_checkbox(
+                "Free root", False, disabled=disabled, hint="Without the joints to the ground"
+            )
+        with gui.add_folder("Energy", expand_by_default=False):
+            self._energy = gui.add_html("")
         self._file = gui.add_text("File", f"fall{live.LIVE_FILE.suffix}", disabled=disabled)
         suffixes = " ".join((live.LIVE_FILE.suffix, *MOTION_FORMATS))
         self._save = gui.add_button("Save as", disabled=disabled, hint=suffixes)
         gui.add_html(html_lines(["Shift and drag a segment with the left button to pull it."]))
-        self._floor_box = scene.add_box(
-            "/live_floor",
-            dimensions=(FLOOR_SIZE, FLOOR_THICKNESS, FLOOR_SIZE),
-            color=FLOOR_COLOUR,
-            opacity=0.5,
-            visible=False,
-        )
+        self._pins = self._add_pins()
         self._line = scene.add_line_segments(
             "/live_pull", np.zeros((1, 2, 3)), PULL_COLOUR, thickness=0.01, visible=False
         )
         self._set_default_height(self._start_shown)
+        self._follow_preset()
         listen = viewer.listen
+        listen(self._preset.on_update, lambda _: self._choose_start())
+        for control in (self._kind, self._scene, self._seed, self._lift):
+            listen(control.on_update, lambda _: self._choose_start(), "start")
+        listen(self._show_forces.on_update, lambda _: self._draw_forces())
         listen(self._start.on_click, lambda _: self._toggle())
         listen(self._step.on_click, lambda _: self._take_step())
         listen(self._reset.on_click, lambda _: self.reset())
@@ -205,6 +239,80 @@ class LivePanel(Panel):
                         "pull",
                     )
         self._show_texts()
+
+    def _add_pins(self) -> list[tuple[SiteRef, Any]]:
+        """Add a bar for each joint to the ground, not yet seen, with the site that it holds."""
+        figure = self.viewer.figure
+        points = points_in_world(self.viewer.scene, self._start_shown.poses)
+        size = float(np.linalg.norm(np.ptp(points, axis=0)))
+        sites = [
+            joint.child
+            for joint in figure.joints.values()
+            if joint.parent.segment in figure.ground and joint.child.segment in figure.bodies
+        ]
+        return [
+            (
+                site,
+                self.viewer.server.scene.add_cylinder(
+                    f"/live_pin/{k}",
+                    PIN_RADIUS * size,
+                    PIN_LENGTH * size,
+                    PIN_COLOUR,
+                    wxyz=_ACROSS,
+                    visible=False,
+                ),
+            )
+            for k, site in enumerate(sites)
+        ]
+
+    def _draw_pins(self, poses: Mapping[str, Array], *, is_pinned: bool) -> None:
+        """Show the bars where the figure is held, or none."""
+        for site, bar in self._pins:
+            bar.visible = is_pinned
+            pose = self.viewer.figure.site(site).pose_in_segment
+            bar.position = (poses[site.segment] @ pose)[:3, 3]
+
+    def _draw_forces(self) -> None:
+        """Show the contact forces of the newest frame, or none."""
+        frame = self._frame
+        is_live = self.viewer.shown.driver is Driver.LIVE
+        if frame is None or frame.forces is None or not is_live or not self._show_forces.value:
+            self._arrows.hide()
+        else:
+            self._arrows.show(*frame.forces)
+
+    # Starts
+
+    @property
+    def _choice(self) -> live_start.StartChoice:
+        """Choices of the controls. Raises UsageError and InputError for a scene."""
+        preset = live_start.Preset(self._preset.value)
+        if preset is not live_start.Preset.FALL:
+            return live_start.StartChoice(preset)
+        scene = live_start.chosen_scene(self.viewer.content.folder, self._scene.value)
+        height = round(value_in_range(self._lift) / 100.0, _POINT_DIGITS)
+        seed = int(value_in_range(self._seed))
+        return live_start.StartChoice(preset, self._kind.value, seed, scene, height)
+
+    def _follow_preset(self) -> None:
+        """Show the controls of the preset; its floor and root are those of the run."""
+        preset = live_start.Preset(self._preset.value)
+        is_fall, hangs = preset is live_start.Preset.FALL, preset is live_start.Preset.PIN
+        self._preset.visible = len(self._presets) > 1
+        for control in (self._kind, self._scene, self._lift):
+            control.visible = is_fall
+        self._seed.visible = is_fall and self._kind.value != live_start.PAGE_POSE
+        self._floor.value = self._free.value = not hangs
+        if hangs:
+            self._set_default_height(self._start_shown)
+        else:
+            self._height.value = 0.0
+
+    def _choose_start(self) -> None:
+        """Go to the start that was chosen."""
+        self._follow_preset()
+        self._scene.options = live_start.scene_names(self.viewer.content.folder)
+        self.reset()
 
     # Commands
 
@@ -232,7 +340,7 @@ class LivePanel(Panel):
         """Go to the start: the pose that the page shows, or from which the simulation began."""
         if self.viewer.shown.driver is not Driver.LIVE:
             self._start_shown = self.viewer.shown
-        if not self._is_own_height:
+        if not self._is_own_height and self._preset.value == live_start.Preset.PIN:
             self._set_default_height(self._start_shown)
         self._is_running = False
         self._begin()
@@ -260,15 +368,19 @@ class LivePanel(Panel):
             law=content.springs.law,
             gravity=self._gravity_change().gravity,
             free_root=self._free.value,
-            pose=pose_text(figure, self._start_shown.displacements),
         )
+        choice, is_free = self._choice, self._free.value
+        start = choice.apply(start, figure, self._start_shown.displacements)
         changes: list[live.LiveChange] = []
         if self.viewer.springs != content.springs:
             changes.append(self._springs_change())
         if (self._stiffness.value, self._damping.value) != (1.0, 1.0):
             changes.append(self._scales_change())
-        if self._floor.value:
+        own_floor = None if choice.preset is live_start.Preset.PIN else 0.0
+        if self._floor_height() != own_floor:
             changes.append(live.SetFloor(self._floor_height()))
+        if start.free_root and not is_free:
+            changes.append(live.SetRoot(is_free=False))
         self._generation += 1
         self._frame, self._notice, self._pulled = None, "", None
         self._is_begun = self._is_compiling = True
@@ -279,7 +391,6 @@ class LivePanel(Panel):
             self._is_begun = self._is_compiling = False
             reason = os_error_reason(failure)
             raise UsageError(f"the simulation cannot be started: {reason}") from None
-        self._draw_floor()
 
     def _change(self, change: live.LiveChange) -> None:
         """Make a change in the simulation, if there is one; else it is part of the next start."""
@@ -310,7 +421,8 @@ class LivePanel(Panel):
 
     def _change_floor(self) -> None:
         self._change(live.SetFloor(self._floor_height()))
-        self._draw_floor()
+        if not self._is_begun:
+            self._show_scene(with_floor(NO_SCENE, self._floor_height()), self._start_shown.poses)
 
     def _change_height(self) -> None:
         self._is_own_height = True
@@ -321,11 +433,8 @@ class LivePanel(Panel):
         points = points_in_world(self.viewer.scene, shown.poses)
         self._height.value = 100.0 * floor_height(points)
 
-    def _draw_floor(self) -> None:
-        height = self._floor_height()
-        self._floor_box.visible = height is not None
-        if height is not None:
-            self._floor_box.position = np.array([0.0, height - 0.5 * FLOOR_THICKNESS, 0.0])
+    def _show_scene(self, scene: Scene, poses: Mapping[str, Array]) -> None:
+        self.viewer.surroundings.show_scene(scene, points_in_world(self.viewer.scene, poses))
 
     def _drag(self, segment: str, event: Any) -> None:
         """Pull a segment towards the pointer."""
@@ -399,6 +508,16 @@ class LivePanel(Panel):
         if frame.pulled is not None and self._pulled is not None:
             self._line.points = np.array([[frame.pulled, self._target]], dtype=np.float32)
         self.viewer.show(FigureState(Driver.LIVE, frame.displacements, poses, frame.time))
+        self._draw_forces()
+        self._draw_pins(poses, is_pinned=not frame.has_free_root)
+        if frame.scene != self._shown_scene:
+            self._shown_scene = frame.scene
+            self._show_scene(frame.scene, poses)
+        if frame.number == 0 and self._framed != self._generation:
+            self._framed = self._generation
+            self.viewer.frame_camera(
+                around=_ground_around(points_in_world(self.viewer.scene, poses))
+            )
 
     def _return_controls(self, refused: live_process.Refused) -> None:
         """Set floor and root to what is in force."""
@@ -414,12 +533,14 @@ class LivePanel(Panel):
             if self._frame.floor is not None:
                 self._height.value = 100.0 * self._frame.floor
             self._free.value = self._frame.has_free_root
-            self._draw_floor()
 
     def shown_changed(self, shown: FigureState) -> None:
         """Pause where another panel moves the figure, and leave the page to it."""
         if shown.driver is Driver.LIVE:
             return
+        self._arrows.hide()
+        self._draw_pins(shown.poses, is_pinned=False)
+        self._shown_scene = None
         self._is_covered = self._is_begun
         if self._is_running:
             self._is_running = False

@@ -19,6 +19,7 @@ from time import monotonic
 import numpy as np
 
 from generator.child_processes import blocked_interrupt, serve_parent_only
+from generator.contact.scene import NO_SCENE, Scene
 from generator.diagnostics import MoverError
 from generator.figure import Figure, Segment
 from generator.input_files import live
@@ -39,6 +40,9 @@ MAX_LAG = 0.1
 
 ENERGY_INTERVAL = 12
 """Number of frames between two computations of the energy."""
+
+FORCE_INTERVAL = 6
+"""Number of frames between two computations of the contact forces."""
 
 PULL_FREQUENCY = 4.0
 """Natural frequency of a pulled segment on the spring of the pull, without its joints [Hz]."""
@@ -203,6 +207,9 @@ class LiveFrame:
         floor: height of the floor [m]; None without a floor.
         has_free_root: whether the root moves freely.
         pulled: pulled point in the world, shape (3,) [m]; None without one.
+        scene: Props.
+        forces: Forces on the touched parts of the body [N] and their points [m], both of shape
+            (k, 3); while frames follow, of one of the last `FORCE_INTERVAL` frames.
     """
 
     generation: int
@@ -216,6 +223,8 @@ class LiveFrame:
     floor: float | None
     has_free_root: bool
     pulled: Array | None = None
+    scene: Scene = NO_SCENE
+    forces: tuple[Array, Array] | None = None
 
     def poses_by_segment(self, figure: Figure) -> dict[str, Array]:
         """Poses of the segments in the world, shape (4, 4)."""
@@ -273,6 +282,7 @@ class Engine:
         self._pull: Pull | None = None
         self._point_before: Array | None = None
         self._energy: Mapping[str, float] = {}
+        self._forces: tuple[Array, Array] | None = None
         self.is_running = False
         self._weight = live.DEFAULT_GRAVITY * sum(
             body.mass or 0.0 for body in figure.bodies.values()
@@ -383,6 +393,8 @@ class Engine:
         poses = run.poses
         if not self.is_running or run.frame % ENERGY_INTERVAL == 0:
             self._energy = run.energy
+        if not self.is_running or run.frame % FORCE_INTERVAL == 0:
+            self._forces = run.contact_forces
         return LiveFrame(
             self._generation,
             run.frame,
@@ -395,6 +407,8 @@ class Engine:
             run.floor,
             run.has_free_root,
             None if self._pull is None else self._pulled_point(self._pull),
+            run.scene,
+            self._forces,
         )
 
     def _save(self, requested: Path) -> Saved:

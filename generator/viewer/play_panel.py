@@ -14,6 +14,7 @@ from generator.contact.arrows import ArrowScale
 from generator.conversion import READABLE_SUFFIXES, read_motion_with_warnings
 from generator.diagnostics import Diagnostic, MoverError, UsageError
 from generator.motion_files.motion import FigureMotion, file_sha256
+from generator.passive_curve import joint_label
 from generator.rotations import Array
 from generator.viewer import playback
 from generator.viewer.folder import names_in_folder, path_in_folder
@@ -119,6 +120,7 @@ class PlayPanel(Panel):
         self._must_show = False
         self._was_playing: bool = False
         self._sites: dict[str, tuple[str, str]] = {}
+        self._joints: dict[str, str] = {}
         self._readout_time = self._cursor_time = self._chart_time = -np.inf
         self._has_other_springs = False
 
@@ -221,11 +223,13 @@ class PlayPanel(Panel):
         }
         self._site.options = (NO_SITE, *self._sites)
         self._site.value = NO_SITE
-        self._joint.options = (
-            tuple(name for name, chain in motion.chains.items() if chain) or _NO_JOINTS
+        self._joints = {joint_label(name): name for name, chain in motion.chains.items() if chain}
+        self._joint.options = tuple(self._joints) or _NO_JOINTS
+        joint = self.viewer.joint or playback.liveliest_joint(motion)
+        self._joint.value = next(
+            (label for label, name in self._joints.items() if name == joint),
+            self._joint.options[0],
         )
-        if self.viewer.joint in self._joint.options:
-            self._joint.value = self.viewer.joint
         self._controls.visible = self._chart_folder.visible = True
         self._trace()
         self._draw_charts()
@@ -265,8 +269,9 @@ class PlayPanel(Panel):
 
     def selection_changed(self, segment: str | None, joint: str | None) -> None:
         """Draw the curves of the selected joint."""
-        if joint in self._joint.options and joint != self._joint.value:
-            self._joint.value = joint
+        label = next((label for label, name in self._joints.items() if name == joint), None)
+        if label is not None and label != self._joint.value:
+            self._joint.value = label
             self._draw_charts()
 
     def tick(self, now: float) -> None:
@@ -373,8 +378,9 @@ class PlayPanel(Panel):
     def _choose_joint(self) -> None:
         """Draw the curves of another joint, and select it."""
         self._draw_charts()
-        if self._joint.value in self.viewer.figure.joints:
-            self.viewer.select_joint(self._joint.value)
+        joint = self._joints.get(self._joint.value)
+        if joint is not None and joint in self.viewer.figure.joints:
+            self.viewer.select_joint(joint)
 
     def _draw_charts(self) -> None:
         for chart in self.charts:
@@ -382,7 +388,7 @@ class PlayPanel(Panel):
         self.charts = []
         if self.frames is None:
             return
-        motion, joint = self.frames.motion, self._joint.value
+        motion, joint = self.frames.motion, self._joints.get(self._joint.value)
         found = (
             [*playback.displacement_charts(motion, joint), *playback.moment_chart(motion, joint)]
             if joint

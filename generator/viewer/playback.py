@@ -225,6 +225,17 @@ CHART_POINTS = 300
 """Largest number of points of a curve: a panel has about as many pixels."""
 
 
+def liveliest_joint(motion: FigureMotion) -> str | None:
+    """Return the joint between segments that turns the farthest in a motion; None without any."""
+    turns: dict[str, float] = {}
+    for name, joint in motion.figure.joints.items():
+        if name in motion.chains and joint.parent.segment not in motion.figure.ground:
+            columns = list(build_chain(motion.chains[name]).rotations)
+            ranges = np.ptp(motion.displacements[name][:, columns], axis=0)
+            turns[name] = float(ranges.max(initial=0.0))
+    return max(turns, key=turns.__getitem__, default=None)
+
+
 def displacement_charts(motion: FigureMotion, joint: str) -> list[Chart]:
     """Return the angles and the translations of a joint of a motion, without empty charts."""
     charts: list[Chart] = []

@@ -106,6 +106,7 @@ class PosePanel(Panel):
         self.editor = PoseEditor(viewer.content.placement, springs=viewer.springs)
         self._rows: dict[Coordinate, _Row] = {}
         self._folders: dict[str, Any] = {}
+        self._first = 1e6
         self._arms: dict[Side, tuple[Any, Any]] = {}
         self._arm_touched = -1e9
         self.limb = LimbDrag(viewer, self.editor)
@@ -189,14 +190,17 @@ class PosePanel(Panel):
         for name in self._moved:
             self._show_joint(name, expanded=len(self._moved) <= MAX_OPEN_FOLDERS)
 
-    def _show_joint(self, name: str, *, expanded: bool) -> None:
-        """Add the folder of a joint with its sliders, in place of the one before."""
+    def _show_joint(self, name: str, *, expanded: bool, first: bool = False) -> None:
+        """Add the folder of a joint with its sliders, in place of the one before or above all."""
         if not self._all_folders:
             for other in list(self._folders):
                 self._remove_joint(other)
         self._remove_joint(name)
         joint, gui = self._moved[name], self.viewer.server.gui
-        order = float(list(self._moved).index(name) + 1e6)
+        order = 1e6 + list(self._moved).index(name)
+        if first:
+            self._first -= 1.0
+            order = self._first
         with self._joints_folder:
             self._folders[name] = gui.add_folder(
                 joint_label(name), expand_by_default=expanded, order=order
@@ -348,7 +352,7 @@ class PosePanel(Panel):
                 self._choice.value = joint
                 self._show_joint(joint, expanded=True)
         elif len(self._moved) > MAX_OPEN_FOLDERS:
-            self._show_joint(joint, expanded=True)
+            self._show_joint(joint, expanded=True, first=True)
 
     def tick(self, now: float) -> None:
         """Move the dragged segment, and let controls follow at a moderate rate."""

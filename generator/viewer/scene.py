@@ -1,6 +1,6 @@
 """A figure as nodes of the page's scene: a mesh for each segment, moved by its pose."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from urllib.parse import quote
 
 import numpy as np
@@ -26,8 +26,13 @@ FILL = 0.8
 VIEW_ANGLE = np.radians(35.0)
 """Vertical angle of view [rad]."""
 
-VIEW_DIRECTION = np.array([0.5, 0.25, 0.85]) / np.linalg.norm([0.5, 0.25, 0.85])
-"""From the figure to the camera: from its front left, and a little from above."""
+VIEW_DIRECTIONS: Mapping[str, Sequence[float]] = {
+    "Free": (0.5, 0.25, 0.85),
+    "Front": (0.0, 0.0, 1.0),
+    "Side": (1.0, 0.0, 0.0),
+    "Top": (0.0, 1.0, 1e-3),
+}
+"""From the figure to the camera, by name: at first from its front left, a little from above."""
 
 
 def node_name(segment: str, root: str = "figure") -> str:
@@ -170,24 +175,31 @@ def points_in_world(figure_scene: FigureScene, poses: Mapping[str, Array]) -> Ar
     return np.concatenate(points or [np.array([pose[:3, 3] for pose in poses.values()])])
 
 
-def camera_position(points: Array, aspect: float, covered: float) -> tuple[Array, Array]:
+def camera_position(
+    points: Array, aspect: float, covered: float, view: str = "Free"
+) -> tuple[Array, Array]:
     """Return the position of a camera that sees all points, and the point that it looks at [m].
 
-    Points have the shape (n, 3) [m]; `aspect` is the width of the page over its height, and
-    `covered` the part of the width, at the right, that the controls cover.
+    Args:
+        points: Points, shape (n, 3) [m].
+        aspect: Width of the page over its height.
+        covered: Part of the width, at the right, that the controls cover.
+        view: Name of the direction, of `VIEW_DIRECTIONS`.
     """
+    direction = np.array(VIEW_DIRECTIONS[view])
+    direction /= np.linalg.norm(direction)
     low, high = points.min(axis=0), points.max(axis=0)
     centre = 0.5 * (low + high)
-    right = np.cross([0.0, 1.0, 0.0], VIEW_DIRECTION)
+    right = np.cross([0.0, 1.0, 0.0], direction)
     right /= np.linalg.norm(right)
-    axes = np.array([right, np.cross(VIEW_DIRECTION, right)])
+    axes = np.array([right, np.cross(direction, right)])
     half = np.tan(0.5 * VIEW_ANGLE)
     shift = np.array([covered * aspect * half, 0.0])  # of the camera, for each metre of distance
     slopes = FILL * half * np.array([aspect * (1.0 - covered), 1.0])
     arms = points - centre
-    nearness = arms @ VIEW_DIRECTION
+    nearness = arms @ direction
     places = arms @ axes.T - nearness[:, None] * shift
     distances = nearness + np.max(np.abs(places) / slopes, axis=1)
     distance = max(float(distances.max()), 0.5 * float(np.linalg.norm(high - low)), 1e-2)
     centre = centre + distance * shift[0] * right
-    return centre + distance * VIEW_DIRECTION, centre
+    return centre + distance * direction, centre

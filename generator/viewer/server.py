@@ -20,7 +20,7 @@ LOOPBACK = "127.0.0.1"
 
 DEFAULT_PORT = 8080
 
-CONTROLS_WIDTH = 400
+CONTROLS_WIDTH = 340
 """Width of the controls with their margin [pixels]."""
 
 _PORTS_TRIED = 100
@@ -67,7 +67,7 @@ class PageServer(viser.ViserServer):
     def set_theme(self, *, is_dark: bool) -> None:
         """Set the colours of the controls."""
         self.gui.configure_theme(
-            dark_mode=is_dark, show_logo=False, show_share_button=False, control_width="large"
+            dark_mode=is_dark, show_logo=False, show_share_button=False, control_width="medium"
         )
 
 

@@ -24,7 +24,13 @@ from generator.figure import Figure
 from generator.kinematics.placement import Placement
 from generator.motion_files.motion import FigureMotion
 from generator.rotations import Array
-from generator.viewer.scene import VIEW_ANGLE, FigureScene, camera_position, points_in_world
+from generator.viewer.scene import (
+    VIEW_ANGLE,
+    VIEW_DIRECTIONS,
+    FigureScene,
+    camera_position,
+    points_in_world,
+)
 from generator.viewer.server import CONTROLS_WIDTH, PageServer
 from generator.viewer.surroundings import Surroundings
 from springs import SpringSet
@@ -126,7 +132,11 @@ class Viewer:
         self.shown = _shown_pose(content.placement)
         self.surroundings = Surroundings(server, points_in_world(self.scene, self.shown.poses))
         self.scene.move(self.shown.poses)
+        self._framed: Sequence[Mapping[str, Array]] = ()
+        self._around = np.zeros((0, 3))
         self.frame_camera()
+        self._views = server.gui.add_button_group("View", tuple(VIEW_DIRECTIONS))
+        self.listen(self._views.on_click, lambda _: self._look(self._views.value))
         self.panels = [make(self) for make in panels]
         tabs = server.gui.add_tab_group()
         for panel in self.panels:
@@ -135,6 +145,7 @@ class Viewer:
         self._is_any_page_open = False
         for register in (server.on_client_connect, server.on_client_disconnect):
             register(self._count_pages)
+        server.on_client_connect(self._frame_new_page)
         for name, mesh in self.scene.meshes.items():
             self.listen(mesh.on_click, lambda _, name=name: self.select_segment(name))
         self.show(self.shown)
@@ -179,21 +190,40 @@ class Viewer:
         for panel in self.panels:
             panel.selection_changed(segment, joint)
 
-    def frame_camera(self, states: Sequence[Mapping[str, Array]] = ()) -> None:
-        """Move the cameras of all pages to see the figure, in some or its present poses."""
-        points = np.concatenate(
-            [points_in_world(self.scene, poses) for poses in states or [self.shown.poses]]
-        )
+    def frame_camera(
+        self,
+        states: Sequence[Mapping[str, Array]] = (),
+        view: str = "Free",
+        around: Array | None = None,
+    ) -> None:
+        """Move the cameras of all pages to see the figure.
+
+        Args:
+            states: Poses in which it is seen; without any the present ones.
+            view: Name of the direction, of `VIEW_DIRECTIONS`.
+            around: Other points to see, shape (n, 3) [m].
+        """
+        self._framed, self._around = states, np.zeros((0, 3)) if around is None else around
+        points = self._framed_points()
         camera = self.server.initial_camera
         camera.fov = VIEW_ANGLE
-        camera.position, camera.look_at = _camera_of_page(points, *DEFAULT_PAGE)
+        camera.position, camera.look_at = _camera_of_page(points, *DEFAULT_PAGE, view)
         for client in self.server.get_clients().values():
-            with client.atomic():
-                position, centre = _camera_of_page(
-                    points, client.camera.image_width, client.camera.image_height
-                )
-                client.camera.position = position
-                client.camera.look_at = centre
+            _frame_client(client, points, view)
+
+    def _framed_points(self) -> Array:
+        states = self._framed or [self.shown.poses]
+        seen = [points_in_world(self.scene, poses) for poses in states]
+        return np.concatenate([*seen, self._around])
+
+    def _look(self, view: str) -> None:
+        """Look from another direction, at a motion as a whole or at the present pose."""
+        is_motion = self.shown.driver is Driver.MOTION
+        around = self._around if self.shown.driver is Driver.LIVE else None
+        self.frame_camera(self._framed if is_motion else (), view, around)
+
+    async def _frame_new_page(self, client: Any) -> None:
+        self.post(lambda: _frame_client(client, self._framed_points(), "Free"))
 
     def listen(
         self,
@@ -309,11 +339,21 @@ def error_text(failure: Exception, folder: Path) -> str:
     return text.replace(f"{folder}{os.sep}", "")
 
 
-def _camera_of_page(points: Array, width: int, height: int) -> tuple[Array, Array]:
+def _camera_of_page(
+    points: Array, width: int, height: int, view: str = "Free"
+) -> tuple[Array, Array]:
     """Return `camera_position` for a page of a size [pixels]."""
     width, height = max(width, 1), max(height, 1)  # a hidden page may have no size
     covered = min(CONTROLS_WIDTH / width, 0.5)
-    return camera_position(points, width / height, covered)
+    return camera_position(points, width / height, covered, view)
+
+
+def _frame_client(client: Any, points: Array, view: str) -> None:
+    """Move the camera of a page to see points, (n, 3) [m]."""
+    with client.atomic():
+        client.camera.position, client.camera.look_at = _camera_of_page(
+            points, client.camera.image_width, client.camera.image_height, view
+        )
 
 
 def _shown_pose(placement: Placement) -> FigureState:

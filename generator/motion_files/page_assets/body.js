@@ -28,9 +28,12 @@
       new THREE.Vector3((k & 1 ? min : max).x, (k & 2 ? min : max).y, (k & 4 ? min : max).z).applyMatrix4(matrixWorld));
   mover.cornersOf = cornersOf;
 
-  /** Read the body and the props of a binary glTF: `{ body, props }`; `frames` is the number of its frames. */
+  const inflated = (bytes) =>
+    new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+
+  /** Read body and props of a deflated binary glTF: `{ body, props }`; `frames` is the number of its frames. */
   mover.readBody = async (bytes, frames) => {
-    const gltf = await new THREE.GLTFLoader().parseAsync(bytes.buffer, "");
+    const gltf = await new THREE.GLTFLoader().parseAsync(await inflated(bytes), "");
     const props = gltf.scene.children.filter((object) => object.userData.prop);
     for (const prop of props) gltf.scene.remove(prop);
     return { body: makeBody(gltf.scene, await animationChannels(gltf), nodesOf(gltf), frames), props };

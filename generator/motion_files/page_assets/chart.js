@@ -3,6 +3,8 @@
 (() => {
   const { colour, element } = mover;
 
+  const MIN_HEIGHT = 40;
+
   mover.axis = (label, size = 46) => ({
     label,
     labelSize: 18,
@@ -21,7 +23,7 @@
     const plot = new uPlot(
       {
         width: Math.max(host.clientWidth, 100),
-        height: Math.max(host.clientHeight, 80),
+        height: Math.max(host.clientHeight, MIN_HEIGHT),
         legend: { show: false },
         cursor: { show: false },
         padding: [8, 10, 0, 0],
@@ -38,7 +40,7 @@
   mover.fitPlot = (host, plot, resized) => {
     new ResizeObserver(() => {
       if (plot() && host.clientWidth) {
-        plot().setSize({ width: host.clientWidth, height: Math.max(host.clientHeight, 80) });
+        plot().setSize({ width: host.clientWidth, height: Math.max(host.clientHeight, MIN_HEIGHT) });
         resized();
       }
     }).observe(host);

@@ -6,6 +6,7 @@
     axis, between, byId, bytesOf, clamp, colour, doubles, element, extremes, fitPlot, fixed, floats, legendEntry,
     makePlot, marker, scrub, series, withGaps,
   } = mover;
+  const MAX_FORCE_LINES = 7;
   const motion = JSON.parse(byId("motion").textContent);
   const times = doubles(motion.times);
   const timeLine = mover.timeLine(times, (position) => {
@@ -13,9 +14,13 @@
     movePoints();
   });
 
+  const parts = motion.forces.map((row) => mover.forcesOf(row, times.length));
+  const largest = (some) => [...some].sort((one, other) => other.peak - one.peak).slice(0, MAX_FORCE_LINES);
+
   // Body, props and forces
 
   const canvas = byId("body");
+  const views = [...byId("views").children];
   const nothing = {
     move() {}, highlight() {}, recolour() {}, view() {}, showForces() {},
     pose: () => null, triangles: () => 0, props: () => [], forces: () => [],
@@ -40,7 +45,6 @@
   function makeStage(body, props) {
     const made = mover.stage(canvas, byId("stage"));
     const scene = mover.addSurroundings(made, props, body);
-    const parts = motion.forces.map((row) => mover.forcesOf(row, times.length));
     const arrows = parts.length ? mover.addArrows(made, parts, motion.arrows, body.size) : null;
     const follow = byId("follow");
     follow.checked = body.isFar;
@@ -76,6 +80,7 @@
       const joint = mesh?.userData.joint;
       if (joint !== motion.rows[selected].joint && motion.rows.some((row) => row.joint === joint)) select(liveliest(joint));
     });
+    made.controls.addEventListener("start", () => press(views[0]));
     made.recolour();
     showForces();
     const names = props.map(({ name, userData }) => [name, userData.prop]);
@@ -93,6 +98,7 @@
   let momentPoint = null;
   let recordedPoint = null;
   let timeCursor = null;
+  let strip = null;
 
   function showMoment(row) {
     momentPlot?.destroy();
@@ -145,6 +151,8 @@
   function quantities(row) {
     const found = [[`${row.label} [${row.unit}]`, [[row.label, floats(row.values)]]]];
     if (row.recorded) found.push([`${row.label}: moment of the run [N m]`, [[row.label, floats(row.recorded)]]]);
+    if (parts.length)
+      found.push(["Contact forces [N]", largest(parts).map((part) => [part.name, part.sizes])]);
     if (motion.energy.length)
       found.push(["Energy of the figure [J]", motion.energy.map((one) => [one.name, floats(one.values)])]);
     return found;
@@ -193,6 +201,7 @@
         (recorded === null ? "" : `; whole joint in the run ${fixed(recorded, 2)} N m`);
     }
     if (timePlot) timeCursor.style.left = `${timePlot.valToPos(timeLine.time, "x")}px`;
+    strip?.move(timeLine.position(timeLine.time));
   }
 
   function select(k) {
@@ -224,10 +233,21 @@
 
   // Page
 
+  /** Mark the button of the view; the first one is the free view. */
+  function press(button) {
+    for (const each of views) each.setAttribute("aria-pressed", String(each === button));
+  }
+
+  function look(button) {
+    press(button);
+    stage.view(button.dataset.view.split(" ").map(Number));
+  }
+
   function setTheme(name) {
     document.documentElement.dataset.theme = name;
     byId("theme").textContent = name === "dark" ? "Light" : "Dark";
     stage.recolour();
+    strip?.redraw();
     if (timePlot) select(selected);
   }
 
@@ -257,7 +277,7 @@
       showOverTime();
       movePoints();
     });
-    byId("view").addEventListener("change", () => stage.view(byId("view").value.split(" ").map(Number)));
+    for (const button of views) button.addEventListener("click", () => look(button));
     byId("follow").addEventListener("change", () => timeLine.seek(timeLine.time));
     byId("forces").addEventListener("change", () => stage.showForces());
     byId("theme").addEventListener("click", () =>
@@ -271,6 +291,7 @@
     setTheme(dark.matches ? "dark" : "light");
     dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
     fill();
+    strip = mover.forceStrip(motion, times, timeLine);
     listen();
     try {
       await loadBody();
@@ -278,7 +299,7 @@
       notice(`The body could not be drawn: ${failure.message}`);
       throw failure;
     }
-    stage.view(byId("view").value.split(" ").map(Number));
+    look(views[0]);
     select(liveliest());
     timeLine.seek(timeLine.start);
   }

@@ -70,7 +70,9 @@
       forces.set(values.subarray(3 * k, 3 * k + 3), 3 * frame);
       points.set(places.subarray(3 * k, 3 * k + 3), 3 * frame);
     });
-    return { name: row.name, forces, points, size: (k) => Math.hypot(...forces.subarray(3 * k, 3 * k + 3)) };
+    const size = (k) => Math.hypot(forces[3 * k], forces[3 * k + 1], forces[3 * k + 2]);
+    const sizes = Float32Array.from({ length: frames }, (_, k) => size(k));
+    return { name: row.name, forces, points, size, sizes, peak: Math.max(...sizes) };
   };
 
   const MIN_FORCE = 1;

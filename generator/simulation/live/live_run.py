@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.contact.plane import Plane
-from generator.contact.scene import FLOOR, Prop, Scene
+from generator.contact.scene import Scene, floor_height, with_floor
 from generator.diagnostics import ModelError, Source, format_count
 from generator.figure import Figure, Location, Site, SiteRef
 from generator.input_files.live import (
@@ -35,16 +34,17 @@ from generator.input_files.live import (
     format_change,
 )
 from generator.input_files.pose import POSE_FILE
+from generator.input_files.scene import SCENE_FILE
 from generator.kinematics.free_root import free_joints
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import LoadKind, constant_load
 from generator.model import Model
 from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
-from generator.run_options import LIVE_ROWS
 from generator.simulation.compiled.runge_kutta import STEPS, TIME
 from generator.simulation.compiled_run import build_trace
 from generator.simulation.exudyn_model.model import ExudynModel, build_model
+from generator.simulation.falls import fall_plan
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
@@ -52,38 +52,46 @@ from generator.simulation.joint_motion import (
 )
 from generator.simulation.live.stepper import Stepper
 from generator.simulation.live.stepper_state import Setting, StepperState, evaluate
-from generator.simulation.plan import Plan, plan_fields
+from generator.simulation.plan import Plan
 from generator.simulation.trace import mean_position
 from generator.springs_file.edit import springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import read_springs
 from springs import SpringSet
-from springs.contact import DEFAULT_SURFACE
-
-_UP = (0.0, 1.0, 0.0)
-
-
-def floor_scene(height: float | None) -> Scene:
-    """Return a floor at a height [m]; of None, a scene without props."""
-    if height is None:
-        return Scene()
-    return Scene((Prop(FLOOR, Plane((0.0, height, 0.0), _UP), DEFAULT_SURFACE),))
 
 
 def plan_of_start(figure: Figure, start: LiveStart) -> Plan:
     """Return the start of a live simulation as a plan.
 
     Raises:
-        InputError: the springs or the pose are wrong.
+        InputError: the springs, the pose or the scene are wrong.
+        MoverError: the figure cannot fall so, or the root is held in a fall.
     """
+    props = Scene()
+    if start.scene:
+        props = SCENE_FILE.parse(Source("scene", start.scene)).require_value()
+    springs = read_springs(start.springs, figure, start.law)
+    if start.fall:
+        if start.pose or not start.free_root:
+            raise ModelError("a fall has its own pose, and a free root")
+        fall = fall_plan(figure, start.fall, start.seed)
+        height = fall.height if start.height is None else start.height
+        own = {prop.name for prop in props.props}
+        others = (prop for prop in fall.scene.props if prop.name not in own)
+        scene = replace(props, props=(*others, *props.props))
+        scene = scene if start.floor is None else with_floor(scene, start.floor)
+        return replace(
+            fall, springs=springs, gravity=start.gravity, scene=scene, height=height, tone=None
+        )
     pose: Mapping[str, Array] = {}
     if start.pose:
         pose = POSE_FILE.parse(Source("pose", start.pose), figure).require_value()
-    own = LIVE_ROWS.keys() - {"frame", "tolerance", "floor"}  # of the stepper; a height
     return Plan(
-        **plan_fields({name: getattr(start, name) for name in own}),
-        springs=read_springs(start.springs, figure, start.law),
-        scene=floor_scene(start.floor),
+        springs=springs,
+        gravity=start.gravity,
+        free_root=start.free_root,
+        height=start.height,
+        scene=props if start.floor is None else with_floor(props, start.floor),
         displacements={name: tuple(map(float, row)) for name, row in pose.items()},
     )
 
@@ -110,7 +118,6 @@ class LiveRun:
         figure: figure as its file describes it.
         start: start before the first frame.
         last_outcome: last outcome of the last call of `advance`.
-        floor: its height [m]; None without a floor.
     """
 
     def __init__(self, figure: Figure, start: LiveStart, folder: Path | None = None) -> None:
@@ -124,7 +131,7 @@ class LiveRun:
         Raises:
             MoverError: the figure or the start cannot be simulated step by step.
         """
-        self.figure, self.start, self.floor = figure, start, start.floor
+        self.figure, self.start = figure, start
         self._springs_file = (folder or Path()) / f"changed{SPRINGS_FILE.suffix}"
         self._plan = plan_of_start(figure, start)
         self._stepper = Stepper(figure, self._plan, start.tolerance)
@@ -162,6 +169,21 @@ class LiveRun:
         return self._stepper.energy
 
     @property
+    def scene(self) -> Scene:
+        """Props that the figure may touch."""
+        return self._stepper.scene
+
+    @property
+    def floor(self) -> float | None:
+        """Height of the floor [m]; None without a floor."""
+        return floor_height(self.scene)
+
+    @property
+    def contact_forces(self) -> tuple[Array, Array]:
+        """Forces on parts that are touched [N] and their points [m], both of shape (k, 3)."""
+        return self._stepper.part_forces
+
+    @property
     def springs(self) -> SpringSet:
         """Springs of the joints, before their scales."""
         return self._stepper.springs
@@ -195,8 +217,7 @@ class LiveRun:
             case SetScales():
                 stepper.set_scales(change.stiffness, change.damping)
             case SetFloor():
-                stepper.set_scene(floor_scene(change.height))
-                self.floor = change.height
+                stepper.set_scene(with_floor(stepper.scene, change.height))
             case SetRoot():
                 if change.is_free and not self.has_free_root:
                     stepper.free_root()
@@ -377,7 +398,14 @@ class _SpanBuilder:
 
     def __init__(self, plan: Plan, tree: Tree, groups: Sequence[Sequence[_Frame]]) -> None:
         """Add sites at the points of all forces to the figure."""
-        self._plan = replace(plan, stop=groups[-1][-1].time + 1.0, scene=Scene(), free_root=False)
+        self._plan = replace(
+            plan,
+            stop=groups[-1][-1].time + 1.0,
+            scene=Scene(),
+            free_root=False,
+            height=None,
+            velocities={},
+        )
         points = {point for group in groups for point in group[0].first.setting.forces}
         self._sites = {point: f"force {k}" for k, point in enumerate(sorted(points))}
         segments = dict(tree.figure.segments)

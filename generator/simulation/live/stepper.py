@@ -363,6 +363,15 @@ class Stepper:
             return {}
         return dict(zip(contacts.spheres, contact.forces[0], strict=True))
 
+    @property
+    def part_forces(self) -> tuple[Array, Array]:
+        """Forces of props on touched parts of the body [N] and their points [m], both (k, 3)."""
+        contact = self._state.contact
+        if contact is None:
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        is_touched = np.any(contact.group_forces[0], axis=1)
+        return contact.group_forces[0, is_touched], contact.group_points[0, is_touched]
+
     def set_gravity(self, gravity: Sequence[float]) -> None:
         """Replace gravity by an acceleration in world axes, shape (3,) [m/s2]."""
         gravity = _finite_vector(gravity, "gravity")

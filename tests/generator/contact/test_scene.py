@@ -15,7 +15,9 @@ from generator.contact.scene import (
     Prop,
     Scene,
     deepest_start,
+    floor_height,
     floor_prop,
+    with_floor,
 )
 from generator.diagnostics import ModelError
 from generator.rotations import inverse_pose
@@ -283,3 +285,14 @@ def test_the_deepest_start_is_the_largest_depth_of_the_forces(some, spheres):
     assert found is not None
     assert found.depth == pytest.approx(max(map(float, depths.values())), abs=1e-12)
     assert found.depth == pytest.approx(float(depths[found.prop, found.segment]), abs=1e-12)
+
+
+def test_a_floor_moves_alone():
+    crate = Prop("crate", Box(), SURFACE)
+    both = with_floor(Scene((crate,)), 0.4)
+    assert [prop.name for prop in both.props] == [FLOOR, "crate"]
+    assert both.props[0].shape.pose[:3, 3].tolist() == [0.0, 0.4, 0.0]
+    assert floor_height(both) == 0.4
+    assert floor_height(with_floor(both, -1.0)) == -1.0
+    assert with_floor(both, None) == Scene((crate,))
+    assert floor_height(Scene((crate,))) is None

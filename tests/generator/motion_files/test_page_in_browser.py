@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from generator import Model, Plan, Scene, read_figure, simulate
 from generator.motion_files.motion import motion_from_figure
 from generator.motion_files.page import springs_of_header, write
 from generator.passive_curve import passive_curves
@@ -175,6 +176,121 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
     before = page.evaluate(background)
     page.click("#theme")
     assert page.evaluate(background) != before
+
+
+WIDTHS = ((390, 844), (768, 1024), (1366, 768))
+
+
+@pytest.mark.slow
+def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any], tmp_path: Path):
+    """Figure, play button, and time line with its chart and marks are seen together."""
+    plan = Plan(free_root=True, height=0.0, scene=Scene.floor(), stop=2.0)
+    recording = simulate(Model.of(read_figure("male50")), plan)
+    recording.write(tmp_path / "fall.html")
+    assert (tmp_path / "fall.html").stat().st_size < 2_500_000
+    page = open_file(tmp_path / "fall.html")
+    wait_for(page, "page.triangles() > 1000")
+    assert recording.contact is not None
+    touches = page.evaluate("page.motion.touches")
+    first = recording.contact.parts["left_foot"].first_time
+    assert first in [one["time"] for one in touches if one["name"] == "left foot"]
+    for width, height in WIDTHS:
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("window.scrollTo(0, 0)")
+        chart = "document.querySelector('#force-plot .u-over').getBoundingClientRect()"
+        wait_for(page, f"{chart}.right <= innerWidth && {chart}.right > innerWidth / 2")
+        for part in ("#body", "#play", "#time", "#force-plot .u-over", "#touches", "#views"):
+            box = page.locator(part).bounding_box()
+            assert box["x"] >= 0.0, part
+            assert box["y"] >= 0.0, part
+            assert box["x"] + box["width"] <= width, part
+            assert box["y"] + box["height"] <= height, part
+        assert page.evaluate("document.documentElement.scrollWidth") == width
+        assert page.locator("#body").bounding_box()["height"] >= 0.45 * height
+        # A mark stands at its time, below the same time of the chart.
+        marks = page.locator("#touches button")
+        assert 2 <= marks.count() <= len(touches)
+        assert "foot" in page.inner_text("#touches") or "feet" in page.inner_text("#touches")
+        marks.last.click()
+        time = page.evaluate("page.time")
+        assert any(abs(time - one["time"]) < 1e-9 for one in touches)
+        cursor = page.locator("#force-plot .cursor").bounding_box()
+        mark = marks.last.bounding_box()
+        assert mark["x"] + 0.4 * 16 == pytest.approx(cursor["x"] + 1.0, abs=1.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [width for width, _ in WIDTHS])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_page_is_accessible(browser: Any, tmp_path: Path, width: int, theme: str):
+    """Axe finds nothing that is serious, and reads contrasts, names and roles."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
+    write(with_contact(clip("prototype")), tmp_path / "fall.html")
+    context = browser.new_context(
+        viewport={"width": width, "height": 800}, offline=True, color_scheme=theme
+    )
+    page = context.new_page()
+    page.goto((tmp_path / "fall.html").as_uri())
+    page.evaluate("page.ready")
+    page.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
+    found = axe.Axe().run(page).response
+    context.close()
+    passed = {rule["id"] for rule in found["passes"]}
+    assert {"color-contrast", "button-name", "label", "select-name"} <= passed
+    faults = [rule for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+    assert [rule["id"] for rule in faults] == []
+
+
+@pytest.mark.slow
+def test_views_forces_and_keys(open_file: Callable[..., Any], tmp_path: Path):
+    motion = with_contact(clip("prototype"))
+    write(motion, tmp_path / "fall.html")
+    page = open_file(tmp_path / "fall.html")
+    wait_for(page, "page.triangles() > 1000")
+    pressed = "document.querySelector('#views [aria-pressed=true]').textContent"
+    assert page.evaluate(pressed) == "Free"
+    pictures = set()
+    for name in ("Front", "Side", "Top"):
+        page.get_by_role("button", name=name, exact=True).click()
+        assert page.evaluate(pressed) == name
+        page.wait_for_timeout(200)
+        pictures.add(page.locator("#body").screenshot())
+        assert body_fraction(page) > 0.005
+    assert len(pictures) == 3
+    box = page.locator("#body").bounding_box()
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.5 * box["height"])
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.6 * box["height"])
+    page.mouse.up()
+    assert page.evaluate(pressed) == "Free"
+
+    # The chart of forces by part is one of those over time.
+    labels = page.locator("#quantity option").all_inner_texts()
+    assert "Contact forces [N]" in labels
+    page.select_option("#quantity", label="Contact forces [N]")
+    assert motion.recording is not None
+    contact = motion.recording.contact
+    assert contact is not None
+    page.evaluate("time => page.seek(time)", float(motion.times[7]))
+    expected = float(np.linalg.norm(contact.ground_reaction[7, :3]))
+    said = page.inner_text("#force-reading")
+    assert f"{expected / 1000.0:.3g} kN" in said or f"{expected:.0f} N" in said
+
+    # By the keyboard alone, with a focus that is seen.
+    page.evaluate("document.activeElement.blur()")
+    reached = []
+    for _ in range(20):
+        page.keyboard.press("Tab")
+        reached.append(page.evaluate("document.activeElement.id || document.activeElement.tagName"))
+        assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none"
+    assert {"follow", "forces", "time", "play", "speed", "loop"} <= set(reached)
+    page.focus("#time")
+    page.keyboard.press("Home")
+    assert page.evaluate("page.frame") == 0
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("page.frame") == 1
+    page.keyboard.press("End")
+    assert page.evaluate("page.time") == motion.times[-1]
 
 
 @pytest.mark.slow

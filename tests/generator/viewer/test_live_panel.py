@@ -4,26 +4,30 @@ import errno
 import os
 import signal
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from generator import read_figure
+from generator.contact.scene import Scene, floor_height, with_floor
 from generator.diagnostics import UsageError
-from generator.input_files.live import LIVE_FILE, SetGravity, SetScales, SetSprings
+from generator.input_files.live import LIVE_FILE, LiveStart, SetGravity, SetScales, SetSprings
 from generator.input_files.pose import POSE_FILE
+from generator.input_files.scene import SCENE_FILE, write_scene
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.motion_files import read_action
 from generator.simulation.live.live_run import replay
 from generator.springs_file.edit import SpringEdit, apply_edits, springs_from_text
-from generator.viewer import live_panel
+from generator.viewer import live_panel, live_start
 from generator.viewer.live_process import LiveFrame
+from generator.viewer.live_start import Preset
 from generator.viewer.play_panel import PlayPanel
 from generator.viewer.viewer import Driver, FigureState
-from tests.browser import PageClient, node_pose
+from tests.browser import PageClient, go_to_page, node_pose
 from tests.command import run
 from tests.generator.viewer.conftest import content_of, type_into, wait_until
 from tests.motions import clip
@@ -71,7 +75,7 @@ def test_the_text_of_a_pose_holds_the_joints_of_the_figure_bit_by_bit():
         name: np.linspace(0.1, 0.3, len(joint.chain)) / 3.0 for name, joint in figure.joints.items()
     }
     read = POSE_FILE.parse_text(
-        live_panel.pose_text(figure, {**displacements, "lower_torso": np.zeros(6)}), figure
+        live_start.pose_text(figure, {**displacements, "lower_torso": np.zeros(6)}), figure
     ).require_value()
     for name, joint in figure.joints.items():
         if joint.chain:
@@ -103,8 +107,17 @@ def test_files_stay_in_the_folder(tmp_path: Path):
 
 
 def start(run_viewer, figure: str = "pendulum"):
+    """Start a page of a figure that hangs; return the viewer and its panel."""
     running = run_viewer(figure, (live_panel.LivePanel,))
-    return running, running.viewer.panels[0]
+    panel = running.viewer.panels[0]
+    running.call(lambda: choose(panel, Preset.PIN))
+    return running, panel
+
+
+def choose(panel, preset: Preset, kind: str = live_start.PAGE_POSE) -> None:
+    """Set the controls of the start."""
+    panel._preset.value, panel._kind.value = preset, kind
+    panel._follow_preset()
 
 
 def test_a_figure_with_loops_has_no_start(run_viewer):
@@ -346,10 +359,11 @@ def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
 def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
     running, panel = start(run_viewer, "prototype")
     page = open_page(running)
+    page.get_by_text("Floor and root").click()
     page.get_by_label("Floor", exact=True).click()
     page.get_by_label("Free root").click()
     wait_until(lambda: panel._free.value and panel._floor.value)
-    assert panel._floor_box.visible
+    wait_until(lambda: floor_height(running.viewer.surroundings.scene_shown) is not None)
     page.get_by_text("Step", exact=True).click()
     wait_until(lambda: panel._frame is not None and panel._frame.number == 1, WAIT)
     assert panel._frame.has_free_root
@@ -377,4 +391,124 @@ def test_floor_root_and_pull_in_the_page(run_viewer, open_page, tmp_path):
     wait_until(lambda: panel._pulled is None)
     wait_until(lambda: panel._frame.pulled is None, WAIT)
     wait_until(lambda: not panel._frame.is_running, WAIT)  # nobody sees it
+    running.call(panel.close)
+
+
+def test_a_person_falls_hangs_or_sits_and_others_hang(run_viewer, tmp_path):
+    assert live_start.presets_of(read_figure("male50")) == tuple(Preset)
+    assert live_start.presets_of(read_figure("pendulum")) == (Preset.PIN,)
+    running = run_viewer("male50", (live_panel.LivePanel,))
+    panel = running.viewer.panels[0]
+    assert panel._preset.value == Preset.FALL
+    assert panel._kind.value == "faint"
+    assert panel._floor.value
+    assert panel._free.value
+    start = panel._choice.apply(LiveStart(), running.viewer.figure, {})
+    assert start == LiveStart(fall="faint", free_root=True)
+    running.call(lambda: choose(panel, Preset.PIN))
+    assert not panel._kind.visible
+    assert not panel._floor.value
+    assert not panel._free.value
+
+
+@pytest.mark.parametrize(
+    ("preset", "kind"), [(Preset.FALL, live_start.PAGE_POSE), (Preset.SIT, "")]
+)
+def test_a_start_from_a_pose_is_on_a_floor(preset: Preset, kind: str):
+    figure = read_figure("male50")
+    shown = initial_displacements(build_tree(figure))
+    shown["left_knee"] = np.array([0.3])
+    choice = live_start.StartChoice(preset, height=0.1)
+    start = choice.apply(LiveStart(), figure, shown)
+    assert (start.fall, start.free_root) == ("", True)
+    assert start.height == (0.1 if preset is Preset.FALL else 0.0)
+    scene = SCENE_FILE.parse_text(start.scene).require_value()
+    assert floor_height(scene) == 0.0
+    assert len(scene.props) == (1 if preset is Preset.FALL else 3)
+    pose = POSE_FILE.parse_text(start.pose, figure).require_value()
+    assert pose["left_knee"][0] == pytest.approx(0.3 if preset is Preset.FALL else np.pi / 2)
+
+
+def test_scenes_of_the_folder_and_shipped_ones_can_be_chosen(tmp_path: Path):
+    (tmp_path / "my.scene.toml").write_text(write_scene(Scene.floor()), encoding="utf-8")
+    names = live_start.scene_names(tmp_path)
+    assert names[:2] == (live_start.NO_PROPS, "my.scene.toml")
+    assert "stairs" in names
+    assert live_start.chosen_scene(tmp_path, "my.scene.toml") == Scene.floor()
+    assert live_start.chosen_scene(tmp_path, live_start.NO_PROPS) == Scene()
+    assert live_start.chosen_scene(tmp_path, "stairs").props
+    with pytest.raises(UsageError):
+        live_start.chosen_scene(tmp_path, "moon")
+    own = live_start.StartChoice(Preset.FALL, scene=with_floor(Scene(), 0.5))
+    start = own.apply(LiveStart(), read_figure("male50"), {})
+    assert floor_height(SCENE_FILE.parse_text(start.scene).require_value()) == 0.5
+
+
+def body_columns(page, limit: float) -> np.ndarray:
+    """Columns of the window, left of a limit, in which the blue clothes of a person are seen."""
+    from PIL import Image
+
+    shot = np.asarray(Image.open(BytesIO(page.screenshot())).convert("RGB")).astype(int)
+    red, blue = shot[..., 0], shot[..., 2]
+    is_body = (blue > 1.6 * red) & (blue > 60) & (blue < 190)
+    return np.flatnonzero(is_body[:, : int(limit)].sum(axis=0) > 3)
+
+
+def is_seen(page, name: str) -> bool:
+    """Return whether a node of the page is shown."""
+    return page.evaluate("name => window.__viserMutable?.nodeRefFromName?.[name]?.visible", name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (768, 1024), (390, 844)])
+def test_the_body_is_seen_beside_the_panel(run_viewer, browser, width: int, height: int):
+    running = run_viewer("male50")
+    context = browser.new_context(viewport={"width": width, "height": height})
+    page = context.new_page()
+    said: list[str] = []
+    page.on("pageerror", lambda failure: said.append(str(failure)))
+    page.on("console", lambda one: said.append(one.text) if one.type == "error" else None)
+    go_to_page(page, running.address)
+    wait_until(lambda: is_seen(page, "/figure"))
+    page.get_by_role("tab", name="Live").click()
+    page.wait_for_timeout(2000)
+    edge = page.get_by_role("tablist").bounding_box()["x"] - 10.0
+    columns = body_columns(page, edge)
+    assert len(columns) > 30
+    if width >= 768:  # on a phone the panel lies over the page
+        assert columns.max() < edge - 10.0
+    context.close()
+    assert said == []
+
+
+@pytest.mark.slow
+def test_presets_in_the_page(run_viewer, open_page):
+    """A fall has props and arrows, a hanging figure its bar, and both are seen from the side."""
+    running = run_viewer("male50", (live_panel.LivePanel,))
+    panel = running.viewer.panels[0]
+    page = open_page(running)
+
+    def begin(preset: Preset, kind: str = "") -> None:
+        running.call(lambda: (choose(panel, preset, kind or "faint"), panel.reset()))
+        wait_until(lambda: panel.newest is not None, WAIT)
+
+    begin(Preset.FALL, "stairs")
+    wait_until(lambda: is_seen(page, "/props/1"), WAIT)
+    begin(Preset.FALL, "faint")
+    running.call(panel._toggle)
+    wait_until(lambda: is_seen(page, "/live_forces"), WAIT)
+    wait_until(lambda: not is_seen(page, "/props/1"), WAIT)
+    assert not is_seen(page, "/live_pin/0")
+    running.call(panel._toggle)
+    begin(Preset.PIN)
+    wait_until(lambda: is_seen(page, "/live_pin/0"), WAIT)
+    wait_until(lambda: not is_seen(page, "/live_forces"), WAIT)
+    page.wait_for_timeout(2000)
+    wide = len(body_columns(page, 800.0))
+    page.get_by_role("button", name="Side", exact=True).click()
+    page.wait_for_timeout(2000)
+    assert 0 < len(body_columns(page, 800.0)) < 0.9 * wide
+    begin(Preset.SIT)
+    wait_until(lambda: is_seen(page, "/props/2"), WAIT)
+    wait_until(lambda: not is_seen(page, "/live_pin/0"), WAIT)
     running.call(panel.close)

@@ -165,7 +165,7 @@ def test_the_path_of_a_site_grows(play):
 def test_the_curves_are_those_of_the_selected_joint(play):
     running, panel = play(clip("prototype"))
     running.call(lambda: running.viewer.select_joint("left_knee"))
-    assert panel._joint.value == "left_knee"
+    assert panel._joint.value == "Left knee"
     titles = [chart.title for chart in panel.charts]
     assert titles == ["Left knee angle [deg]", "Left knee passive moment [N m]", "Energy [J]"]
 

@@ -205,3 +205,14 @@ def test_names_with_markup_are_text(run_viewer, open_page, tmp_path):
     page = open_page(running)
     page.get_by_text("In the folder: <img src=x onerror=alert(1)>.pose").wait_for()
     assert page.locator("img[src=x]").count() == 0
+
+
+def test_a_selected_joint_is_open_above_the_others(run_viewer):
+    running = run_viewer("male50", (PosePanel,))
+    viewer, panel = running.viewer, running.viewer.panels[0]
+    for segment, joint in (("left_lower_leg", "left_knee"), ("head", "neck")):
+        running.call(lambda segment=segment: viewer.select_segment(segment))
+        folder = panel._folders[joint]
+        assert viewer.joint == joint
+        assert folder.expand_by_default
+        assert folder.order == min(each.order for each in panel._folders.values())

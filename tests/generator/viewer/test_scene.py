@@ -67,14 +67,17 @@ def test_the_triangles_of_a_mesh_are_those_of_its_surface():
     points=st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 3), max_size=8),
     aspect=st.floats(0.5, 3.0),
     covered=st.floats(0.0, 0.5),
+    view=st.sampled_from(list(scene.VIEW_DIRECTIONS)),
 )
 def test_a_framed_figure_is_beside_the_controls_and_fills_the_page(
-    points: list[tuple[float, float, float]], aspect: float, covered: float
+    points: list[tuple[float, float, float]], aspect: float, covered: float, view: str
 ):
-    places = np.array([*points, (0.5, 0.0, 0.0), (-0.5, 0.0, 0.0), (0.0, 2.0, 0.0)])
-    camera, centre = scene.camera_position(places, aspect, covered)
-    assert np.allclose((camera - centre) / np.linalg.norm(camera - centre), scene.VIEW_DIRECTION)
-    x, y = on_page(places, camera, aspect).T
+    places = np.array([*points, (0.5, 0.0, -0.5), (-0.5, 0.0, 0.5), (0.0, 2.0, 0.0)])
+    direction = np.array(scene.VIEW_DIRECTIONS[view])
+    direction /= np.linalg.norm(direction)
+    camera, centre = scene.camera_position(places, aspect, covered, view)
+    assert np.allclose((camera - centre) / np.linalg.norm(camera - centre), direction)
+    x, y = on_page(places, camera, aspect, direction).T
     assert np.abs(y).max() <= scene.FILL + 1e-9
     # the free part of the page is from -1 to 1 - 2 covered
     beside = (x + covered) / (1.0 - covered)
@@ -82,11 +85,11 @@ def test_a_framed_figure_is_beside_the_controls_and_fills_the_page(
     assert max(np.abs(y).max(), np.abs(beside).max()) == pytest.approx(scene.FILL)
 
 
-def on_page(points: Array, camera: Array, aspect: float) -> Array:
+def on_page(points: Array, camera: Array, aspect: float, direction: Array) -> Array:
     """Places of points on a page from -1 to 1, shape (n, 2)."""
-    right = np.cross([0.0, 1.0, 0.0], scene.VIEW_DIRECTION)
+    right = np.cross([0.0, 1.0, 0.0], direction)
     right /= np.linalg.norm(right)
-    up = np.cross(scene.VIEW_DIRECTION, right)
+    up = np.cross(direction, right)
     arms = points - camera
-    depths = -arms @ scene.VIEW_DIRECTION * np.tan(0.5 * scene.VIEW_ANGLE)
+    depths = -arms @ direction * np.tan(0.5 * scene.VIEW_ANGLE)
     return np.stack([arms @ right / (depths * aspect), arms @ up / depths], axis=1)

@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from generator import Ending, ModelError, Plan, read_figure, simulate
-from generator.diagnostics import InputError
+from generator import Ending, Model, ModelError, Plan, read_figure, simulate
+from generator.contact.box import Box
+from generator.contact.scene import Prop, Scene
+from generator.diagnostics import InputError, MoverError
 from generator.figure import ContactSphere
 from generator.input_files.live import (
     LIVE_FILE,
@@ -21,8 +23,11 @@ from generator.input_files.live import (
     StopMotion,
     write_live,
 )
+from generator.input_files.scene import write_scene
 from generator.motion_files import MOTION_FORMATS, motion_from_recording, motion_writer, read_npz
-from generator.simulation.live.live_run import LiveRun, floor_scene, replay
+from generator.simulation.falls import fall_plan
+from generator.simulation.live.live_run import LiveRun, plan_of_start, replay
+from springs.contact import DEFAULT_SURFACE
 from tests.chains import BALL, chain, one_body, row
 
 HINGE = chain("Ry")
@@ -241,10 +246,50 @@ def test_a_replay_of_another_figure_is_refused(bars):
         replay(row(1, (HINGE,), stiff=2.0), log)
 
 
-def test_floors_are_horizontal():
-    assert floor_scene(None).props == ()
-    shape = floor_scene(0.4).props[0].shape
-    assert shape.pose[:3, 3].tolist() == [0.0, 0.4, 0.0]
+@pytest.mark.slow
+def test_a_fall_begins_as_its_plan_and_is_replayed():
+    """With the props of the fall and own ones; another floor leaves the others where they are."""
+    figure = read_figure("male50")
+    crate = Prop("crate", Box((2.0, 0.2, 0.0), (0.3, 0.4, 0.3)), DEFAULT_SURFACE)
+    start = LiveStart(fall="seat", seed=3, free_root=True, scene=write_scene(Scene((crate,))))
+    run = LiveRun(figure, start)
+    assert [prop.name for prop in run.scene.props] == ["floor", "seat", "back", "crate"]
+    assert run.floor == 0.0
+    plan = replace(fall_plan(figure, "seat", 3), tone=None, stop=0.02)
+    first = simulate(Model.of(figure), plan)
+    for name, poses in first.poses.items():
+        assert np.abs(run.poses[name] - poses[0]).max() < 1e-9
+    run.apply(SetFloor(-0.01))
+    assert [prop.name for prop in run.scene.props] == ["floor", "seat", "back", "crate"]
+    assert run.floor == -0.01
+    advance(run, 20)
+    forces, points = run.contact_forces
+    assert forces.shape == points.shape
+    recording = run.recording()
+    assert recording.scene == run.scene
+    log = LIVE_FILE.parse_text(write_live(run.log("male50.fig", None))).require_value()
+    assert log.start == start
+    again = replay(figure, log)
+    assert_same(again.recording(), recording)
+    assert again.scene == run.scene
+    run.apply(SetFloor(None))
+    assert run.floor is None
+    assert len(run.scene.props) == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"free_root": False}, "a free root"),
+        ({"pose": 'figure = "male50"'}, "its own pose"),
+        ({"fall": "flop"}, "unknown kind of fall"),
+        ({"scene": "[[box]]"}, "size_m"),
+    ],
+)
+def test_a_wrong_fall_is_refused(changes, sentence):
+    start = replace(LiveStart(fall="faint", free_root=True), **changes)
+    with pytest.raises(MoverError, match=sentence):
+        plan_of_start(read_figure("male50"), start)
 
 
 def test_a_full_log_is_refused_and_can_still_be_replayed(bars, monkeypatch):

@@ -1,0 +1,132 @@
+// Above the slider of the time: the total contact force as a small chart, and marks of first touches.
+"use strict";
+(() => {
+  const { axis, between, byId, colour, element, fixed, fitPlot, floats, makePlot, marker, scrub, withGaps } = mover;
+
+  const newtons = (force) => (force >= 1000 ? `${(force / 1000).toPrecision(3)} kN` : `${fixed(force, 0)} N`);
+  const [ROWS, GAP] = [2, 14]; // rows of words, and pixels below which touches have one mark
+  const SIDES = /^(left|right) /;
+
+  /** Names of touches in words; of both sides at once "both hands". */
+  function inWords(names) {
+    const words = new Map();
+    for (const name of names) {
+      const noun = name.replace(SIDES, "");
+      words.set(noun, words.has(noun) && SIDES.test(name) ? `both ${noun === "foot" ? "feet" : `${noun}s`}` : name);
+    }
+    return [...words.values()].join(", ");
+  }
+
+  /** Touches that are nearer to the first of their group than a share of the duration, as groups. */
+  function grouped(touches, gap) {
+    const groups = [];
+    for (const touch of touches) {
+      const last = groups[groups.length - 1];
+      if (last && touch.time - last[0].time <= gap) last.push(touch);
+      else groups.push([touch]);
+    }
+    return groups;
+  }
+
+  /**
+   * Fill the strip with the total force and the touches of a motion; both are hidden where there are none. Return
+   * how to move the mark of the time, and how to draw the strip in another theme.
+   */
+  mover.forceStrip = ({ total_force: total, touches }, times, timeLine) => {
+    const host = byId("force-plot");
+    const lane = byId("touches");
+    const values = total ? floats(total.values) : [];
+    const duration = timeLine.stop - timeLine.start;
+    let plot = null;
+    let cursor = null;
+    let peak = null;
+
+    function redraw() {
+      if (!total) return;
+      const largest = Math.max(total.peak, 1);
+      // The axes are as wide as the margins of the slider, so that times are above each other.
+      const left = parseFloat(getComputedStyle(byId("strip")).getPropertyValue("--strip-left")) * 16;
+      const right = parseFloat(getComputedStyle(byId("strip")).getPropertyValue("--strip-right")) * 16;
+      plot?.destroy();
+      plot = makePlot(
+        host,
+        {
+          padding: [6, right, 0, 0],
+          scales: { x: { time: false, range: [timeLine.start, timeLine.stop] }, y: { range: [0, 1.08 * largest] } },
+          axes: [
+            { show: false },
+            {
+              ...axis(undefined, left),
+              font: "11px system-ui, sans-serif",
+              splits: [0, largest],
+              values: (_, splits) => splits.map((split) => (split ? newtons(split) : "0")),
+            },
+          ],
+          hooks: { draw: [mark] },
+          series: [{}, { stroke: () => colour("--force"), fill: () => `${colour("--force")}33`, width: 1.5, points: { show: false } }],
+        },
+        [Array.from(times), withGaps(values)],
+      );
+      peak = marker(plot, "point peak");
+      cursor = marker(plot, "cursor");
+      scrub(plot, timeLine);
+    }
+
+    function mark() {
+      if (!cursor) return;
+      cursor.style.left = `${plot.valToPos(timeLine.time, "x")}px`;
+      peak.style.left = `${plot.valToPos(total.peak_time, "x")}px`;
+      peak.style.top = `${plot.valToPos(total.peak, "y")}px`;
+    }
+
+    /** Place the marks, and their words in the first of the rows that has room for them. */
+    function placeTouches() {
+      lane.replaceChildren();
+      const width = lane.clientWidth;
+      if (!width) return;
+      const ends = new Array(ROWS).fill(-Infinity);
+      for (const group of grouped(touches, (GAP / width) * duration)) {
+        const left = (width * (group[0].time - timeLine.start)) / (duration || 1);
+        const words = inWords(group.map(({ name }) => name));
+        const button = element("button", "", lane);
+        const text = element("span", words, button);
+        button.type = "button";
+        button.title = group.map((each) => describe(each)).join("\n");
+        button.setAttribute("aria-label", `${words}: first touch at ${fixed(group[0].time, 3)} s`);
+        const end = left + button.offsetWidth;
+        const row = ends.findIndex((other) => other < left && end < width + 24);
+        button.classList.toggle("bare", row < 0);
+        if (row < 0) text.remove();
+        else ends[row] = end;
+        button.classList.toggle("second", row === 1);
+        button.style.left = `${left}px`;
+        button.addEventListener("click", () => {
+          timeLine.pause();
+          timeLine.seek(group[0].time);
+        });
+      }
+    }
+
+    const describe = ({ time, name, speed, force }) =>
+      `${name}: ${fixed(time, 3)} s, at ${fixed(speed, 1)} m/s; at most ${newtons(force)}`;
+
+    byId("force").hidden = !total;
+    byId("touches").hidden = byId("touch-list").hidden = !touches.length;
+    if (total) {
+      const words = `at most ${newtons(total.peak)} at ${fixed(total.peak_time, 3)} s`;
+      host.setAttribute("aria-label", `Total contact force over time, ${words}`);
+      host.title = `Total contact force, ${words} (over all steps; the line has those of the frames)`;
+    }
+    for (const touch of touches) element("li", describe(touch), byId("touch-list").querySelector("ol"));
+    redraw();
+    placeTouches();
+    fitPlot(host, () => plot, redraw);
+    new ResizeObserver(placeTouches).observe(lane);
+
+    function move(position) {
+      mark();
+      if (total) byId("force-reading").textContent = `Contact force ${newtons(between(values, position))}`;
+    }
+    return { move, redraw };
+  };
+})();
