@@ -54,20 +54,17 @@ class ComparisonResult(CommandResult):
     differences: Sequence[Mapping[str, object]]
     files: Sequence[Path]
     comparison: Comparison = field(metadata=HIDDEN)
+    lists_all: bool = field(metadata=HIDDEN)
 
     def paragraphs(self) -> Paragraphs:
         """Return the notes, and for each motion the largest differences."""
         yield "\n".join(self.notes)
-        count = max(2, MAX_ROWS // len(self.divergence))
+        brief = max(2, MAX_ROWS // len(self.divergence))
+        count = len(self.differences) if self.lists_all else brief
         for name in self.divergence:
             yield "\n".join(self._lines(name, count))
         wrote = ", ".join(map(str, self.files)) or "nothing; -o FILE.html draws them, .csv has all"
         yield f"wrote  {wrote}"
-
-    def details(self) -> Paragraphs:
-        """Return the tables with all rows."""
-        for name in self.divergence:
-            yield "\n".join(self._lines(name, len(self.differences)))
 
     def _lines(self, name: str, count: int) -> Iterator[str]:
         """Yield the lines on a motion: its divergence, and a table of each quantity."""
@@ -98,7 +95,8 @@ class ComparisonResult(CommandResult):
                 some = count if quantity is Quantity.ANGLE else -(-count // 2)
                 more = f"and {len(found) - some} more"
                 rows += [head, *found[:some], *([(more,)] if len(found) > some else [])]
-        yield str(Table(rows))
+        if rows:
+            yield str(Table(rows))
 
 
 def _angle_cells(one: Difference) -> tuple[str, ...]:
@@ -168,6 +166,8 @@ def compare(
         float | None,
         typer.Option(help="End of the comparison [s]. [default: that of the shortest motion]"),
     ] = None,
+    *,
+    verbose: bool = False,
 ) -> CommandResult:
     """Compare motions: bodies and curves over one another, and a table of what differs most."""
     files = list(outputs or ())
@@ -214,5 +214,6 @@ def compare(
         differences=[one.row() for one in found.differences],
         files=files,
         comparison=found,
+        lists_all=verbose,
         diagnostics=tuple(warnings),
     )

@@ -35,7 +35,7 @@ from generator.recording import Ending, Recording, energy_kinds
 from generator.rotations import Array, rotation_vector_from_matrix, unit_axis
 from generator.springs_file.axes import axis_label, parallel_sign
 from generator.text_io import format_csv_rows, write_atomic
-from springs import SpringSet
+from springs import JointSprings, SpringSet
 from springs.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -475,9 +475,9 @@ class _Pair:
 
     @cached_property
     def _springs(self) -> SpringSet | None:
-        """Springs of the first motion whose springs are known; they name the axes."""
+        """Springs of the first motion that has some which are known; they name the axes."""
         of_both = (one.springs or springs_of_header(one.header, one.figure) for one in self.motions)
-        return next((springs for springs in of_both if springs is not None), None)
+        return next((one for one in of_both if one is not None and one.joints), None)
 
     def _of_joints(self) -> Iterator[Difference]:
         """Yield the largest difference of each joint in angle, and in position."""
@@ -535,9 +535,11 @@ class _Pair:
     def _axis_name(self, joint: str, axis: int) -> tuple[str, int]:
         """Return the motion of an axis of a joint that springs name, and its sense; or the axis."""
         factor = self.aligned[0].chains[joint][axis]
-        direction = unit_axis(factor.axis)
-        if self._springs is not None and is_rotation(factor.kind):
-            for spring in axis_springs(self._springs, joint):
+        direction, springs = unit_axis(factor.axis), self._springs
+        if springs is not None:
+            own = springs.joints.get(joint, JointSprings(joint))
+            turning = (*own.axes, *axis_springs(springs, joint))
+            for spring in turning if is_rotation(factor.kind) else own.translations:
                 sense = parallel_sign(spring.direction, direction)
                 if sense and spring.motion:
                     return spring.motion, sense

@@ -73,9 +73,7 @@ def resample_at(motion: FigureMotion, at: Array, interval: float | None = None) 
         name: _resample_joint(motion, name, build_chain(axes), at)
         for name, axes in motion.chains.items()
     }
-    header = replace(
-        motion.header, start=float(at[0]), stop=float(at[-1]), frame_interval=interval
-    )
+    header = replace(motion.header, start=float(at[0]), stop=float(at[-1]), frame_interval=interval)
     return replace(motion, header=header, times=at, displacements=moved, recording=None)
 
 
