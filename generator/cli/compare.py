@@ -14,12 +14,11 @@ from generator.cli.outputs import check_distinct_paths, check_writable, write_fi
 from generator.comparison.comparison import (
     THRESHOLD,
     Comparison,
-    Difference,
-    Quantity,
     check_suffix,
     compare_motions,
     names_of_files,
 )
+from generator.comparison.difference import Quantity
 from generator.diagnostics import Diagnostic
 from generator.motion_files import FigureMotion
 
@@ -68,73 +67,17 @@ class ComparisonResult(CommandResult):
 
     def _lines(self, name: str, count: int) -> Iterator[str]:
         """Yield the lines on a motion: its divergence, and a table of each quantity."""
-        reference = self.motions[0].name
-        first, limit = self.comparison.divergences[name], f"{self.threshold_deg:g} deg"
-        if first is None:
-            yield f"{name} against {reference}: no joint differs by more than {limit}"
-        else:
-            angle = f"{first.joint} {first.about}"
-            yield (
-                f"{name} against {reference}: more than {limit} apart from {first.time:.3g} s on, "
-                f"first {angle}"
-            )
-        titles = reference, name, "differs"
-        over = f"{limit} from"
+        yield self.comparison.describe_divergence(name)
         rows: list[tuple[str, ...]] = []
-        tables = (
-            (Quantity.ANGLE, ("angle [deg]", *titles, "at [s]", over), _angle_cells),
-            (Quantity.POSITION, ("position [cm]", *titles, "at [s]"), _value_cells),
-            (Quantity.PEAK_FORCE, ("peak force [N]", *titles, "at [s]"), _value_cells),
-            (Quantity.FIRST_TOUCH, ("first touch [s]", *titles), _touch_cells),
-            (Quantity.ENERGY, ("energy [J]", *titles, "at [s]"), _value_cells),
-        )
-        for quantity, head, cells in tables:
-            differing = (one for one in self.comparison.of(name, quantity) if one.size != 0.0)
-            found = _merge_sides([(one.label, *cells(one)) for one in differing])
+        for quantity in Quantity:
+            head, found = self.comparison.table(name, quantity)
             if found:
                 some = count if quantity is Quantity.ANGLE else -(-count // 2)
                 more = f"and {len(found) - some} more"
-                rows += [head, *found[:some], *([(more,)] if len(found) > some else [])]
+                rows += [head, *(cells for cells, _ in found[:some])]
+                rows += [(more,)] if len(found) > some else []
         if rows:
             yield str(Table(rows))
-
-
-def _angle_cells(one: Difference) -> tuple[str, ...]:
-    """Return the cells of an angle; one within the estimated errors has a mark."""
-    cells = list(_value_cells(one))
-    if one.size and one.error is not None and abs(one.size) <= one.error:
-        cells[2] = f"~{cells[2]}"
-    return (*cells, "" if one.divergence is None else f"{one.divergence:.3f}")
-
-
-def _value_cells(one: Difference) -> tuple[str, ...]:
-    """Return the values of both, their difference and its time."""
-    numbers = (one.reference, one.value, one.size)
-    cells = ("" if each is None else f"{each * one.quantity.scale:.1f}" for each in numbers)
-    time = one.reference_time if one.time is None else one.time
-    return (*cells, "" if time is None else f"{time:.3f}")
-
-
-def _touch_cells(one: Difference) -> tuple[str, ...]:
-    """Return the times of both and their difference; "never" without a touch."""
-    first, other = (
-        "never" if each is None else f"{each:.3f}" for each in (one.reference, one.value)
-    )
-    return first, other, "" if one.size is None else f"{one.size:+.3f}"
-
-
-def _merge_sides(rows: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Return the rows of a table in which those of both sides are one where they are equal."""
-    merged: list[tuple[str, ...]] = []
-    for row in rows:
-        last = merged[-1] if merged else ("",)
-        plain = row[0].removeprefix("left_").removeprefix("right_")
-        sides = {last[0].removesuffix(plain), row[0].removesuffix(plain)}
-        if sides == {"left_", "right_"} and last[1:] == row[1:]:
-            merged[-1] = (f"left/right_{plain}", *row[1:])
-        else:
-            merged.append(row)
-    return merged
 
 
 def compare(
@@ -169,7 +112,10 @@ def compare(
     *,
     verbose: bool = False,
 ) -> CommandResult:
-    """Compare motions: bodies and curves over one another, and a table of what differs most."""
+    """Compare motions: bodies, curves, and what differs most.
+
+    Bodies and curves are over one another in a page; each motion is compared with the first one.
+    """
     files = list(outputs or ())
     check_distinct_paths(files)
     for path in files:
@@ -206,9 +152,7 @@ def compare(
         threshold_deg=threshold,
         notes=found.notes,
         divergence={
-            name: None
-            if first is None
-            else {"time_s": first.time, "joint": first.joint, "about": first.about}
+            name: first and {"time_s": first.divergence, "joint": first.name, "about": first.about}
             for name, first in found.divergences.items()
         },
         differences=[one.row() for one in found.differences],

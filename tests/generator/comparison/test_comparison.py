@@ -18,13 +18,12 @@ from generator.comparison.comparison import (
     MAX_MOTIONS,
     SAME_TIME,
     Comparison,
-    Difference,
-    Quantity,
     compare,
     compare_motions,
-    first_crossing,
     names_of_files,
 )
+from generator.comparison.difference import Difference, Quantity
+from generator.comparison.pair import first_crossing
 from generator.contact.record import ContactRecord
 from generator.diagnostics import ModelError, UsageError
 from generator.joint_chain import build_chain
@@ -175,7 +174,7 @@ def test_a_hinge_is_compared_by_its_displacement():
     assert difference.column == "pin.1"
     first = found.divergences["other"]
     assert first is not None
-    assert (first.time, first.joint) == (difference.divergence, "pin")
+    assert first == difference
 
 
 def test_joints_with_other_axes_are_left_out_and_listed():
@@ -328,23 +327,46 @@ def test_the_curves_are_the_columns_at_the_common_times():
     assert motion.recording is not None
     later = replace(later, recording=replace(motion.recording, times=later.times))
     found = pair(motion, later)
-    curve = found.curves["kinetic"]
-    assert curve.column.title == "kinetic [J]"
-    kinetic = motion.recording.energy["kinetic"]
-    assert np.allclose(curve.values["first"], np.interp(found.times, motion.times, kinetic))
-    assert np.allclose(curve.values["other"], np.interp(found.times, later.times, kinetic))
+    gravity = motion.recording.energy["gravity"]
+    curve = found.curves["gravity"]
+    assert curve.column.title == "gravity [J]"
+    assert np.allclose(curve.values["first"], np.interp(found.times, motion.times, gravity))
+    assert np.allclose(curve.values["other"], np.interp(found.times, later.times, gravity))
     assert all(one.size == found.times.size for one in found.curves["rail.1"].values.values())
 
 
-def test_a_difference_has_the_error_of_both_runs():
+def with_error(error: float) -> FigureMotion:
+    """A run of the slides with the same error in all frames [rad]."""
     motion = clip("slides")
     run = motion.recording
     assert run is not None
-    (first, *_) = pair(motion, motion).differences
-    at = int(np.searchsorted(motion.times, first.time or 0.0))
-    assert first.error == pytest.approx(2.0 * run.accuracy.by_frame[at])
-    without = replace(motion, recording=None)
-    assert pair(motion, without).differences[0].error is None
+    accuracy = replace(run.accuracy, by_frame=np.full(motion.times.size, error))
+    return replace(motion, recording=replace(run, accuracy=accuracy))
+
+
+def test_a_difference_has_the_error_of_both_runs():
+    first, other = with_error(0.1), with_error(0.25)
+    turned = {**other.displacements, "rail": other.displacements["rail"] + [0.3, 0.0]}
+    other = replace(other, displacements=turned)
+    difference = by_name(pair(first, other), Quantity.ANGLE)["rail"]
+    assert difference.error == pytest.approx(0.35)
+    assert difference.cells()[2] == f"~{degrees(0.3):.1f}"
+    clear = by_name(pair(first, replace(other, recording=first.recording)), Quantity.ANGLE)["rail"]
+    assert clear.error == pytest.approx(0.2)
+    assert clear.cells()[2] == f"{degrees(0.3):.1f}"
+    without = pair(first, replace(other, recording=None))
+    assert by_name(without, Quantity.ANGLE)["rail"].error is None
+
+
+def test_whole_turns_of_one_axis_of_a_ball_do_not_count():
+    made = figure([ground(), body("top")], [joint("ball", "ground.base", "top.near", BALL)])
+    motion = any_motion(made)
+    turned = {"ball": motion.displacements["ball"] + [2.0 * np.pi, 0.0, 0.3]}
+    difference = by_name(pair(motion, replace(motion, displacements=turned)), Quantity.ANGLE)[
+        "ball"
+    ]
+    assert (difference.about, difference.column) == ("about z", "ball.3")
+    assert difference.size == pytest.approx(0.3)
 
 
 def test_motions_from_files_and_recordings(tmp_path: Path):
@@ -376,9 +398,13 @@ def test_the_table_is_the_same_everywhere(tmp_path: Path):
     assert isinstance(frame, pandas.DataFrame)
     assert list(frame["name"]) == [row["name"] for row in rows]
     shown = {one.quantity: one.row() for one in found.differences}
-    assert shown[Quantity.ANGLE]["unit"] == "deg"
-    size = next(one.size for one in found.differences if one.quantity is Quantity.ANGLE)
-    assert frame["difference"][0] == pytest.approx(degrees(size or 0.0))
+    for quantity, unit, scale in (
+        (Quantity.ANGLE, "deg", degrees(1.0)),
+        (Quantity.POSITION, "cm", 100.0),
+    ):
+        one = found.of("other", quantity)[0]
+        assert shown[quantity]["unit"] == unit
+        assert one.row()["difference"] == pytest.approx(scale * (one.size or 0.0))
     assert found._repr_html_().count("<tr>") == 1 + len(rows)
 
 
@@ -406,6 +432,11 @@ def test_what_cannot_be_compared(
     motions = [hinge([0.0, 0.1]) for _ in names]
     with pytest.raises(UsageError, match=words):
         compare_motions(motions, names, threshold, stop)
+
+
+def test_a_moment_keeps_its_begin_and_its_end():
+    found = compare_motions([hinge([0.0, 0.1])] * 2, ["a", "b"], stop=1e-9)
+    assert found.times.tolist() == [0.0, 1e-9]
 
 
 def test_motions_without_a_common_time_or_of_single_frames():
