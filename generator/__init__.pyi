@@ -1,5 +1,7 @@
 """The public names and the modules that define them, from which they are imported when used."""
 
+from .comparison.comparison import Comparison, compare
+from .comparison.difference import Difference
 from .contact.box import Box
 from .contact.plane import Plane
 from .contact.record import (
@@ -67,8 +69,10 @@ __all__ = [
     "BodyPart",
     "Box",
     "Case",
+    "Comparison",
     "ContactRecord",
     "ContactSphere",
+    "Difference",
     "Ending",
     "ExudynModel",
     "Falls",
@@ -110,6 +114,7 @@ __all__ = [
     "centre_of_mass",
     "centre_of_mass_jacobian",
     "centre_of_pressure",
+    "compare",
     "convert",
     "design_points",
     "effective_mass",

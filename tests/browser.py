@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 from urllib.request import HTTPCookieProcessor, build_opener
 
@@ -41,6 +42,25 @@ def launch_browser() -> Iterator[Any]:
             yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def offline_page(browser: Any, path: Path, width: int, height: int) -> Iterator[Any]:
+    """Open a page from disk without a network; its console is silent, and it asks for no more."""
+    context = browser.new_context(viewport={"width": width, "height": height}, offline=True)
+    said: list[str] = []
+    asked: list[str] = []
+    tab = context.new_page()
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda failure: said.append(str(failure)))
+    tab.on("dialog", lambda dialog: said.append(dialog.message))
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto(path.as_uri())
+    tab.evaluate("page.ready")
+    yield tab
+    context.close()
+    assert said == []
+    assert asked == [path.as_uri()]
 
 
 def go_to_page(tab: Any, address: str) -> None:

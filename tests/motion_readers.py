@@ -113,13 +113,13 @@ class Glb:
 
 
 class Page(HTMLParser):
-    """A page of a motion as an HTML parser reads it.
+    """A page of a motion or a comparison as an HTML parser reads it.
 
     Attributes:
         tags: names and attributes of all elements.
         contents: texts within title, pre, style and script elements.
         scripts: texts of the scripts that run.
-        data: those of the motion.
+        data: those of the motion or the comparison.
     """
 
     def __init__(self, path: Path) -> None:
@@ -133,7 +133,7 @@ class Page(HTMLParser):
         texts = list(zip(self._kinds, self.contents["script"], strict=True))
         self.scripts = [text for kind, text in texts if kind is None]
         (self.data,) = (json.loads(t) for kind, t in texts if kind == "application/json")
-        (self._glb,) = (text for kind, text in texts if kind == "text/plain")
+        self._glbs = [text for kind, text in texts if kind == "text/plain"]
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append((tag, {key: value or "" for key, value in attrs}))
@@ -161,7 +161,12 @@ class Page(HTMLParser):
         return found
 
     def glb(self) -> Glb:
-        return Glb.of_bytes(zlib.decompress(b64decode(self._glb, validate=True)))
+        (text,) = self._glbs
+        return self.glb_of(text)
+
+    @staticmethod
+    def glb_of(text: str) -> Glb:
+        return Glb.of_bytes(zlib.decompress(b64decode(text, validate=True)))
 
     @staticmethod
     def floats(text: str) -> Array:

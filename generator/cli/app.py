@@ -52,6 +52,7 @@ if TYPE_CHECKING:
 
 COMMANDS = {
     "simulate": "Simulate a figure under gravity, loads, springs and contact.",
+    "compare": "Compare motions: bodies, curves, and what differs most.",
     "sweep": "Simulate a figure many times, each with other parameters.",
     "person": "Make the figure of a person of a sex, stature and mass.",
     "convert": "Convert a motion, a figure or a model, and list the losses.",

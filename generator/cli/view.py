@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from generator.cli.answer import CommandResult, Paragraphs
+from generator.cli.compare import compare
 from generator.cli.convert import Conversion
 from generator.cli.inputs import (
     check_segment_distances,
@@ -86,7 +87,8 @@ def view(
     export: Annotated[
         Path | None,
         typer.Option(
-            metavar="PAGE.html", help="Write the motion as a page without a server, and end."
+            metavar="PAGE.html",
+            help="Write the motion, or both compared, as a page without a server, and end.",
         ),
     ] = None,
     port: Annotated[
@@ -105,6 +107,10 @@ def view(
         raise UsageError("the name of what to show is empty: name a figure, a pose or a motion")
     path = Path(name)
     _check_kind(path, figure, second, export)
+    if export is not None and second is not None:
+        if springs is not None or law is not None:
+            raise UsageError("--export with --with compares motions: leave out --springs and --law")
+        return compare([path, second], [export], figure)
     if export is not None:
         return _export(path, figure, springs, law, export)
     inputs = load_inputs(path, figure, second, springs, law)
@@ -155,8 +161,6 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
         return
     if export.suffix.lower() != PAGE_SUFFIX:
         raise UsageError(f"--export {export}: {suffix_fault(export)}; a page ends in {PAGE_SUFFIX}")
-    if second is not None:
-        raise UsageError("--export writes one motion: leave out --with")
 
 
 def load_inputs(

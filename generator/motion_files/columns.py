@@ -19,6 +19,9 @@ from generator.motion_files.motion import FigureMotion
 from generator.motion_files.skeleton import continuous_quaternions
 from generator.recording import Recording, RecordingPart, energy_kinds
 from generator.rotations import Array, matrix_from_chain_angles
+from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
+
+_SCALES = {units.displacement: units.scale for units in (ROTATION_UNITS, TRANSLATION_UNITS)}
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,11 @@ class Column:
     def title(self) -> str:
         """Name and unit: `left_knee.1 [deg]`."""
         return f"{self.name} [{self.unit}]"
+
+    @property
+    def scale(self) -> float:
+        """Number of its units in a radian, a metre or the unit."""
+        return _SCALES.get(self.unit, 1.0)
 
     def extreme(self, motion: FigureMotion, sign: int) -> tuple[float, float] | None:
         """Return time [s] and number of the largest (1) or smallest (-1) number of a motion.

@@ -9,7 +9,7 @@ import json
 import re
 import zlib
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -44,7 +44,7 @@ from generator.springs_file.read import NO_SPRINGS, read_springs
 from generator.text_io import write_atomic
 from springs import SphericalLaw, SpringSet
 
-SCRIPTS = (
+SHARED_SCRIPTS = (
     "three.min.js",
     "uPlot.min.js",
     "tools.js",
@@ -53,10 +53,11 @@ SCRIPTS = (
     "body.js",
     "surroundings.js",
     "chart.js",
-    "force_strip.js",
-    "page.js",
 )
-"""Scripts of a page, in their order."""
+"""Scripts of all pages, in their order."""
+
+SCRIPTS = (*SHARED_SCRIPTS, "force_strip.js", "page.js")
+"""Scripts of the page of a motion."""
 
 MAX_PAGE_FRAMES = 6_000
 """Frames of a page; of a longer motion every second, third ... is kept."""
@@ -388,23 +389,42 @@ def format_page(data: dict[str, Any], glb: bytes) -> str:
         data: data as `page_data` returns it.
         glb: the motion as binary glTF.
     """
-    scripts, styles = (
-        [_asset(name) for name in names] for names in (SCRIPTS, ("uPlot.min.css", "page.css"))
-    )
-    parts: dict[str, Callable[[], str]] = {
-        "policy": lambda: escape(_policy(scripts, styles)),
-        "title": lambda: escape(str(data["title"])),
-        "licences": lambda: escape(
-            "\n\n".join(_asset(name) for name in ("three.LICENSE.txt", "uPlot.LICENSE.txt"))
-        ),
-        "motion": lambda: script_json(data),
-        "scripts": lambda: "\n".join(f"<script>{script}</script>" for script in scripts),
-        "glb": lambda: b64encode(zlib.compress(glb, 9)).decode(),
+    parts = {"motion": script_json(data), "glb": encode_glb(glb)}
+    return fill_page("page.html", SCRIPTS, ("page.css",), str(data["title"]), parts)
+
+
+def encode_glb(glb: bytes) -> str:
+    """Return a binary glTF deflated, as base64."""
+    return b64encode(zlib.compress(glb, 9)).decode()
+
+
+def fill_page(
+    template: str, scripts: Sequence[str], styles: Sequence[str], title: str, parts: dict[str, str]
+) -> str:
+    """Return the text of a page in which only its scripts may run.
+
+    Args:
+        template: Name of the asset in which `{{NAME}}` stands for a part or another asset.
+        scripts: Names of the scripts, in their order.
+        styles: Names of the styles, in their order.
+        title: Title of the page.
+        parts: Further parts by name, in which nothing ends a script.
+    """
+    codes = [_asset(name) for name in scripts]
+    style_texts = [_asset(name) for name in ("uPlot.min.css", *styles)]
+    licences = [_asset(name) for name in ("three.LICENSE.txt", "uPlot.LICENSE.txt")]
+    whole = {
+        "policy": escape(_policy(codes, style_texts)),
+        "title": escape(title),
+        "licences": escape("\n\n".join(licences)),
+        "styles": "\n".join(f"<style>{text}</style>" for text in style_texts),
+        "scripts": "\n".join(f"<script>{code}</script>" for code in codes),
+        **parts,
     }
     text = re.sub(
         r"\{\{([\w.]+)\}\}",
-        lambda found: parts[found[1]]() if found[1] in parts else _asset(found[1]),
-        _asset("page.html"),
+        lambda found: whole[found[1]] if found[1] in whole else _asset(found[1]),
+        _asset(template),
     )
     return text.encode("utf-8", "replace").decode()
 

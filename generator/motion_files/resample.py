@@ -58,12 +58,22 @@ def resample(motion: FigureMotion, fps: float) -> FigureMotion:
             f"more than {MAX_RESAMPLED_FRAMES:,} frames"
         )
     at = np.minimum(times[0] + np.arange(floor(frames) + 1) / fps, times[-1])
+    return resample_at(motion, at, 1.0 / fps if at.size > 1 else None)
+
+
+def resample_at(motion: FigureMotion, at: Array, interval: float | None = None) -> FigureMotion:
+    """Return a motion of several frames at other times within it, as `resample` does.
+
+    Args:
+        motion: Motion.
+        at: Times, shape (m,) [s].
+        interval: Interval of the frames for the header [s]; None where it varies.
+    """
     moved = {
         name: _resample_joint(motion, name, build_chain(axes), at)
         for name, axes in motion.chains.items()
     }
-    interval = 1.0 / fps if at.size > 1 else None
-    header = replace(motion.header, stop=float(at[-1]), frame_interval=interval)
+    header = replace(motion.header, start=float(at[0]), stop=float(at[-1]), frame_interval=interval)
     return replace(motion, header=header, times=at, displacements=moved, recording=None)
 
 
@@ -71,7 +81,7 @@ def _resample_joint(motion: FigureMotion, joint: str, chain: Chain, at: Array) -
     """Return the displacements of a joint at other times (m,), shape (m, n) [rad or m]."""
     times, values = motion.times, motion.displacements[joint]
     recording = motion.recording
-    rates = None if recording is None else recording.velocities[joint]
+    rates = None if recording is None else recording.velocities.get(joint)
     steps = np.diff(values, axis=0)
     ends = _parabola_rates(times, steps) if rates is None else rates
     k, moved = _cubic_step(times, at, steps, ends[:-1], ends[1:])

@@ -52,16 +52,21 @@ def format_csv(motion: FigureMotion) -> str:
     return "".join(_csv_lines(motion))
 
 
-def dataframe_of_recording(recording: Recording) -> "DataFrame":
-    """Return the table of a recording; see `Recording.to_dataframe`."""
+def make_dataframe(data: object) -> "DataFrame":
+    """Return the data frame of rows or columns. Raises ImportError without pandas."""
     try:
         from pandas import DataFrame  # pyright: ignore[reportMissingTypeStubs]
     except ImportError:
         raise ImportError(
             'a data frame needs pandas: in the project\'s folder, `pip install -e ".[notebook]"`'
         ) from None
+    return DataFrame(data)
+
+
+def dataframe_of_recording(recording: Recording) -> "DataFrame":
+    """Return the table of a recording; see `Recording.to_dataframe`."""
     motion = motion_from_recording(recording)
-    return DataFrame(
+    return make_dataframe(
         {
             column.title: [float(column.format(one) or "nan") for one in column.read(motion)]
             for column in columns_of_motion(motion)
