@@ -81,7 +81,7 @@ COLUMN: Mapping[str, float] = {
     "springs": -1.8,
     "distributed": -2.7,
     "exudyn": -2.75,
-    "viser": 2.1,
+    "viser": 2.8,
 }
 """Horizontal place of each room; the height follows from the arrows."""
 
