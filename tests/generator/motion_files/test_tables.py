@@ -121,6 +121,7 @@ def test_tables_list_what_they_lose_of_the_contact(
         "contact depths",
         "first touches, peaks and impulses",
         "weight carried and creep",
+        "contact forces of parts, with their points",
         "sensitivity",
         "overlap of segments",
         "contact of parts of the body",
