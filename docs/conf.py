@@ -41,7 +41,7 @@ highlight_language = "text"
 maximum_signature_line_length = 88
 nitpick_ignore_regex = [
     ("py:class", r".*[.\[].*|DataFrame"),
-    ("py:exc", r"(WallLimit|Cluster|NotInstalled|UnknownPath)Error"),
+    ("py:exc", r"(WallLimit|Cluster|NotInstalled|OffGround|OutOfBalance|UnknownPath)Error"),
 ]
 """Types in signatures, with their modules, and errors: not all of them are in docs/api.md."""
 

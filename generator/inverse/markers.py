@@ -182,7 +182,7 @@ def read_c3d(path: Path) -> Markers:
         from ezc3d import c3d  # pyright: ignore
     except ImportError:
         raise UsageError(
-            f"{path}: reading .c3d needs ezc3d: pip install 'exudyn-mover[c3d]'"
+            f'{path}: reading .c3d needs ezc3d: in the project\'s folder, `pip install -e ".[c3d]"`'
         ) from None
     if not path.is_file():
         raise InputError([error(f"`{path}` cannot be read: no such file")])

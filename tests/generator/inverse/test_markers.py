@@ -120,7 +120,7 @@ def test_c3d_needs_its_reader(monkeypatch: pytest.MonkeyPatch):
         return own(name, *others, **more)
 
     monkeypatch.setattr(builtins, "__import__", refused)
-    with pytest.raises(UsageError, match=r"pip install 'exudyn-mover\[c3d\]'"):
+    with pytest.raises(UsageError, match=r'needs ezc3d: .*`pip install -e "\.\[c3d\]"`'):
         read_markers(Path("walk.c3d"))
 
 
