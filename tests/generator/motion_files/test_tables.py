@@ -119,6 +119,7 @@ def test_tables_list_what_they_lose_of_the_contact(
         "sizes of contact forces",
         "directions of contact forces",
         "contact depths",
+        "contact forces of parts, with their points",
         "first touches, peaks and impulses",
         "weight carried and creep",
         "contact forces of parts, with their points",
