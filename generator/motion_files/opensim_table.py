@@ -284,7 +284,8 @@ class CoordinateTable:
             values = np.radians(values) if self.in_degrees and is_angle else values
             found[place] = (values - at.offset) / at.scale
         example = next(iter(displacement_columns(chains, coordinates)), "JOINT_1")
-        hint = f"displacements are called as those of the model, or JOINT_k: `{example}`"
+        named = "as those of the model" if coordinates else "JOINT_k"
+        hint = f"displacements are called {named}, such as `{example}`"
         if not found:
             message = "no column is a displacement of a joint of the figure"
             diagnostics.error(message, self.title_line, hint)

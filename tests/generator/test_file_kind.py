@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -26,6 +27,7 @@ from generator.input_files.moments import MOMENTS_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE, write_scene
 from generator.input_files.tone import TONE_FILE
+from generator.inverse.markers import TASKS_FILE, TRC_FILE, Markers, format_trc
 from generator.kinematics.links import LINKS_FILE
 from generator.motion_files.action import ACTION_FILE, format_action
 from generator.motion_files.opensim_table import COORDINATES_FILE, CoordinateTable
@@ -98,6 +100,8 @@ band = [0.8, 1.7]
 class = "scaled"
 source = "of twelve people"
 """
+TASKS = '<IKTaskSet><IKMarkerTask name="a"><weight>2</weight></IKMarkerTask></IKTaskSet>\n'
+MARKERS = Markers(np.array([0.0, 0.5]), ("a", "b"), np.arange(12.0).reshape(2, 2, 3))
 PSURF = "0 0 0\n10 0 0\n0 10 0\n0 0 10\n;;\n1 3 2;\n1 2 4;\n1 4 3;\n2 3 4;\n;;\n"
 
 
@@ -160,6 +164,8 @@ EXAMPLES = {
     ),
     "SPRINGS_FILE": Example(SPRINGS_FILE, SPRING, write=write_springs),
     "STUDY_FILE": Example(STUDY_FILE, STUDY),
+    "TASKS_FILE": Example(TASKS_FILE, TASKS, content=dict),
+    "TRC_FILE": Example(TRC_FILE, format_trc(MARKERS), write=format_trc),
     "TONE_FILE": Example(TONE_FILE, (FIGURES / "fall.tone.toml").read_text(encoding="utf-8")),
 }
 
