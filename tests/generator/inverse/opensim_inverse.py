@@ -33,6 +33,7 @@ CURVES = ("Spline", "PolynomialFunction")
 def opensim() -> Any:
     osim: Any = pytest.importorskip("opensim")
     osim.Logger.setLevelString("Error")
+    osim.Logger.removeFileSink()
     return osim
 
 
