@@ -26,7 +26,7 @@ from generator.input_files.loads import LOADS_FILE
 from generator.input_files.moments import MOMENTS_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE, write_scene
-from generator.input_files.tone import TONE_FILE
+from generator.input_files.tone import STRENGTH_FILE, TONE_FILE
 from generator.inverse.markers import TASKS_FILE, TRC_FILE, Markers, format_trc
 from generator.kinematics.links import LINKS_FILE
 from generator.motion_files.action import ACTION_FILE, format_action
@@ -49,6 +49,11 @@ SPRING = """figure = "leg"
 joints = ["left_knee", "right_knee"]
 points_deg_Nm = [[0, 1.5], [45, 0.25], [90, -2]]
 viscous_Nms_rad = 0.1
+"""
+STRENGTH = """[[strength]]
+motion = "left_knee flexion"
+torque_Nm = [110, 210]
+class = "estimate"
 """
 STUDY = """figure = "pendulum"
 stop = 0.3
@@ -166,6 +171,7 @@ EXAMPLES = {
     "STUDY_FILE": Example(STUDY_FILE, STUDY),
     "TASKS_FILE": Example(TASKS_FILE, TASKS, content=dict),
     "TRC_FILE": Example(TRC_FILE, format_trc(MARKERS), write=format_trc),
+    "STRENGTH_FILE": Example(STRENGTH_FILE, STRENGTH),
     "TONE_FILE": Example(TONE_FILE, (FIGURES / "fall.tone.toml").read_text(encoding="utf-8")),
 }
 

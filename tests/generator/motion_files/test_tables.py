@@ -122,7 +122,6 @@ def test_tables_list_what_they_lose_of_the_contact(
         "contact forces of parts, with their points",
         "first touches, peaks and impulses",
         "weight carried and creep",
-        "contact forces of parts, with their points",
         "sensitivity",
         "overlap of segments",
         "contact of parts of the body",
