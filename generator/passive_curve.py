@@ -337,9 +337,14 @@ def _format_range(ends: Range) -> str:
 def _sampled_angles(
     joint: Joint, spring: AxisSpring, laws: Sequence[Elastic], checked: Range
 ) -> Array:
-    """Return the angles at which a curve is drawn, with the breakpoints of its laws [rad]."""
+    """Return the angles at which a curve is drawn, with the breakpoints of its laws [rad].
+
+    Breakpoints beyond `LARGEST_TORQUE` do not widen them.
+    """
     ends = [*checked, *(common_valid_range(laws) or ())]
-    ends += [corner for law in laws for corner in law.breakpoints]
+    all_corners = np.array([corner for law in laws for corner in law.breakpoints])
+    small = np.abs(np.asarray(total_torque(laws, all_corners))) <= LARGEST_TORQUE
+    ends += all_corners[small].tolist() if laws else []
     for k, axis in enumerate(joint.chain):
         sign = parallel_sign(axis.axis, spring.direction)
         for limits in (joint.lower_limit, joint.upper_limit):
@@ -347,7 +352,7 @@ def _sampled_angles(
                 ends.append(sign * limits[k])
     ends = [end for end in ends if np.isfinite(end)]
     low, high = max(min(ends) - _MARGIN, -np.pi), min(max(ends) + _MARGIN, np.pi)
-    corners = [corner for law in laws for corner in law.breakpoints if low < corner < high]
+    corners = all_corners[(low < all_corners) & (all_corners < high)]
     count = int((high - low) / _SPACING) + 2
     return np.unique([*np.linspace(low, high, count), *corners])
 

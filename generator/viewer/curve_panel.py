@@ -313,8 +313,8 @@ class CurvePanel(Panel):
         limit = curve_editor.torque_limit(loaded, float(curve.moment_at(angle)))
         low, high = curve_editor.angle_limits(curve, loaded, angle)
         if self._drawn_axes is not None and self._drawn_axes[0] == curve.label:
-            (first, last, _, largest) = self._drawn_axes[1]  # the limits of a curve only grow
-            low, high, limit = min(low, first), max(high, last), max(limit, largest)
+            first, last, *_ = self._drawn_axes[1]  # the range of angles of a curve only grows
+            low, high = min(low, first), max(high, last)
         limits = (low, high, -limit, limit)
         with self.viewer.server.atomic():
             if (curve.label, limits) != self._drawn_axes:
