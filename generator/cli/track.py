@@ -123,7 +123,7 @@ def track(
         str, typer.Option(metavar="y|z", help="Axis of the laboratory that points up.")
     ] = "y",
 ) -> CommandResult:
-    """Find the motion of a figure whose sites are nearest to measured markers.
+    """Find the motion of a figure from measured markers.
 
     A marker belongs to the site SEGMENT.SITE, or to the only site of its name. Limits of joints and
     links are kept.

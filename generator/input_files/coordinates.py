@@ -8,10 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain as joined
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import PPoly
 
 from generator.diagnostics import Diagnostics, Source, shorten, spelling_hint
 from generator.figure import Figure, JointAxis
@@ -23,6 +22,9 @@ from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Integer, Number, TableRows, Text
 from generator.toml_file.spans import locate_keys
 from generator.toml_file.writer import document_to_toml
+
+if TYPE_CHECKING:  # slow to import
+    from scipy.interpolate import PPoly
 
 COORDINATE_TABLE = "coordinate"
 
@@ -63,7 +65,7 @@ class CoordinateCurve:
         scale: Factor of all values.
     """
 
-    pieces: PPoly
+    pieces: "PPoly"
     is_straight_beyond: bool
     scale: float = 1.0
 

@@ -350,10 +350,12 @@ def _camera_of_page(
 
 def _frame_client(client: Any, points: Array, view: str) -> None:
     """Move the camera of a page to see points, (n, 3) [m]."""
+    camera = client.camera
+    position, target = _camera_of_page(points, camera.image_width, camera.image_height, view)
     with client.atomic():
-        client.camera.position, client.camera.look_at = _camera_of_page(
-            points, client.camera.image_width, client.camera.image_height, view
-        )
+        camera.look_at = target  # first, since it may not be where the camera is
+        camera.position = position  # moves both
+        camera.look_at = target
 
 
 def _shown_pose(placement: Placement) -> FigureState:
