@@ -66,7 +66,7 @@ COMMANDS = {
     "shoulder": "Pose an arm by the direction of its elbow.",
     "link": "Set joints and move the joints that are linked to them.",
     "track": "Find the motion of a figure from measured markers.",
-    "inverse": "Find the joint moments of a measured motion, and the passive share.",
+    "inverse": "Find joint moments of a measured motion, and the passive share.",
     "settle": "Find the equilibrium of a figure under gravity and springs.",
     "mass": "Compute the mass properties of a closed surface.",
     "complete": "Estimate missing masses and inertias of a figure from psurfs.",

@@ -229,7 +229,7 @@ def inverse(
         ),
     ] = None,
 ) -> CommandResult:
-    """Find the joint moments of a measured motion, and the passive share."""
+    """Find joint moments of a measured motion, and the passive share."""
     files = list(output or ())
     _check_outputs(files)
     zero = 0.0 if hip_zero is None else options.angle_from_option("--hip-zero", hip_zero)
