@@ -74,7 +74,12 @@ def touch_warnings(recording: Recording) -> Iterator[Diagnostic]:
     for layer, part, time in () if record is None else record.pressed_layers:
         by = "" if layer.endswith(part) else f" by {part}"
         yield warning(f"{layer} was pressed through{by} at {time:.3g} s: what is below is hard")
-    if record is None or any(one.first_time is not None for one in record.segments.values()):
+    if record is None:
+        return
+    if any(one.first_time is not None for one in record.segments.values()):
+        is_open = not any(prop.shape.is_endless for prop in recording.scene.props)
+        if is_open and record.weight_carried == 0.0 and recording.outcome.reached_stop:
+            yield warning("the figure falls past the props: --floor adds a floor")
         return
     yield warning(
         f"the figure touched nothing by {recording.times[-1]:.3g} s: increase --stop, or reduce "

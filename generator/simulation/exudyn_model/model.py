@@ -35,7 +35,7 @@ from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import Tree, build_tree
 from generator.loads import TimedLoad
 from generator.model import Model
-from generator.rotations import Array
+from generator.rotations import Array, pose_matrix
 from generator.simulation.exudyn_model.bodies import (
     Constraint,
     add_bodies,
@@ -257,10 +257,28 @@ def _check_start_outside(
     """Raise ModelError if a contact sphere starts inside a prop."""
     deepest = deepest_sphere(placement.poses, scene, spheres)
     if deepest is not None and deepest.depth > _MAX_START_DEPTH:
+        lift = _lift_above(placement.poses, scene, spheres)
+        by = "" if lift is None else f" by {100.0 * lift:.3g} cm"
         raise ModelError(
             f"segment {deepest.segment} starts {100.0 * deepest.depth:.3g} cm inside "
-            f"{deepest.prop}: raise the figure, as by a height of 0, or move the prop"
+            f"{deepest.prop}: raise the figure{by}, or move the prop"
         )
+
+
+def _lift_above(
+    poses: Mapping[str, Array], scene: Scene, spheres: Mapping[str, Sequence[ContactSphere]]
+) -> float | None:
+    """Return the least multiple of a centimetre that lifts all spheres out of the props [m].
+
+    None where 3 m along the y axis are too little.
+    """
+    for lift in np.arange(1, 301) / 100.0:
+        shift = pose_matrix(np.eye(3), np.array([0.0, lift, 0.0]))
+        moved = {name: shift @ pose for name, pose in poses.items()}
+        deepest = deepest_sphere(moved, scene, spheres)
+        if deepest is None or deepest.depth <= _MAX_START_DEPTH:
+            return float(lift)
+    return None
 
 
 def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from generator import read_action, read_figure
 from generator.cli import contact
 from generator.cli.answer import Table, json_text
 from generator.cli.inputs import plan_from_options
+from generator.contact.box import Box
 from generator.contact.plane import Plane
 from generator.contact.record import (
     HEAD_CAVEAT,
@@ -29,7 +30,7 @@ from generator.contact.record import (
     PartContact,
     SegmentContact,
 )
-from generator.contact.scene import FLOOR, Scene, floor_prop
+from generator.contact.scene import FLOOR, Prop, Scene, floor_prop
 from generator.contact.spheres import fit_contact_spheres
 from generator.contact_file.parts import Evidence
 from generator.diagnostics import ModelError
@@ -219,6 +220,15 @@ def test_the_first_touches_and_the_next(times: Any, expected: Sequence[str], fal
     assert [title for title, _ in rows[start : start + len(expected)]] == ["touch", ""][
         : len(expected)
     ]
+
+
+def test_a_figure_that_falls_past_the_props_is_warned_of(fall: FloorRun):
+    ledge = Scene((Prop("ledge", Box((0.0, -1.0, 0.0), (1.0, 1.0, 1.0)), DEFAULT_SURFACE),))
+    past = made(fall.recording, weight_carried=0.0)
+    (said,) = contact.touch_warnings(replace(past, scene=ledge))
+    assert said.message == "the figure falls past the props: --floor adds a floor"
+    assert not list(contact.touch_warnings(replace(past, scene=Scene.floor())))
+    assert not list(contact.touch_warnings(replace(fall.recording, scene=ledge)))
 
 
 def test_without_a_force_there_is_no_row_of_one(fall: FloorRun):

@@ -207,14 +207,14 @@ FLOOR_AND_CRATE = Scene(
 
 def test_the_start_inside_a_prop_is_refused_with_its_depth() -> None:
     """The deepest one, by name; touching is no penetration."""
-    with pytest.raises(ModelError, match=r"starts 1\.5 cm inside floor: raise the figure"):
+    with pytest.raises(ModelError, match=r"starts 1\.5 cm inside floor: raise the figure by 2 cm"):
         build_model(Model(ball(-0.015)), Plan(scene=FLOOR))
     made = build_model(Model(ball(0.0)), Plan(scene=FLOOR))
     assert made.contacts is not None
     build_model(Model(ball(-1e-7)), Plan(scene=FLOOR))
     build_model(Model(ball(-0.015)), Plan())
     inside = {"pin": (0.0, 0.0, 0.0, 1.0, 0.09 + 0.35, 0.0)}
-    with pytest.raises(ModelError, match="segment link starts 6 cm inside crate: raise the fig"):
+    with pytest.raises(ModelError, match="starts 6 cm inside crate: raise the figure by 6 cm"):
         build_model(Model(ball(0.0)), Plan(scene=FLOOR_AND_CRATE, displacements=inside))
 
 
