@@ -64,10 +64,12 @@ class Model:
         return f"<Model of {self.figure!r} with springs from {shorten(self.springs.origin)}>"
 
     def _repr_html_(self) -> str:
-        """Table of the passive curves, for notebooks."""
+        """Table of the passive curves, of joints with a reach their names alone."""
         # By name, since curves are above.
         curves = import_module("generator.passive_curve").passive_curves(self.figure, self.springs)
-        rows = (curve.summary() for of_joint in curves.values() for curve in of_joint)
+        rows = [curve.summary() for of_joint in curves.values() for curve in of_joint]
+        reaches = (name for name, one in self.springs.joints.items() if one.reach is not None)
+        rows += [(name, "reach and turn", "", "", "") for name in reaches]
         columns = ("joint", "motion", "known [deg]", "at its ends [N m]", "viscous [N m s/rad]")
         return html_table(repr(self).strip("<>"), columns, rows)
 
