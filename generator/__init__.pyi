@@ -42,6 +42,8 @@ from .kinematics.stability import stability
 from .kinematics.tree import build_tree
 from .model import Model
 from .motion_files import ActionFile, read_action, read_npz
+from .notebook import PageView
+from .passive_curve import PassiveCurve, passive_curves
 from .person.measures import estimate_measures
 from .person.person import Person, build_person
 from .person.survey import Sex
@@ -57,6 +59,7 @@ from .study.designs import design_points
 from .study.falls import Falls, run_falls
 from .study.parameter_paths import Case
 from .study.run_case import run_case
+from .study.sensitivity import estimate_indices
 from .study.study_file import read_study
 from .study.sweep import run_sweep
 from .tone import Tone
@@ -88,6 +91,8 @@ __all__ = [
     "ModelError",
     "MoverError",
     "Outcome",
+    "PageView",
+    "PassiveCurve",
     "Person",
     "Plan",
     "Plane",
@@ -118,12 +123,14 @@ __all__ = [
     "convert",
     "design_points",
     "effective_mass",
+    "estimate_indices",
     "estimate_measures",
     "fall_plan",
     "fit_springs",
     "forward_kinematics",
     "head_injury_criterion",
     "initial_displacements",
+    "passive_curves",
     "read_action",
     "read_contact",
     "read_figure",

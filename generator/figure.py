@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property, reduce
+from importlib import import_module
 from math import hypot, inf, isfinite
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar, assert_never
@@ -24,7 +25,7 @@ from generator.diagnostics import (
     format_count,
     shorten,
 )
-from generator.notebook import html_table
+from generator.notebook import PageView, html_table
 from generator.rotations import Array, matrix_from_xyz, pose_matrix, unit_vector
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
 from springs.short_repr import short_repr
@@ -464,6 +465,22 @@ class Figure:
         return html_table(
             str(self).strip("<>"), ("segment", "mass [kg]", "sites"), segments
         ) + html_table("", ("joint", "parent", "child", "displacements"), joints)
+
+    def view(self, height: int = 600) -> PageView:
+        """Return a page of the figure as its file poses it, in 3-D, for the cell of a notebook.
+
+        See `Recording.view`.
+
+        Args:
+            height: Height of the cell [px].
+
+        Raises:
+            MoverError: The page cannot hold the figure.
+        """
+        # By name: motions are above.
+        motion = import_module("generator.motion_files.motion").motion_from_figure(self)
+        page = import_module("generator.motion_files.page").page_of_motion(motion)[0]
+        return PageView(page, height)
 
     def with_parts(self, *parts: "Segment | Joint | Attribute") -> "Figure":
         """Return the figure with parts in place of those of the same names, or added to them.

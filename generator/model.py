@@ -9,6 +9,7 @@ from generator.contact_file.file import CONTACT_FILE, read_contact
 from generator.contact_file.parts import BodyContact
 from generator.diagnostics import UnknownNameError, shorten, spelling_hint
 from generator.figure import Figure
+from generator.notebook import html_table
 from generator.springs_file.read import read_springs
 from generator.text_io import is_file
 from springs import SphericalLaw, SpringSet
@@ -61,6 +62,16 @@ class Model:
     def __repr__(self) -> str:
         """The figure and its springs, in a line."""
         return f"<Model of {self.figure!r} with springs from {shorten(self.springs.origin)}>"
+
+    def _repr_html_(self) -> str:
+        """Table of the passive curves, of joints with a reach their names alone."""
+        # By name, since curves are above.
+        curves = import_module("generator.passive_curve").passive_curves(self.figure, self.springs)
+        rows = [curve.summary() for of_joint in curves.values() for curve in of_joint]
+        reaches = (name for name, one in self.springs.joints.items() if one.reach is not None)
+        rows += [(name, "reach and turn", "", "", "") for name in reaches]
+        columns = ("joint", "motion", "known [deg]", "at its ends [N m]", "viscous [N m s/rad]")
+        return html_table(repr(self).strip("<>"), columns, rows)
 
     def with_parameter(self, path: str, value: float) -> "Model":
         """Return the model with a quantity set as a study sets it.

@@ -13,6 +13,7 @@ import numpy as np
 
 from generator.figure import Figure, Joint
 from generator.joint_chain import Chain, build_chain
+from generator.notebook import html_curves
 from generator.rotations import Array, rotation_vector_from_matrix
 from generator.springs_file.axes import axis_label, parallel_sign
 from springs import (
@@ -31,6 +32,7 @@ from springs.lint.curve import FIRM_TORQUE, lint_range
 from springs.published.range_of_motion import RangeEnd, normal_range
 from springs.published.rows import PublishedCurve
 from springs.published.tables import curves_of_motion
+from springs.short_repr import short_repr
 
 _SPACING = radians(1.0)
 """Distance of the angles of a curve [rad]."""
@@ -45,6 +47,7 @@ Displacements = Mapping[str, Array]
 """By joint: a value for each factor of its chain, shape (n,) [rad or m]."""
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class PublishedTorques:
     """A published curve at the angles of a passive curve.
@@ -70,6 +73,7 @@ class PublishedTorques:
         return f"{' '.join(words)}, {name.replace('_', ' ')}"
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class PassiveCurve:
     """The passive moment of a joint about one axis, as a function of the angle about it.
@@ -161,6 +165,26 @@ class PassiveCurve:
             others = (f"{name} at {degrees(a):.1f} deg" for name, a in self.held_angles.items())
             lines.append(f"A law over several joints, drawn with {' and '.join(others)}")
         return tuple(lines)
+
+    def summary(self) -> tuple[str, ...]:
+        """Return joint, motion, known range, torques at its ends, and damping, as texts.
+
+        Where the known range is not stated the ends are those of the normal one.
+        """
+        known = self.valid_range
+        low, high = known or self.checked_range
+        ends = " and ".join(f"{moment:.1f}" for moment in self.moment_at(np.array([low, high])))
+        shown = "" if known is None else f"{degrees(low):.0f} to {degrees(high):.0f}"
+        return self.joint, self.motion, shown, ends, f"{self.spring.damping.viscous:.3g}"
+
+    def _repr_html_(self) -> str:
+        """The curve beside published ones, for notebooks."""
+        low, high = self.checked_range
+        shown = (self.angles >= low - _MARGIN) & (self.angles <= high + _MARGIN)
+        angles = np.degrees(self.angles[shown])
+        curves = [(self.label, angles, self.torques[shown])]
+        curves += [(one.label, angles, one.torques[shown]) for one in self.published]
+        return html_curves(("angle [deg]", "torque [N m]"), curves, self.torque_limits())
 
     def torque_limits(self) -> Range:
         """Limits that show measurements, and the curve as far as `LARGEST_TORQUE` [N m]."""

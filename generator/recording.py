@@ -20,7 +20,7 @@ from generator.kinematics.placement import MAX_FRAMES_PER_PLACEMENT
 from generator.kinematics.range_of_motion import RangeExcess, range_excesses
 from generator.losses import Losses
 from generator.model import Model
-from generator.notebook import html_table
+from generator.notebook import PageView, html_table
 from generator.rotations import Array
 from generator.run_options import Integrator
 from generator.units import AxisUnits
@@ -325,6 +325,22 @@ class Recording:
         )
         columns = ("joint", "displacement", "first", "smallest", "largest", "last", "unit")
         return html_table(str(self).strip("<>"), columns, rows)
+
+    def view(self, height: int = 600) -> PageView:
+        """Return the page of the motion, as `write("FALL.html")` makes it, for a notebook.
+
+        The last line of a cell, `recording.view()`, shows the body in 3-D with its curves, without
+        a server; the cell's output has some 1.5 MB.
+
+        Args:
+            height: Height of the cell [px].
+
+        Raises:
+            MoverError: The page cannot hold the recording, or it has no model.
+        """
+        make = import_module("generator.motion_files.page").page_of_motion
+        motion = import_module("generator.motion_files.motion").motion_from_recording(self)
+        return PageView(make(motion)[0], height)
 
     @property
     def accuracy_text(self) -> str:

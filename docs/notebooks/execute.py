@@ -13,6 +13,9 @@ from nbclient import NotebookClient
 
 FOLDER = Path(__file__).parent
 
+WITHOUT_OUTPUT = "without-output"
+"""Tag of cells whose outputs are too large to keep."""
+
 TIMEOUT = 900
 """Longest time of a cell [s]; the first fall on a machine is compiled."""
 
@@ -25,9 +28,13 @@ def execute(path: Path, folder: Path) -> nbformat.NotebookNode:
         timeout=TIMEOUT,
         kernel_name="python3",
         record_timing=False,
+        coalesce_streams=True,
         resources={"metadata": {"path": str(folder)}},
     )
     client.execute()
+    for cell in book.cells:
+        if WITHOUT_OUTPUT in cell.metadata.get("tags", ()):
+            cell.outputs = []
     book.metadata.pop("widgets", None)
     book.metadata.language_info = {"name": "python"}  # without the version of this machine
     return book

@@ -40,7 +40,7 @@ from generator.study.sweep import (
 )
 
 if TYPE_CHECKING:
-    from generator.study.sensitivity import Estimate, StudyIndices
+    from generator.study.sensitivity import StudyIndices
 
 MAX_ROWS = 20
 """Rows of a table that are printed without `--verbose`."""
@@ -505,26 +505,8 @@ def _failures(rows: RunResults) -> Iterator[str]:
 
 def _rankings(indices: "StudyIndices") -> Iterator[str]:
     """Yield for each measure its parameters, the one with the largest effect first."""
-    from generator.study.sensitivity import MAIN_KINDS
-
-    for name, measure in indices.measures.items():
-        note = f"\n{measure.message}" if measure.message else ""
-        if not measure.parameters:
-            yield f"sensitivity of {name}: {measure.message}"
-            continue
-        kinds = list(next(iter(measure.parameters.values())))
-        main = MAIN_KINDS[indices.kind]
-        kinds.sort(key=lambda kind: kind is not main)
-        rows = [["parameter", *(kind.value for kind in kinds)]]
-        rows += [
-            [parameter, *(_format_estimate(measure.parameters[parameter][kind]) for kind in kinds)]
-            for parameter in measure.ranked(main)[:MAX_ROWS]
-        ]
-        title = f"sensitivity of {name}, {100.0 * indices.confidence:g} % intervals"
-        if measure.r2 is not None:
-            title += f", R2 of the regression {_format_estimate(measure.r2)}"
-        yield f"{title}\n{answer.Table(rows)}{note}"
-
-
-def _format_estimate(estimate: "Estimate") -> str:
-    return f"{estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
+    for title, rows, note in indices.rankings():
+        if rows:
+            yield f"{title}\n{answer.Table(rows[: MAX_ROWS + 1])}" + (f"\n{note}" if note else "")
+        else:
+            yield f"{title}: {note}"

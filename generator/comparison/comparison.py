@@ -22,7 +22,7 @@ from generator.motion_files import FigureMotion, motion_from_recording
 from generator.motion_files.columns import Column, columns_of_motion
 from generator.motion_files.resample import resample_at
 from generator.motion_files.tables import make_dataframe
-from generator.notebook import html_table
+from generator.notebook import PageView, html_table
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.text_io import format_csv_rows, write_atomic
@@ -178,6 +178,14 @@ class Comparison:
             return format_csv_rows([rows[0], *(row.values() for row in rows)])
         # By name: the page reads comparisons, so it is above.
         return import_module("generator.comparison.page").format_comparison(self)
+
+    def view(self, height: int = 700) -> PageView:
+        """Return the page of the comparison, for the cell of a notebook; see `Recording.view`.
+
+        Args:
+            height: Height of the cell [px].
+        """
+        return PageView(self.format(Path("compare.html")), height)
 
     def _repr_html_(self) -> str:
         """Table of the differences, for notebooks."""

@@ -36,6 +36,7 @@ from generator.identification.uncertainty import (
     move_within_bounds,
 )
 from generator.identification.whiteness import Whiteness, check_residuals
+from generator.notebook import html_table
 from generator.rotations import Array
 from generator.simulation.plan import resolve_model
 from generator.study.parameter_paths import Case, ParameterPath, Quantity, parse_path
@@ -225,6 +226,22 @@ class Fit:
     def values(self) -> dict[str, float]:
         """Estimates by path."""
         return {one.path: one.value for one in self.estimates}
+
+    def _repr_html_(self) -> str:
+        """Table of the estimates, for notebooks."""
+        rows = [
+            (
+                one.path,
+                one.unit,
+                *(f"{number:.4g}" for number in (one.value, one.sd, *one.interval)),
+            )
+            for one in self.estimates
+        ]
+        count = format_count(self.data.angles.size, "angle")
+        rms = degrees(float(np.sqrt(np.mean(self.residuals**2))))
+        title = f"{count} of {self.data.name}, residuals of {rms:.2g} deg (rms)"
+        columns = ("quantity", "unit", "estimate", "sd", "from", "to (95 %)")
+        return html_table(title, columns, rows)
 
     def change_by_tail(self, path: str) -> float | None:
         """Largest change of an estimate by a tail, in its unit; None without tails."""

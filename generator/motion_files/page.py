@@ -75,6 +75,16 @@ def write(motion: FigureMotion, path: Path) -> Losses:
         ModelError: the motion is of another figure.
         MoverError: the times of two frames are equal in single precision.
     """
+    text, losses = page_of_motion(motion)
+    write_atomic(path, text)
+    return losses
+
+
+def page_of_motion(motion: FigureMotion) -> tuple[str, Losses]:
+    """Return the page of a motion as text, and what it does not hold.
+
+    Raises ModelError and MoverError, as `write`.
+    """
     springs = motion.springs or springs_of_header(motion.header, motion.figure)
     frames = kept_frames(motion.times.size)
     glb, body_losses = format_glb(_at_frames(motion, frames))
@@ -100,8 +110,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
             _ROUNDED,
         ],
     )
-    write_atomic(path, format_page(page_data(motion, frames, springs, losses), glb))
-    return losses
+    return format_page(page_data(motion, frames, springs, losses), glb), losses
 
 
 def springs_of_header(header: Header, figure: Figure) -> SpringSet | None:

@@ -17,7 +17,7 @@ References:
 """
 
 import json
-from collections.abc import Callable, Collection, Container, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite, nan
@@ -27,10 +27,12 @@ from typing import Any
 import numpy as np
 
 from generator.diagnostics import Diagnostics, ModelError, Source
+from generator.notebook import html_table
 from generator.study.designs import design_points, unit_points
 from generator.study.study import DesignKind, Measure, RunResult, Sensitivity, Study
 from generator.text_io import parse_file, write_atomic
 from springs.backends import Array
+from springs.short_repr import short_repr
 
 INDICES_NAME = "sensitivity.json"
 """File of the indices in the folder of a study."""
@@ -72,6 +74,10 @@ class Estimate:
     low: float
     high: float
 
+    def __str__(self) -> str:
+        """Value and interval ("0.65 [0.48, 0.87]")."""
+        return f"{self.value:.3g} [{self.low:.3g}, {self.high:.3g}]"
+
 
 _KINDS = {
     DesignKind.SOBOL: (IndexKind.FIRST, IndexKind.TOTAL),
@@ -91,6 +97,7 @@ Indices = Mapping[str, Mapping[IndexKind, Estimate]]
 """Indices of a measure, by parameter."""
 
 
+@short_repr
 @dataclass(frozen=True)
 class MeasureIndices:
     """Indices of one measure.
@@ -117,6 +124,7 @@ class MeasureIndices:
         return sorted(sizes, key=lambda name: -sizes[name] if isfinite(sizes[name]) else 1.0)
 
 
+@short_repr
 @dataclass(frozen=True)
 class StudyIndices:
     """Sensitivity indices of a study.
@@ -138,6 +146,31 @@ class StudyIndices:
     resamples: int
     paths: Mapping[str, tuple[str, ...]]
     measures: Mapping[str, MeasureIndices]
+
+    def rankings(self) -> Iterator[tuple[str, list[list[str]], str]]:
+        """Yield title, table with headings, and note of each measure, the largest effect first.
+
+        The table is empty where there are no indices; the note then tells why.
+        """
+        main = MAIN_KINDS[self.kind]
+        for name, measure in self.measures.items():
+            title, rows = f"sensitivity of {name}", list[list[str]]()
+            if measure.parameters:
+                title += f", {100.0 * self.confidence:g} % intervals"
+                kinds = [main, *(kind for kind in _KINDS[self.kind] if kind is not main)]
+                rows.append(["parameter", *(kind.value for kind in kinds)])
+                for one in measure.ranked(main):
+                    rows.append([one, *(str(measure.parameters[one][kind]) for kind in kinds)])
+            if measure.r2 is not None:
+                title += f", R2 of the regression {measure.r2}"
+            yield title, rows, measure.message
+
+    def _repr_html_(self) -> str:
+        """Table of each measure, for notebooks."""
+        return "".join(
+            html_table(f"{title}. {note}".removesuffix(". "), rows[0] if rows else (), rows[1:])
+            for title, rows, note in self.rankings()
+        )
 
     def to_json(self) -> dict[str, Any]:
         """Return the indices as JSON data, with None for numbers that are not finite."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from generator.model import Model
+from generator.notebook import html_table
 from generator.person.joints import Neck
 from generator.person.passive_joints import HIP_DATUM
 from generator.person.survey import Sex
@@ -212,6 +213,24 @@ class Study:
     sensitivity: Sensitivity | None = None
     method: RunMethod = RunMethod.FAST
     text: str = field(default="", compare=False, repr=False)
+
+    def _repr_html_(self) -> str:
+        """Tables of what varies and what is measured, for notebooks."""
+        varied = (
+            (one.name, ", ".join(one.paths), "a list" if one.distribution is None else _words(one))
+            for one in self.parameters.values()
+        )
+        measured = ((one.name, one.column, one.take) for one in self.measures.values())
+        title = f"Study of {self.name}: {self.design.kind} design, {self.plan.stop:g} s each"
+        return html_table(title, ("parameter", "path", "values"), varied) + html_table(
+            "", ("measure", "column", "take"), measured
+        )
+
+
+def _words(parameter: Parameter) -> str:
+    """Return the distribution of a parameter as the keys of a study file."""
+    numbers = vars(parameter.distribution)
+    return ", ".join(f"{key} {value}" for key, value in numbers.items())
 
 
 WRONG_INPUT = "wrong input"

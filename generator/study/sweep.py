@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from generator.diagnostics import Diagnostic, InputError, UsageError, error, format_count, warning
 from generator.geometry.read import with_surfaces
 from generator.motion_files.motion import file_sha256
+from generator.notebook import html_table
 from generator.recording import Ending
 from generator.rotations import Array
 from generator.study.content_key import content_key, installed_versions
@@ -117,6 +118,18 @@ class Sweep:
     def failed(self) -> int:
         """Number of runs that did not reach their stop time."""
         return int((~self.rows.have_outcome(Ending.DONE.value)).sum())
+
+    def _repr_html_(self) -> str:
+        """Outcomes of the runs and range of each measure, for notebooks."""
+        counts = (f"{count} {outcome}" for outcome, count in self.rows.count_outcomes().items())
+        title = f"{format_count(len(self.rows), 'run')} of {self.study.name}: {', '.join(counts)}"
+        numbers = {name: self.rows.numbers(name) for name in self.study.measures}
+        rows = (
+            (name, *(f"{q:.5g}" for q in np.quantile(some, (0.0, 0.5, 1.0))), some.size)
+            for name, some in numbers.items()
+            if some.size
+        )
+        return html_table(title, ("measure", "smallest", "median", "largest", "runs"), rows)
 
 
 def motion_path(folder: Path, index: int, runs: int) -> Path:

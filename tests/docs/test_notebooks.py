@@ -17,6 +17,8 @@ NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 MAX_BYTES = 300_000
 """Size of the largest notebook, with its pictures."""
 
+MAX_BYTES_OF_ALL = 2_500_000
+
 OWN_PLACE = re.compile(r"/(?:home|tmp|work|root|Users)/")
 
 
@@ -38,8 +40,9 @@ def kinds(book: Any) -> list[list[tuple[str, list[str]]]]:
     ]
 
 
-def test_there_are_notebooks() -> None:
-    assert NOTEBOOKS
+def test_the_notebooks_are_few_and_small() -> None:
+    assert len(NOTEBOOKS) == 8
+    assert sum(path.stat().st_size for path in NOTEBOOKS) < MAX_BYTES_OF_ALL
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

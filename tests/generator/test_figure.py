@@ -157,7 +157,7 @@ def test_a_figure_is_shown_in_a_line_and_as_tables():
     line = "Figure prototype: 11 segments, 10 joints, 22 degrees of freedom, 49.28 kg"
     assert repr(figure) == f"<{line}>"
     page = figure._repr_html_()
-    assert page.startswith(f"<p>{line}</p><table>")
+    assert page.startswith(f"<p>{line}</p><div")
     assert "<td>left_knee</td><td>left_upper_leg.distal</td>" in page
     assert page.count("<tr>") == 2 + 11 + 10
     assert "<td>&lt;b&gt;</td>" in _figure([_segment("<b>")], [], "<b>")._repr_html_()

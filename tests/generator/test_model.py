@@ -78,3 +78,12 @@ def test_other_parameters_are_refused_with_a_hint() -> None:
         PROTOTYPE.with_parameter("springs.knee.scale", -1.0)
     with pytest.raises(UnknownPathError, match="has no elastic law"):
         Model(PROTOTYPE.figure, SpringSet()).with_parameter("springs.knee.scale", 2.0)
+
+
+def test_a_model_shows_the_curves_of_its_joints() -> None:
+    page = PROTOTYPE._repr_html_()
+    assert page.count("<tr>") == 1 + sum(len(one.axes) for one in PROTOTYPE.springs.joints.values())
+    assert "<td>left_knee</td><td>flexion</td>" in page
+    man = Model.of(read_figure("male50"))._repr_html_()
+    assert "<td>left_shoulder</td><td>reach and turn</td>" in man
+    assert Model(PENDULUM.figure)._repr_html_().count("<tr>") == 1

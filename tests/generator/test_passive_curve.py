@@ -242,3 +242,19 @@ def test_labels_of_joints_and_of_axes_without_a_motion():
     }
     curves = passive_curves(FIGURE, replace(SPRINGS, joints=bare))["left_shoulder"]
     assert {one.motion.removeprefix("about ").lstrip("-") for one in curves} == {"x", "y", "z"}
+
+
+def test_a_curve_shows_itself_beside_published_ones():
+    curve = curve_of("left_knee", "flexion")
+    page = curve._repr_html_()
+    assert page.count("<title>") == 1 + len(curve.published) > 3
+    assert all(f"</span> {one.label}<br>" in page for one in curve.published)
+    assert len(repr(curve)) <= 200
+
+
+def test_the_summary_of_a_curve_has_its_known_range_and_the_torques_at_its_ends():
+    leg = read_figure("leg")
+    (curve,) = passive_curves(leg, read_springs(None, leg))["knee"]
+    low, high = (float(curve.moment_at(radians(angle))) for angle in (0, 120))
+    assert curve.summary() == ("knee", "flexion", "0 to 120", f"{low:.1f} and {high:.1f}", "0.331")
+    assert low > 0.0 > high

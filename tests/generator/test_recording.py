@@ -99,7 +99,7 @@ def test_a_recording_is_shown_in_a_line_and_as_a_table():
     line = "Recording: 3 frames, 0 to 2 s, 2 joints. done"
     assert repr(moved) == f"<{line}>"
     page = moved._repr_html_()
-    assert page.startswith(f"<p>{line}</p><table>")
+    assert page.startswith(f"<p>{line}</p><div")
     row = ["knee", "1", "0.00", "-90.00", "45.00", "45.00", "deg"]
     assert "".join(f"<td>{cell}</td>" for cell in row) in page
     assert "<td>300.00</td><td>300.00</td><td>cm</td>" in page

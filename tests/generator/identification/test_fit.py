@@ -328,3 +328,11 @@ def test_a_fit_from_python_needs_figure_data_and_words():
     assert [one.path for one in fit.estimates] == [*words, "pose.knee"]
     assert fit.release == 0.0
     assert fit.tests.rms < np.radians(2.0)
+
+
+def test_a_fit_shows_its_estimates():
+    fit = fitted()
+    page = fit._repr_html_()
+    assert page.count("<tr>") == 1 + len(fit.estimates)
+    one = fit.estimates[0]
+    assert f"<td>{one.path}</td><td>{one.unit}</td><td>{one.value:.4g}</td>" in page

@@ -17,6 +17,7 @@ from generator.diagnostics import InputError, ModelError
 from generator.study.designs import design_points
 from generator.study.sensitivity import (
     INDICES_NAME,
+    MAIN_KINDS,
     MIN_SAMPLES,
     IndexKind,
     StudyIndices,
@@ -388,3 +389,17 @@ def test_file_of_other_indices_is_an_input_error(old: str, new: str, tmp_path: P
 def test_missing_file_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_indices(tmp_path / INDICES_NAME)
+
+
+@pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS, DesignKind.LATIN_HYPERCUBE])
+def test_indices_show_the_largest_first(kind: DesignKind) -> None:
+    made = known_study(SOBOL_G, kind, 64)
+    indices = estimate(SOBOL_G, made)
+    measure, main = indices.measures["swing"], MAIN_KINDS[kind]
+    rows = [f"<td>{name}</td><td>{measure.parameters[name][main]}<" for name in measure.parameters]
+    page = indices._repr_html_()
+    places = {row: page.index(row) for row in rows}
+    sizes = [abs(each[main].value) for each in measure.parameters.values()]
+    assert sorted(rows, key=places.__getitem__) == [rows[k] for k in np.argsort(sizes)[::-1]]
+    constant = estimate_indices(made, results(np.zeros(len(design_points(made)))))
+    assert "sensitivity of swing. All samples have the value 0" in constant._repr_html_()

@@ -388,3 +388,10 @@ def test_powers_of_two_have_no_warning(runs: int):
     assert parsed.value is not None
     is_power = runs in [1 << k for k in range(11)]
     assert (parsed.diagnostics == ()) is is_power
+
+
+def test_a_study_shows_what_varies_and_what_is_measured():
+    page = read(EXAMPLE)._repr_html_()
+    assert page.count("<table>") == 2
+    assert "<td>gravity_scale</td><td>gravity</td><td>low 0.8, high 1.2</td>" in page
+    assert page.count("<tr>") == 2 + 1 + 2

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.journal import REPEATED, WARNED, damage_journals
@@ -488,3 +489,11 @@ def test_many_runs_take_little_memory(tmp_path: Path) -> None:
     assert again.rows == first.rows
     assert again.kept == count
     assert peak < 250 * count
+
+
+def test_a_sweep_shows_its_outcomes_and_measures(tmp_path: Path) -> None:
+    page = sweep(tmp_path)._repr_html_()
+    good = [value for value in VALUES if value != FAULTY]
+    assert "5 runs of pendulum: 4 done, 1 program error" in page
+    cells = (f"{end(good) / 3.0:.5g}" for end in (min, np.median, max))
+    assert f"<td>swing</td><td>{'</td><td>'.join(cells)}</td><td>4</td>" in page
