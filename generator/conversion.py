@@ -412,11 +412,16 @@ def read_motion(path: Path, figure: Figure | None = None) -> FigureMotion:
 
 
 def read_motion_with_warnings(
-    path: Path, figure: Figure | None = None, coordinates: Coordinates | None = None
+    path: Path,
+    figure: Figure | None = None,
+    coordinates: Coordinates | None = None,
+    *,
+    is_whole: bool = False,
 ) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
     """Read a motion as `read_motion` does, with warnings about the columns of a table.
 
     `coordinates` are those of the model that the figure is from; None for those beside its file.
+    With `is_whole` a displacement without a column is an error.
     """
     check_readable(path)
     suffix = path.suffix.lower()
@@ -427,7 +432,7 @@ def read_motion_with_warnings(
     if suffix in COORDINATE_SUFFIXES:
         table = COORDINATES_FILE.parse_file(path).require_value()
         owner = figure or _read_named_figure(table.figure, table.sha256, path)
-        parsed = motion_from_coordinates(table, owner, coordinates)
+        parsed = motion_from_coordinates(table, owner, coordinates, is_whole=is_whole)
         return parsed.require_value(), parsed.diagnostics
     header, recording = read_npz(path)
     owner = figure or _read_named_figure(header.figure, header.sha256, path)

@@ -403,7 +403,7 @@ def _read_motion(
 ) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
     from generator.conversion import read_motion_with_warnings
 
-    motion, warnings = read_motion_with_warnings(path, figure, coordinates)
+    motion, warnings = read_motion_with_warnings(path, figure, coordinates, is_whole=True)
     return motion, (*warnings, *inputs.changed_figure_warnings(figure, motion.header, path))
 
 

@@ -266,7 +266,7 @@ def read_npz(path: str | Path) -> tuple[Header, Recording]:
         chains = _chains(about["chains"])
         if "run" not in about:
             raise _invalid_file(
-                path, ["it is from an action file, and holds no run; convert that one"]
+                path, ["it holds a motion without a run; name the file that it was made from"]
             )
         times = arrays.get("times", np.zeros(0))
         if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):

@@ -507,7 +507,11 @@ MAX_NUMBERS = 16_000_000
 
 
 def motion_from_coordinates(
-    table: CoordinateTable, figure: Figure, coordinates: Coordinates | None = None
+    table: CoordinateTable,
+    figure: Figure,
+    coordinates: Coordinates | None = None,
+    *,
+    is_whole: bool = False,
 ) -> Parsed[FigureMotion]:
     """Return the motion of a figure in a table, with all diagnostics.
 
@@ -517,9 +521,11 @@ def motion_from_coordinates(
         table: Table of its coordinates.
         figure: Figure that moves.
         coordinates: Coordinates of the model that it is from; None for those beside its file.
+        is_whole: Make a displacement without a column an error.
     """
     return parse_source(
-        table.source, lambda _, diagnostics: _build_motion(table, figure, coordinates, diagnostics)
+        table.source,
+        lambda _, found: _build_motion(table, figure, coordinates, found, is_whole=is_whole),
     )
 
 
@@ -528,6 +534,8 @@ def _build_motion(
     figure: Figure,
     coordinates: Coordinates | None,
     diagnostics: Diagnostics,
+    *,
+    is_whole: bool,
 ) -> FigureMotion | None:
     try:
         coordinates = coordinates_of_figure(figure) if coordinates is None else coordinates
@@ -563,6 +571,13 @@ def _build_motion(
             table.title_line,
             "they are those of a free root in the figure's own pose",
         )
+    if missing and is_whole:
+        diagnostics.error(
+            f"displacements without a column: {_listed(iter(missing))}",
+            table.title_line,
+            "of what does not move, add a column of one value",
+        )
+        return None
     if missing:
         diagnostics.warning(
             f"displacements without a column have the figure's own value: {_listed(iter(missing))}",

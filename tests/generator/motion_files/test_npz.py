@@ -41,7 +41,7 @@ def test_the_motion_of_an_action_file_is_written_but_is_no_run(tmp_path: Path):
     with np.load(tmp_path / "run.npz") as archive:
         assert np.allclose(archive["poses/rocker"], motion.poses["rocker"], atol=1e-6)
         assert not any(name.startswith("velocities") for name in archive.files)
-    with pytest.raises(InputError, match="holds no run"):
+    with pytest.raises(InputError, match="a motion without a run"):
         read_npz(tmp_path / "run.npz")
 
 
