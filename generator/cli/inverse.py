@@ -41,6 +41,7 @@ from generator.inverse.passive import (
     published_law,
     require_legs,
 )
+from generator.inverse.run_contact import contact_of_run
 from generator.motion_files import FigureMotion
 from generator.run_options import MAX_GRAVITY
 from springs.published.tables import publications
@@ -49,6 +50,10 @@ _FREQUENCY = re.compile(r"\s*([0-9.eE+-]+)\s*Hz\s*", re.IGNORECASE)
 
 MOMENTS_SUFFIX, SHARE_SUFFIX = ".sto", ".csv"
 """Suffixes of the tables of moments, and of net and passive moments."""
+
+
+MAX_MEAN_RESIDUAL = 0.1
+"""Mean residual force of the root above which moments are in doubt [body weights]; an estimate."""
 
 
 @dataclass(frozen=True)
@@ -247,6 +252,7 @@ def inverse(
         loads, table = read_external_loads(forces, moved.tree.figure, force or ())
         outputs.check_writable(files, (table,))
     try:
+        loads = contact_of_run(moved) if forces is None else loads
         moments = joint_moments(moved, coordinates, loads, hertz, down)
     except InputError as failure:
         raise InputError([_in_file(motion, one) for one in failure.diagnostics]) from None
@@ -419,6 +425,16 @@ def _doubts(
                 hint="record half a second more at both ends",
             )
         )
+    residual = moments.mean_residual_share
+    if residual > MAX_MEAN_RESIDUAL:
+        hint = (
+            "forces on the figure are missing or wrong: name those of plates with --forces"
+            if motion.recording is None
+            else "loads of a run are not known here, and blows need shorter frames, such as "
+            "--frame 0.001"
+        )
+        what = f"the residual of the root is {residual:.2g} body weights on average"
+        found.append(warning(f"{what}: the moments are not to be trusted", hint=hint))
     if cutoff is None and motion.recording is None:
         found.append(
             warning(

@@ -134,6 +134,19 @@ class JointMoments:
         largest = float(np.abs(one.forces[self.kept]).max())
         return largest / (self.mass * self.height if one.is_angle else self.weight)
 
+    @property
+    def mean_residual_share(self) -> float:
+        """Mean size of the root's residual force in body weights, 0 without gravity or residual."""
+        forces = [
+            one.forces[self.kept]
+            for one in self.coordinates.values()
+            if one.is_root and not one.is_angle
+        ]
+        if not forces or not self.weight:
+            return 0.0
+        sizes = np.sqrt(sum(one**2 for one in forces))
+        return float(np.mean(sizes)) / self.weight
+
 
 def joint_moments(
     motion: FigureMotion,

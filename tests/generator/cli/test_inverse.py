@@ -125,6 +125,12 @@ def test_an_unknown_column_is_left_out(tmp_path: Path):
     assert "columns that are not displacements of the figure are left out: spare" in result.stderr
 
 
+def test_a_large_residual_of_the_root_is_loud():
+    loud = "the residual of the root is 1 body weights on average"
+    assert loud in mover("inverse", MODEL, MOTION, "--cutoff", "6Hz").stderr
+    assert "residual" not in mover(*WALK).stderr
+
+
 def test_nothing_is_written_over_an_input():
     result = mover("inverse", MODEL, MOTION, "--forces", FORCES, "--force", "calcn_r=ground_force",
                    "-o", MOTION.with_suffix(".sto").parent / "no" / "such.sto")  # fmt: skip
