@@ -427,14 +427,13 @@ def _doubts(
         )
     residual = moments.mean_residual_share
     if residual > MAX_MEAN_RESIDUAL:
-        hint = (
-            "forces on the figure are missing or wrong: name those of plates with --forces"
+        cause = (
+            "forces on the figure are missing or wrong (--forces)"
             if motion.recording is None
-            else "loads of a run are not known here, and blows need shorter frames, such as "
-            "--frame 0.001"
+            else "loads act that are not known here, or blows need shorter frames than these"
         )
         what = f"the residual of the root is {residual:.2g} body weights on average"
-        found.append(warning(f"{what}: the moments are not to be trusted", hint=hint))
+        found.append(warning(f"{what}: do not trust the moments; {cause}"))
     if cutoff is None and motion.recording is None:
         found.append(
             warning(

@@ -42,6 +42,9 @@ from generator.rotations import Array
 COORDINATE_SUFFIXES = (".mot", ".sto")
 """Tables of coordinates, which have no columns of axes that follow others."""
 
+MAX_RMS_MM = 50.0
+"""Distance of markers from their sites, rms, above which the motion is in doubt; an estimate."""
+
 MAX_LISTED = 8
 """Names that a warning lists."""
 
@@ -168,12 +171,12 @@ def track(
         figure=model,
         markers_file=markers,
         frames=len(times),
-        rms_mm=1e3 * float(np.sqrt(np.nanmean(tracked.distances**2))),
+        rms_mm=tracked.rms_mm,
         markers=_fits(tracked, sites, weights),
         unused=unused,
         files=output,
         title=options.format_frames(times),
-        diagnostics=(*warnings, *more, *_doubts(tracked, unused)),
+        diagnostics=(*warnings, *more, *_doubts(tracked, unused, up)),
     )
 
 
@@ -232,8 +235,17 @@ def _fits(
     return fits
 
 
-def _doubts(tracked: Tracked, unused: Sequence[str]) -> Sequence[Diagnostic]:
+def _doubts(tracked: Tracked, unused: Sequence[str], up: str) -> Sequence[Diagnostic]:
     found: list[Diagnostic] = []
+    if (rms := tracked.rms_mm) > MAX_RMS_MM:
+        other = "y" if up == "z" else "z"
+        found.append(
+            warning(
+                f"the markers are {rms:.3g} mm (rms) from their sites, which is not their motion: "
+                f"another axis may point up (--up {other}), or units, names of markers or the "
+                "size of the figure be others"
+            )
+        )
     if unused:
         what = f"markers without a site in the figure, or without weight: {_listed(unused)}"
         found.append(warning(what))

@@ -317,16 +317,22 @@ def _common_times(
     return np.unique(np.append(kept[: max(kept.size - 1, 1)], every[-1]))
 
 
+def _has_frames(own: Array, times: Array) -> bool:
+    """Return whether each time is that of a frame, except for rounding."""
+    places = np.searchsorted(own, times - SAME_TIME).clip(max=len(own) - 1)
+    return bool(np.all(np.abs(own[places] - times) <= SAME_TIME))
+
+
 def _notes_on_times(
     motions: Sequence[FigureMotion], names: Sequence[str], times: Array
 ) -> Iterator[str]:
     """Yield the sentences about the times of a comparison."""
     both = tuple(zip(names, motions, strict=True))
-    moved = [name for name, one in both if not np.all(np.isin(times, one.times))]
+    moved = [name for name, one in both if not _has_frames(one.times, times)]
     how = f"; interpolated to the frames of all: {', '.join(moved)}" if moved else ""
     yield f"{times[0]:g} to {times[-1]:g} s, {format_count(times.size, 'frame')}{how}."
     for name, one in both:
-        if one.times[0] < times[0] or one.times[-1] > times[-1]:
+        if one.times[0] < times[0] - SAME_TIME or one.times[-1] > times[-1] + SAME_TIME:
             yield f"{name} has {one.times[0]:g} to {one.times[-1]:g} s; the rest is left out."
 
 

@@ -253,16 +253,22 @@ def _forces_of_rows(
     """Return the forces of a table; raises InputError."""
     table = COORDINATES_FILE.parse_file(path, has_angles=False).require_value()
     collector = Diagnostics()
-    found = [_force_of_row(row, table, figure, collector) for row in rows]
+    used = {
+        f"{prefix}{axis}" for row in rows for prefix in row.prefixes if prefix for axis in "xyz"
+    }
+    found = [_force_of_row(row, table, figure, used, collector) for row in rows]
     if collector.has_errors:
         raise InputError(collector.sorted_by_position())
     return tuple(force for force in found if force is not None)
 
 
 def _force_of_row(
-    row: LoadRow, table: CoordinateTable, figure: Figure, diagnostics: Diagnostics
+    row: LoadRow, table: CoordinateTable, figure: Figure, used: set[str], diagnostics: Diagnostics
 ) -> ExternalForce | None:
-    """Return a force; None, with errors, where a body or a column is missing."""
+    """Return a force; None, with errors, where a body or a column is missing.
+
+    Columns that forces have, `used`, are no hints.
+    """
     bodies = (row.body, *row.frames)
     frames = [None if name == GROUND else frame_of_body(figure, name) for name in bodies]
     for k, (name, frame) in enumerate(zip(bodies, frames, strict=True)):
@@ -270,7 +276,7 @@ def _force_of_row(
             hint = spelling_hint(name, _body_names(figure))
             owner = "" if row.span else f"--force {row.body}: "
             diagnostics.error(f"{owner}the figure has no body `{shorten(name)}`", row.span, hint)
-    columns = [_columns(prefix, table, diagnostics) for prefix in row.prefixes]
+    columns = [_columns(prefix, table, used, diagnostics) for prefix in row.prefixes]
     acted = frames[0]
     if acted is None or any(one is None for one in columns):
         return None
@@ -284,7 +290,9 @@ def _force_of_row(
     )
 
 
-def _columns(prefix: str, table: CoordinateTable, diagnostics: Diagnostics) -> Array | None:
+def _columns(
+    prefix: str, table: CoordinateTable, used: set[str], diagnostics: Diagnostics
+) -> Array | None:
     """Return three columns, (n, 3), (0,) without a prefix; None, with an error, without them."""
     if not prefix:
         return np.zeros(0)
@@ -292,7 +300,7 @@ def _columns(prefix: str, table: CoordinateTable, diagnostics: Diagnostics) -> A
     wanted = [f"{prefix}{axis}" for axis in "xyz"]
     missing = [name for name in wanted if name not in places]
     for name in missing[:1]:
-        hint = spelling_hint(name, places)
+        hint = spelling_hint(name, places.keys() - used)
         diagnostics.error(f"there is no column `{shorten(name)}`", table.title_line, hint)
     if missing:
         return None

@@ -73,6 +73,11 @@ class Tracked:
     undetermined: Mapping[Coordinate, int]
     at_limits: tuple[Coordinate, ...]
 
+    @property
+    def rms_mm(self) -> float:
+        """Root mean square of all distances [mm]."""
+        return 1e3 * float(np.sqrt(np.nanmean(self.distances**2)))
+
 
 class _Problem:
     """Markers on a tree: distances, their slopes, limits and links."""

@@ -125,6 +125,22 @@ def test_an_unknown_column_is_left_out(tmp_path: Path):
     assert "columns that are not displacements of the figure are left out: spare" in result.stderr
 
 
+def test_the_column_of_another_force_is_no_hint(tmp_path: Path):
+    forces = tmp_path / "nocol.mot"
+    lines = FORCES.read_text().splitlines()
+    start = next(k for k, line in enumerate(lines) if line.split()[:1] == ["time"])
+    titles = lines[start].split()
+    titles[titles.index("ground_force_px")] = "spare"
+    lines[start] = "\t".join(titles)
+    forces.write_text("\n".join([*lines, ""]))
+    words = ("--force", "calcn_r=ground_force", "--force", "calcn_l=1_ground_force")
+    result = mover("inverse", MODEL, MOTION, "--forces", forces, *words)
+    assert result.exit_code == 1
+    assert "there is no column `ground_force_px`" in result.stderr
+    assert "1_ground_force_px" not in result.stderr.replace(lines[start], "")
+    assert "spare" in result.stderr
+
+
 def test_a_large_residual_of_the_root_is_loud():
     loud = "the residual of the root is 1 body weights on average"
     assert loud in mover("inverse", MODEL, MOTION, "--cutoff", "6Hz").stderr

@@ -87,6 +87,14 @@ def test_refusals(words: tuple[str, ...], code: int, message: str, trial: Path, 
     assert not out.exists()
 
 
+def test_markers_far_from_their_sites_are_loud(trial: Path, tmp_path: Path):
+    out = tmp_path / "walk.mot"
+    result = mover("track", MODEL, trial, "--up", "z", "-o", out)
+    assert "mm (rms) from their sites, which is not their motion" in result.stderr
+    assert "--up y" in result.stderr
+    assert "from their sites" not in mover("track", MODEL, trial, "-o", out).stderr
+
+
 def test_wrong_markers_leave_no_file(trial: Path, tmp_path: Path):
     path, out = tmp_path / "walk.trc", tmp_path / "walk.mot"
     path.write_text(trial.read_text().replace("\tm\t", "\tmm\t"))

@@ -155,6 +155,13 @@ def test_different_frames_of_one_motion_agree():
     assert "first has 0 to 2 s; the rest is left out." in found.notes
 
 
+def test_frames_that_differ_by_rounding_are_not_interpolated():
+    times = np.linspace(0.0, 2.0, 21)
+    found = pair(spin(times), spin(times + 1e-9 * np.sin(np.arange(21.0))))
+    assert found.notes[0] == "0 to 2 s, 21 frames."
+    assert not any("left out" in note for note in found.notes)
+
+
 def hinge(angles: Sequence[float], axis: str = "Rx") -> FigureMotion:
     made = figure([ground(), body("rod")], [joint("pin", "ground.base", "rod.near", chain(axis))])
     times = 0.1 * np.arange(len(angles))
