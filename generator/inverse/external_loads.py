@@ -267,7 +267,7 @@ def _force_of_row(
 ) -> ExternalForce | None:
     """Return a force; None, with errors, where a body or a column is missing.
 
-    Columns that forces have, `used`, are no hints.
+    Hints leave out columns that forces have, `used`.
     """
     bodies = (row.body, *row.frames)
     frames = [None if name == GROUND else frame_of_body(figure, name) for name in bodies]
