@@ -246,7 +246,7 @@ def inverse(
         down = options.vector_from_option("--gravity", gravity, MAX_GRAVITY)
     figure, coordinates, warnings = load_body(model)
     outputs.check_writable(files, (figure.path, model, motion, forces))
-    moved, more = _read_motion(motion, figure, coordinates)
+    moved, more = _read_motion(motion, figure, coordinates, is_whole=True)
     loads, table = (), None
     if forces is not None:
         loads, table = read_external_loads(forces, moved.tree.figure, force or ())
@@ -308,7 +308,7 @@ def _neutral_values(
     path: Path, figure: Figure, coordinates: Coordinates
 ) -> tuple[dict[str, float], tuple[Diagnostic, ...]]:
     """Return the mean of each coordinate over a static trial [rad or m], and warnings."""
-    static, warnings = _read_motion(path, figure, coordinates)
+    static, warnings = _read_motion(path, figure, coordinates, is_whole=False)
     found: dict[str, float] = {}
     for name, at in displacement_columns(static.chains, coordinates).items():
         mean = float(np.mean(static.displacements[at.joint][:, at.index]))
@@ -405,11 +405,11 @@ def load_body(
 
 
 def _read_motion(
-    path: Path, figure: Figure, coordinates: Coordinates
+    path: Path, figure: Figure, coordinates: Coordinates, *, is_whole: bool
 ) -> tuple[FigureMotion, tuple[Diagnostic, ...]]:
     from generator.conversion import read_motion_with_warnings
 
-    motion, warnings = read_motion_with_warnings(path, figure, coordinates, is_whole=True)
+    motion, warnings = read_motion_with_warnings(path, figure, coordinates, is_whole=is_whole)
     return motion, (*warnings, *inputs.changed_figure_warnings(figure, motion.header, path))
 
 
