@@ -225,30 +225,39 @@ def hold(
     ] = None,
     springs: options.SpringsChoice = None,
     heaviest: Annotated[
-        str | None,
-        typer.Option("--max", metavar="SEGMENT", help="Find the heaviest load of a segment."),
+        list[str] | None,
+        typer.Option(
+            "--max",
+            metavar="SEGMENT",
+            help="Find the heaviest load of one segment, in addition to the loads named.",
+        ),
     ] = None,
     along: options.MotionFile = None,
     output: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
             "--output",
             "-o",
             metavar="FILE.csv|.html|.svg",
-            help="Table of joints, or of frames; page, or picture, of a posture.",
+            help="Table of joints, or of frames; page, or picture, of a posture. May be repeated.",
         ),
     ] = None,
 ) -> CommandResult:
     """Judge whether a person can hold a posture with loads."""
-    _check_output(output, along)
+    files = output or []
+    for path in files:
+        _check_output(path, along)
+    outputs.check_distinct_paths(files)
+    if len(heaviest or ()) > 1:
+        raise UsageError("--max finds the heaviest load of one segment: name it once")
+    sought = next(iter(heaviest or ()), None)
     loads = tuple(map(load_from_text, load or ()))
     figure, warnings = inputs.load_figure(name)
     holder, more = _holder(figure, name, age, sex, strength, springs, support or ())
-    _check_loads(figure, [*(one.segment for one in loads), *([heaviest] if heaviest else [])])
-    read = (figure.path, along, strength)
-    files = outputs.output_files(output, read)
+    _check_loads(figure, [*(one.segment for one in loads), *(heaviest or ())])
+    outputs.check_writable(files, (figure.path, along, strength))
     if along is not None:
-        if balance or heaviest is not None:
+        if balance or sought is not None:
             raise UsageError("--along takes postures as they are: leave out --balance and --max")
         motion, others = inputs.motion_from_options(figure, along, pose, displacements or ())
         # A body that was free has no joints to the ground.
@@ -258,19 +267,18 @@ def hold(
     values: Displacements = placement.displacements
     if balance:
         values = holder.balanced(values, loads)
-    found = None if heaviest is None else holder.heaviest(heaviest, values, loads)
+    found = None if sought is None else holder.heaviest(sought, values, loads)
     posture = holder.posture(values, loads) if found is None else found.posture
-    for path in files:
-        outputs.write_file(path, _content(path, name, posture, holder.body))
+    outputs.write_files({path: _content(path, name, posture, holder.body) for path in files})
     return PoseHold(
         name, holder.body, posture, found, values, files, diagnostics=(*warnings, *more, *others)
     )
 
 
-def _check_output(output: Path | None, along: Path | None) -> None:
+def _check_output(output: Path, along: Path | None) -> None:
     """Raise UsageError for a suffix that frames, or a single posture, cannot have."""
     known = (".csv",) if along is not None else (".csv", ".html", ".svg")
-    if output is not None and output.suffix.lower() not in known:
+    if output.suffix.lower() not in known:
         reason = outputs.suffix_fault(output)
         if along is not None and output.suffix.lower() in (".html", ".svg"):
             reason = "a page is of a single posture"

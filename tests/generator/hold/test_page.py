@@ -10,7 +10,7 @@ from generator.hold.page import joint_uses, posture_page, posture_svg, use_colou
 from generator.hold.posture import Holder, Posture
 from generator.hold.statics import Load
 from generator.model import Model
-from tests.command import run
+from tests.command import answer
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -53,9 +53,12 @@ def test_page_escapes_its_texts():
         assert text in page
 
 
-def test_command_writes_both(tmp_path: Path):
-    for name in ("hold.html", "hold.svg"):
-        run("hold", "male50", "--load", "left_hand=6kg", "-o", tmp_path / name)
+def test_command_writes_all_files(tmp_path: Path):
+    files = [tmp_path / name for name in ("hold.html", "hold.csv", "hold.svg")]
+    words = [word for path in files for word in ("-o", path)]
+    said = answer("hold", "male50", "--load", "left_hand=6kg", *words)
+    assert said["files"] == list(map(str, files))
+    assert "left_shoulder" in files[1].read_text(encoding="utf-8")
     page = (tmp_path / "hold.html").read_text(encoding="utf-8")
     assert (tmp_path / "hold.svg").read_text(encoding="utf-8").strip() in page
     assert "strong enough" in page
