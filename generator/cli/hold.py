@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, isfinite
+from math import degrees, isfinite, pi
 from pathlib import Path
 from typing import Annotated
 
@@ -16,17 +16,19 @@ from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError
 from generator.figure import Figure
 from generator.hold.hands import HandDemand
 from generator.hold.page import posture_page, posture_svg
-from generator.hold.posture import HeaviestLoad, Holder, JointDemand, Posture
+from generator.hold.passive import range_excess, ranges_exceeded
+from generator.hold.posture import LARGEST_LOAD, HeaviestLoad, Holder, JointDemand, Posture
 from generator.hold.spine import LIMITS, SpineLoad
-from generator.hold.statics import Load, site_point
+from generator.hold.statics import GRAVITY, Load, site_point
 from generator.hold.support import OffGroundError, Standing
 from generator.input_files.tone import STRENGTH_FILE
-from generator.kinematics.placement import Displacements
+from generator.kinematics.placement import Displacements, forward_kinematics
 from generator.model import Model
 from generator.motion_files import FigureMotion
 from generator.person.survey import Sex
 from generator.text_io import format_csv_comment
 from springs import SpringSet
+from springs.elastic import Range
 from springs.strength.strengths import Age, Body
 
 _LOAD = re.compile(r"\s*([^=\s.]+)(?:\.([^=\s]+))?\s*=\s*(.+?)\s*")
@@ -34,6 +36,9 @@ _LOAD_SYNTAX = "SEGMENT[.SITE]=10kg or SEGMENT[.SITE]=X,Y,ZN"
 
 LARGEST_FORCE = 1e5
 """Largest component of a load [N]."""
+
+LARGEST_USE = 10.0
+"""Use up to which a posture is judged by shares of people."""
 
 SHOWN_USE = 0.05
 """Use below which a joint is listed with `--verbose` only."""
@@ -137,6 +142,10 @@ class PoseHold(CommandResult):
             "weakest": weakest
             and {"joint": weakest.joint, "direction": weakest.direction, "use": weakest.use},
             "percent_capable": posture.percent_capable,
+            "beyond_range": [
+                {"joint": name, "angle_deg": degrees(angle), "range_deg": [*map(_finite, known)]}
+                for name, (angle, known) in posture.beyond.items()
+            ],
             "spine": _spine_data(posture.spine),
             "balance": None if standing is None else _balance_data(standing),
             "hands": [_hand_data(one) for one in posture.hands],
@@ -182,6 +191,14 @@ class MotionHold(CommandResult):
             k = int(np.argmax([force or 0.0 for force in self.compression_N]))
             rows.append(
                 ("largest compression of L5/S1", f"{max(spine):.0f} N at {self.times_s[k]:.6g} s")
+            )
+        beyond = sum(
+            use is not None and percent is None
+            for use, percent in zip(self.use, self.percent_capable, strict=True)
+        )
+        if beyond:
+            rows.append(
+                ("beyond the range of a joint", f"{beyond} of {len(self.use)} frames; no use of it")
             )
         out = sum(1 for margin in self.margin_m if margin is not None and margin < 0.0)
         if out:
@@ -267,6 +284,12 @@ def hold(
     values: Displacements = placement.displacements
     if balance:
         values = holder.balanced(values, loads)
+    for joint, (angle, known) in ranges_exceeded(forward_kinematics(holder.tree, values)).items():
+        if range_excess(angle, known) > pi:
+            raise ModelError(
+                f"{joint} at {degrees(angle):.0f} deg is more than half a turn beyond its range, "
+                f"{_range_text(known)}"
+            )
     found = None if sought is None else holder.heaviest(sought, values, loads)
     posture = holder.posture(values, loads) if found is None else found.posture
     outputs.write_files({path: _content(path, name, posture, holder.body) for path in files})
@@ -411,8 +434,20 @@ def _frames(
         )
 
 
+def _finite(angle: float) -> float | None:
+    return degrees(angle) if isfinite(angle) else None
+
+
+def _range_text(known: Range) -> str:
+    low, high = (f"{degrees(end):.0f}" if isfinite(end) else "any" for end in known)
+    return f"{low} to {high} deg"
+
+
 def _verdict(posture: Posture, body: Body | None) -> str:
     weakest, percent = posture.weakest, posture.percent_capable
+    if posture.beyond:
+        joints = (f"{name} ({_range_text(known)})" for name, (_, known) in posture.beyond.items())
+        return f"this posture is beyond the range of {', '.join(joints)}"
     if weakest is None or weakest.use is None or percent is None:
         return "no strength of its joints is known"
     who = "people with the strengths stated"
@@ -422,6 +457,11 @@ def _verdict(posture: Posture, body: Body | None) -> str:
             who = f"{'women' if body.is_female else 'men'} over 65 years"
     if weakest.active == 0.0:
         return f"holds without muscles; {who}"
+    joint = f"{weakest.joint} {weakest.direction}"
+    largest = max((float(np.linalg.norm(one.total)) for one in posture.loads), default=0.0)
+    if weakest.use > (LARGEST_USE if largest <= -LARGEST_LOAD * GRAVITY[1] else 1.0):
+        times = f"{weakest.use:.3g} times" if isfinite(weakest.use) else "it is beyond"
+        return f"nobody holds this: {times} the strength of {joint} of {who}"
     text = f"{percent:.0f} % of {who} are strong enough"
     least = posture.least_capable
     if (
@@ -429,14 +469,15 @@ def _verdict(posture: Posture, body: Body | None) -> str:
         and (least.percent_capable or 0.0) < (weakest.percent_capable or 0.0) - 0.5
     ):
         text += f" ({least.joint} {least.direction})"
-    joint = f"{weakest.joint} {weakest.direction}"
     text += f"; weakest is {joint} with {_percent(weakest.use)} of its strength"
     time = weakest.endurance
     return text + (f", for {_duration(time)}" if time else "")
 
 
 def _percent(use: float) -> str:
-    return f"{100.0 * use:.0f} %" if isfinite(use) else "more than all"
+    if not isfinite(use):
+        return "more than all"
+    return f"{100.0 * use:.0f} %" if use <= LARGEST_USE else f"over {100.0 * LARGEST_USE:.0f} %"
 
 
 def _duration(seconds: float | None) -> str:

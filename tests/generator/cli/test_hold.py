@@ -43,7 +43,7 @@ def test_json_has_the_keys_of_its_page():
     said = answer("hold", "male50", *ARMS, "--load", "right_hand=2kg")
     assert set(said) == {
         *("figure", "person", "loads", "joints", "weakest", "percent_capable", "spine"),
-        *("balance", "hands", "max", "notes", "files"),
+        *("beyond_range", "balance", "hands", "max", "notes", "files"),
     }
     assert list(said["joints"][0]) == [
         *("joint", "direction", "angle_deg", "net_Nm", "passive_Nm", "active_Nm", "capacity_Nm"),
@@ -173,6 +173,36 @@ def test_lifted_foot_bears_nothing(man):
 def test_beyond_ranges_is_said():
     said = answer("hold", "male50", "--set", "left_elbow=0,150")
     assert any("left_elbow at 150 deg is beyond its limit, 145 deg" in one for one in said["notes"])
+
+
+def test_posture_beyond_a_range_is_the_verdict_and_has_no_use():
+    words = ("hold", "male50", "--set", "left_elbow=0,160")
+    said = answer(*words)
+    (one,) = said["beyond_range"]
+    assert one["joint"] == "left_elbow"
+    assert one["angle_deg"] == pytest.approx(160.0)
+    assert one["range_deg"][0] < 0.0 < 140.0 < one["range_deg"][1] < 150.0
+    assert said["percent_capable"] is None
+    uses = {row["joint"]: row["use"] for row in said["joints"] if row["use"] is None}
+    assert set(uses) == {"left_elbow"}
+    first = run(*words).stdout.splitlines()[0]
+    assert first == "male50: this posture is beyond the range of left_elbow (-1 to 145 deg)"
+    assert answer("hold", "male50", "--set", "left_elbow=0,158")["beyond_range"] == []
+
+
+def test_what_nobody_holds_is_said():
+    legs = ("--load", "right_hand=450kg", "--load", "left_hand=450kg")
+    for loads, times in (
+        (("--load", "left_hand=100kg", "--load", "right_hand=100kg", *ARMS), 10.0),
+        (("--load", "left_hand=600kg", "--load", "right_hand=600kg"), 1.0),
+    ):
+        said = answer("hold", "male50", *loads, "--balance")
+        assert said["weakest"]["use"] > times
+        first = run("hold", "male50", *loads, "--balance").stdout.splitlines()[0]
+        weakest = said["weakest"]
+        expected = f"{weakest['use']:.3g} times the strength of {weakest['joint']}"
+        assert first.startswith(f"male50: nobody holds this: {expected}")
+    assert "strong enough" in run("hold", "male50", *legs).stdout
 
 
 def test_age_and_sex_choose_the_sample():
