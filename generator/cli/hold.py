@@ -93,10 +93,7 @@ class PoseHold(CommandResult):
         """Return the verdict, a table of joints, balance, spine and hands."""
         yield f"{self.figure}: {_verdict(self.posture, self.body)}"
         if self.heaviest is not None:
-            yield (
-                f"the heaviest load of {self.heaviest.segment} is {self.heaviest.mass:.2f} kg, "
-                f"limited by {self.heaviest.limited_by}; what follows is with it"
-            )
+            yield _heaviest_sentence(self.heaviest, self.posture.weakest)
         rows = list(_merged(self.posture.joints))
         shown = [row for row in rows if _is_listed(row[1])][:SHOWN_ROWS]
         yield _joint_table(shown)
@@ -218,8 +215,9 @@ def hold(
         list[str] | None,
         typer.Option(
             metavar="SEGMENT=10kg|SEGMENT=X,Y,ZN",
-            help="Mass that hangs from a segment, or force on it in world axes; at its grip, or "
-            "else its centre of mass, or at SEGMENT.SITE. May be repeated.",
+            help="Mass that hangs from a segment, or force on it in world axes; at SEGMENT.SITE, "
+            "or else at its site `grip`, which shipped persons lack: there at the centre of mass "
+            "of the segment. May be repeated.",
         ),
     ] = None,
     support: Annotated[
@@ -434,6 +432,22 @@ def _frames(
         )
 
 
+def _heaviest_sentence(found: HeaviestLoad, weakest: JointDemand | None) -> str:
+    # The last load is the one sought.
+    named = found.posture.loads[:-1]
+    if found.mass == 0.0 and weakest is not None:
+        what = "the loads named exceed" if named else "the posture alone exceeds"
+        return (
+            f"{what} the strength of {found.limited_by} already ({_percent(weakest.use or 0.0)}): "
+            f"{found.segment} holds nothing more"
+        )
+    more = " in addition to the loads named" if named else ""
+    return (
+        f"the heaviest load of {found.segment} is {found.mass:.2f} kg{more}, limited by "
+        f"{found.limited_by}; what follows is with it"
+    )
+
+
 def _finite(angle: float) -> float | None:
     return degrees(angle) if isfinite(angle) else None
 
@@ -543,10 +557,11 @@ def _lines(posture: Posture) -> Iterator[str]:
     """Yield lines on balance, spine and hands."""
     standing, spine = posture.standing, posture.spine
     if standing is not None:
-        x, _, z = standing.centre_of_pressure
+        x, _, z = (100.0 * standing.centre_of_pressure).tolist()
         yield (
-            f"balance: centre of pressure at ({100 * x:.1f}, {100 * z:.1f}) cm, "
-            f"{100 * standing.margin:.1f} cm inside the support"
+            f"balance: centre of pressure {abs(x):.1f} cm to the {'left' if x >= 0.0 else 'right'} "
+            f"and {abs(z):.1f} cm {'forward' if z >= 0.0 else 'back'} of the world's origin, "
+            f"{100 * standing.margin:.1f} cm inside the edge of the support"
         )
     if spine is not None:
         yield (

@@ -25,6 +25,7 @@ from generator.hold.statics import (
     weight_wrenches,
 )
 from generator.hold.support import (
+    FEET,
     Area,
     OutOfBalanceError,
     Standing,
@@ -576,10 +577,8 @@ def _standing_notes(standing: Standing) -> list[str]:
     ]
     if len(standing.bearings) > 1:
         parts = ", ".join(f"{one.name} {one.force[1]:.0f} N" for one in standing.bearings)
-        notes.append(
-            f"{parts}; statics does not determine how far supports push against each other, taken "
-            "as nothing"
-        )
+        what = "feet" if all(one.segment in FEET for one in standing.bearings) else "supports"
+        notes.append(f"{parts}; {what} are assumed not to push against each other")
     return notes
 
 

@@ -11,7 +11,7 @@ from generator.hold.posture import Holder, hold
 from generator.hold.statics import Load
 from generator.model import Model
 from generator.motion_files import FigureMotion, motion_writer
-from tests.command import answer, run
+from tests.command import answer, mover, run
 from tests.motions import header_of
 
 ARMS = ("--set", "left_shoulder=0,0,90", "--set", "right_shoulder=0,0,90")
@@ -124,6 +124,32 @@ def test_heaviest_load_is_at_the_limit_of_a_joint_or_of_balance(man):
     assert held.limited_by == "balance"
     assert held.posture.standing is not None
     assert held.posture.standing.margin == pytest.approx(0.0, abs=1e-4)
+
+
+def test_heaviest_load_is_in_addition_to_the_loads_named():
+    words = ("hold", "male50", "--max", "right_hand", "--set", "right_elbow=0,90")
+    alone = answer(*words)["max"]["mass_kg"]
+    beside = answer(*words, "--load", "right_hand=4kg")["max"]["mass_kg"]
+    assert beside == pytest.approx(alone - 4.0, abs=2e-3)
+    said = run(*words, "--load", "right_hand=4kg").stdout
+    assert f"is {beside:.2f} kg in addition to the loads named, limited by right_wrist" in said
+    assert "in addition" not in run(*words).stdout
+    over = run(*words, "--load", "right_hand=40kg").stdout
+    assert "loads named exceed the strength of right_wrist radial deviation already (" in over
+    assert "right_hand holds nothing more" in over
+
+
+def test_directions_are_named():
+    said = answer("hold", "male50", *ARMS)["balance"]["centre_of_pressure_m"]
+    place = f"0.0 cm to the left and {100 * said[2]:.1f} cm forward of the world's origin"
+    assert place in run("hold", "male50", *ARMS).stdout
+    for words, way in (
+        (("--support", "right_foot"), "outside the right foot, to the left: the person tips"),
+        (("--support", "left_foot"), "outside the left foot, to the right: the person tips"),
+    ):
+        result = mover("hold", "male50", *words)
+        assert result.exit_code == 1
+        assert way in result.output
 
 
 def test_balance_keeps_knees_trunk_and_feet(man):
