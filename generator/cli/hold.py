@@ -182,7 +182,7 @@ class MotionHold(CommandResult):
             where = f"{self.joint[k]} {self.direction[k]} at {self.times_s[k]:.6g} s"
             percent = self.percent_capable[k]
             capable = "" if percent is None else f"; {percent:.1f} % capable"
-            rows.append(("largest use", f"{100.0 * uses[k]:.0f} % of {where}{capable}"))
+            rows.append(("largest use", f"{_percent(float(uses[k]))} of {where}{capable}"))
         spine = [force for force in self.compression_N if force is not None]
         if spine:
             k = int(np.argmax([force or 0.0 for force in self.compression_N]))

@@ -1,6 +1,7 @@
 """`mover hold`: answers in text, JSON and tables; `refusals/hold.txt` has what it refuses."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from generator.model import Model
 from generator.motion_files import FigureMotion, motion_writer
 from tests.command import answer, mover, run
 from tests.motions import header_of
+from tests.paths import DOCS
 
 ARMS = ("--set", "left_shoulder=0,0,90", "--set", "right_shoulder=0,0,90")
 SQUAT = tuple(
@@ -265,6 +267,26 @@ def test_table_of_joints(tmp_path: Path):
     for row, expected in zip(rows, said["joints"], strict=True):
         assert float(row["active_Nm"]) == pytest.approx(expected["active_Nm"], abs=1e-9)
         assert row["source"] == (expected["source"] or "")
+
+
+def test_poses_of_the_page_are_in_it(tmp_path: Path):
+    page = (DOCS / "hold.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"--pose (\S+)", page)) == {"stoop.pose", "FILE.pose`,"}
+    path = tmp_path / "stoop.pose"
+    (text,) = re.findall(r"```\n(# [^`]+)```", page)
+    path.write_text(text, encoding="utf-8")
+    picture = tmp_path / "hold.svg"
+    loads = ("--load", "left_hand=10kg", "--load", "right_hand=10kg")
+    said = answer("hold", "male50", "--pose", path, *loads, "--balance", "-o", picture)
+    assert said["balance"]["margin_m"] > 0.05
+    assert said["weakest"]["joint"] == "waist"
+    kept = DOCS / "pictures" / "hold.svg"
+    shown, drawn = (
+        re.findall(r">([1-9]\d* %)</text>", one.read_text(encoding="utf-8"))
+        for one in (picture, kept)
+    )
+    assert shown == drawn
+    assert len(shown) > 5
 
 
 @pytest.mark.slow
