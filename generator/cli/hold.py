@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, isfinite
+from math import degrees, isfinite, pi
 from pathlib import Path
 from typing import Annotated
 
@@ -16,17 +16,19 @@ from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError
 from generator.figure import Figure
 from generator.hold.hands import HandDemand
 from generator.hold.page import posture_page, posture_svg
-from generator.hold.posture import HeaviestLoad, Holder, JointDemand, Posture
+from generator.hold.passive import range_excess, ranges_exceeded
+from generator.hold.posture import LARGEST_LOAD, HeaviestLoad, Holder, JointDemand, Posture
 from generator.hold.spine import LIMITS, SpineLoad
-from generator.hold.statics import Load, site_point
+from generator.hold.statics import GRAVITY, Load, site_point
 from generator.hold.support import OffGroundError, Standing
 from generator.input_files.tone import STRENGTH_FILE
-from generator.kinematics.placement import Displacements
+from generator.kinematics.placement import Displacements, forward_kinematics
 from generator.model import Model
 from generator.motion_files import FigureMotion
 from generator.person.survey import Sex
 from generator.text_io import format_csv_comment
 from springs import SpringSet
+from springs.elastic import Range
 from springs.strength.strengths import Age, Body
 
 _LOAD = re.compile(r"\s*([^=\s.]+)(?:\.([^=\s]+))?\s*=\s*(.+?)\s*")
@@ -34,6 +36,9 @@ _LOAD_SYNTAX = "SEGMENT[.SITE]=10kg or SEGMENT[.SITE]=X,Y,ZN"
 
 LARGEST_FORCE = 1e5
 """Largest component of a load [N]."""
+
+LARGEST_USE = 10.0
+"""Use up to which a posture is judged by shares of people."""
 
 SHOWN_USE = 0.05
 """Use below which a joint is listed with `--verbose` only."""
@@ -88,10 +93,7 @@ class PoseHold(CommandResult):
         """Return the verdict, a table of joints, balance, spine and hands."""
         yield f"{self.figure}: {_verdict(self.posture, self.body)}"
         if self.heaviest is not None:
-            yield (
-                f"the heaviest load of {self.heaviest.segment} is {self.heaviest.mass:.2f} kg, "
-                f"limited by {self.heaviest.limited_by}; what follows is with it"
-            )
+            yield _heaviest_sentence(self.heaviest, self.posture.weakest)
         rows = list(_merged(self.posture.joints))
         shown = [row for row in rows if _is_listed(row[1])][:SHOWN_ROWS]
         yield _joint_table(shown)
@@ -137,6 +139,10 @@ class PoseHold(CommandResult):
             "weakest": weakest
             and {"joint": weakest.joint, "direction": weakest.direction, "use": weakest.use},
             "percent_capable": posture.percent_capable,
+            "beyond_range": [
+                {"joint": name, "angle_deg": degrees(angle), "range_deg": [*map(_finite, known)]}
+                for name, (angle, known) in posture.beyond.items()
+            ],
             "spine": _spine_data(posture.spine),
             "balance": None if standing is None else _balance_data(standing),
             "hands": [_hand_data(one) for one in posture.hands],
@@ -176,12 +182,20 @@ class MotionHold(CommandResult):
             where = f"{self.joint[k]} {self.direction[k]} at {self.times_s[k]:.6g} s"
             percent = self.percent_capable[k]
             capable = "" if percent is None else f"; {percent:.1f} % capable"
-            rows.append(("largest use", f"{100.0 * uses[k]:.0f} % of {where}{capable}"))
+            rows.append(("largest use", f"{_percent(float(uses[k]))} of {where}{capable}"))
         spine = [force for force in self.compression_N if force is not None]
         if spine:
             k = int(np.argmax([force or 0.0 for force in self.compression_N]))
             rows.append(
                 ("largest compression of L5/S1", f"{max(spine):.0f} N at {self.times_s[k]:.6g} s")
+            )
+        beyond = sum(
+            use is not None and percent is None
+            for use, percent in zip(self.use, self.percent_capable, strict=True)
+        )
+        if beyond:
+            rows.append(
+                ("beyond the range of a joint", f"{beyond} of {len(self.use)} frames; no use of it")
             )
         out = sum(1 for margin in self.margin_m if margin is not None and margin < 0.0)
         if out:
@@ -201,8 +215,9 @@ def hold(
         list[str] | None,
         typer.Option(
             metavar="SEGMENT=10kg|SEGMENT=X,Y,ZN",
-            help="Mass that hangs from a segment, or force on it in world axes; at its grip, or "
-            "else its centre of mass, or at SEGMENT.SITE. May be repeated.",
+            help="Mass that hangs from a segment, or force on it in world axes; at SEGMENT.SITE, "
+            "or else at its site `grip`, which shipped persons lack: there at the centre of mass "
+            "of the segment. May be repeated.",
         ),
     ] = None,
     support: Annotated[
@@ -225,30 +240,39 @@ def hold(
     ] = None,
     springs: options.SpringsChoice = None,
     heaviest: Annotated[
-        str | None,
-        typer.Option("--max", metavar="SEGMENT", help="Find the heaviest load of a segment."),
+        list[str] | None,
+        typer.Option(
+            "--max",
+            metavar="SEGMENT",
+            help="Find the heaviest load of one segment, in addition to the loads named.",
+        ),
     ] = None,
     along: options.MotionFile = None,
     output: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
             "--output",
             "-o",
             metavar="FILE.csv|.html|.svg",
-            help="Table of joints, or of frames; page, or picture, of a posture.",
+            help="Table of joints, or of frames; page, or picture, of a posture. May be repeated.",
         ),
     ] = None,
 ) -> CommandResult:
     """Judge whether a person can hold a posture with loads."""
-    _check_output(output, along)
+    files = output or []
+    for path in files:
+        _check_output(path, along)
+    outputs.check_distinct_paths(files)
+    if len(heaviest or ()) > 1:
+        raise UsageError("--max finds the heaviest load of one segment: name it once")
+    sought = next(iter(heaviest or ()), None)
     loads = tuple(map(load_from_text, load or ()))
     figure, warnings = inputs.load_figure(name)
     holder, more = _holder(figure, name, age, sex, strength, springs, support or ())
-    _check_loads(figure, [*(one.segment for one in loads), *([heaviest] if heaviest else [])])
-    read = (figure.path, along, strength)
-    files = outputs.output_files(output, read)
+    _check_loads(figure, [*(one.segment for one in loads), *(heaviest or ())])
+    outputs.check_writable(files, (figure.path, along, strength))
     if along is not None:
-        if balance or heaviest is not None:
+        if balance or sought is not None:
             raise UsageError("--along takes postures as they are: leave out --balance and --max")
         motion, others = inputs.motion_from_options(figure, along, pose, displacements or ())
         # A body that was free has no joints to the ground.
@@ -258,19 +282,24 @@ def hold(
     values: Displacements = placement.displacements
     if balance:
         values = holder.balanced(values, loads)
-    found = None if heaviest is None else holder.heaviest(heaviest, values, loads)
+    for joint, (angle, known) in ranges_exceeded(forward_kinematics(holder.tree, values)).items():
+        if range_excess(angle, known) > pi:
+            raise ModelError(
+                f"{joint} at {degrees(angle):.0f} deg is more than half a turn beyond its range, "
+                f"{_range_text(known)}"
+            )
+    found = None if sought is None else holder.heaviest(sought, values, loads)
     posture = holder.posture(values, loads) if found is None else found.posture
-    for path in files:
-        outputs.write_file(path, _content(path, name, posture, holder.body))
+    outputs.write_files({path: _content(path, name, posture, holder.body) for path in files})
     return PoseHold(
         name, holder.body, posture, found, values, files, diagnostics=(*warnings, *more, *others)
     )
 
 
-def _check_output(output: Path | None, along: Path | None) -> None:
+def _check_output(output: Path, along: Path | None) -> None:
     """Raise UsageError for a suffix that frames, or a single posture, cannot have."""
     known = (".csv",) if along is not None else (".csv", ".html", ".svg")
-    if output is not None and output.suffix.lower() not in known:
+    if output.suffix.lower() not in known:
         reason = outputs.suffix_fault(output)
         if along is not None and output.suffix.lower() in (".html", ".svg"):
             reason = "a page is of a single posture"
@@ -403,8 +432,36 @@ def _frames(
         )
 
 
+def _heaviest_sentence(found: HeaviestLoad, weakest: JointDemand | None) -> str:
+    # The last load is the one sought.
+    named = found.posture.loads[:-1]
+    if found.mass == 0.0 and weakest is not None:
+        what = "the loads named exceed" if named else "the posture alone exceeds"
+        return (
+            f"{what} the strength of {found.limited_by} already ({_percent(weakest.use or 0.0)}): "
+            f"{found.segment} holds nothing more"
+        )
+    more = " in addition to the loads named" if named else ""
+    return (
+        f"the heaviest load of {found.segment} is {found.mass:.2f} kg{more}, limited by "
+        f"{found.limited_by}; what follows is with it"
+    )
+
+
+def _finite(angle: float) -> float | None:
+    return degrees(angle) if isfinite(angle) else None
+
+
+def _range_text(known: Range) -> str:
+    low, high = (f"{degrees(end):.0f}" if isfinite(end) else "any" for end in known)
+    return f"{low} to {high} deg"
+
+
 def _verdict(posture: Posture, body: Body | None) -> str:
     weakest, percent = posture.weakest, posture.percent_capable
+    if posture.beyond:
+        joints = (f"{name} ({_range_text(known)})" for name, (_, known) in posture.beyond.items())
+        return f"this posture is beyond the range of {', '.join(joints)}"
     if weakest is None or weakest.use is None or percent is None:
         return "no strength of its joints is known"
     who = "people with the strengths stated"
@@ -414,6 +471,11 @@ def _verdict(posture: Posture, body: Body | None) -> str:
             who = f"{'women' if body.is_female else 'men'} over 65 years"
     if weakest.active == 0.0:
         return f"holds without muscles; {who}"
+    joint = f"{weakest.joint} {weakest.direction}"
+    largest = max((float(np.linalg.norm(one.total)) for one in posture.loads), default=0.0)
+    if weakest.use > (LARGEST_USE if largest <= -LARGEST_LOAD * GRAVITY[1] else 1.0):
+        times = f"{weakest.use:.3g} times" if isfinite(weakest.use) else "it is beyond"
+        return f"nobody holds this: {times} the strength of {joint} of {who}"
     text = f"{percent:.0f} % of {who} are strong enough"
     least = posture.least_capable
     if (
@@ -421,14 +483,15 @@ def _verdict(posture: Posture, body: Body | None) -> str:
         and (least.percent_capable or 0.0) < (weakest.percent_capable or 0.0) - 0.5
     ):
         text += f" ({least.joint} {least.direction})"
-    joint = f"{weakest.joint} {weakest.direction}"
     text += f"; weakest is {joint} with {_percent(weakest.use)} of its strength"
     time = weakest.endurance
     return text + (f", for {_duration(time)}" if time else "")
 
 
 def _percent(use: float) -> str:
-    return f"{100.0 * use:.0f} %" if isfinite(use) else "more than all"
+    if not isfinite(use):
+        return "more than all"
+    return f"{100.0 * use:.0f} %" if use <= LARGEST_USE else f"over {100.0 * LARGEST_USE:.0f} %"
 
 
 def _duration(seconds: float | None) -> str:
@@ -494,10 +557,11 @@ def _lines(posture: Posture) -> Iterator[str]:
     """Yield lines on balance, spine and hands."""
     standing, spine = posture.standing, posture.spine
     if standing is not None:
-        x, _, z = standing.centre_of_pressure
+        x, _, z = (100.0 * standing.centre_of_pressure).tolist()
         yield (
-            f"balance: centre of pressure at ({100 * x:.1f}, {100 * z:.1f}) cm, "
-            f"{100 * standing.margin:.1f} cm inside the support"
+            f"balance: centre of pressure {abs(x):.1f} cm to the {'left' if x >= 0.0 else 'right'} "
+            f"and {abs(z):.1f} cm {'forward' if z >= 0.0 else 'back'} of the world's origin, "
+            f"{100 * standing.margin:.1f} cm inside the edge of the support"
         )
     if spine is not None:
         yield (

@@ -21,6 +21,17 @@ _MARGIN = 46.0
 _LABELLED_USE = 0.2
 """Use from which a joint has a number in the picture."""
 
+_CHARACTER = 7.0
+"""Width of a character of a label, at most [px]."""
+
+_JOINT_RIM = 7.0 * np.array(
+    [(np.cos(turn), np.sin(turn)) for turn in np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)]
+)
+"""Points on the rim of the circle of a joint [px]."""
+
+_GRID = np.array([(k % 7, k // 7) for k in range(49)]) / 6.0
+"""Points over the area of a label, of unit size."""
+
 _COLOURS = ((0.0, (44, 123, 182)), (0.5, (255, 255, 191)), (1.0, (215, 25, 28)))
 _BEYOND = "#7f0000"
 _UNKNOWN = "#bbbbbb"
@@ -112,6 +123,7 @@ def _view(
             f'<path d="M{x},{y} l-6,10 h12 z" fill="#333333">'
             "<title>centre of pressure</title></path>"
         )
+    taken: list[Array] = []
     for load, (start, end) in zip(posture.loads, _load_ends(posture).values(), strict=True):
         (x1, y1), (x2, y2) = place(start), place(end)
         size = float(np.linalg.norm(load.total))
@@ -120,10 +132,17 @@ def _view(
             f'<circle cx="{x2}" cy="{y2}" r="3.5" fill="#333333">'
             f"<title>{escape(load.segment)}: {size:.0f} N</title></circle>"
         )
+        taken.append(np.linspace((x1, y1), (x2, y2), 1 + round(abs(x2 - x1) + abs(y2 - y1))))
     figure = posture.placement.tree.figure
-    for name, one in joint_uses(posture).items():
-        point = site_pose(posture.placement, figure.joints[name], "parent")[:3, 3]
-        x, y = place(point)
+    uses = joint_uses(posture)
+    places = {
+        name: place(site_pose(posture.placement, figure.joints[name], "parent")[:3, 3])
+        for name in uses
+    }
+    taken += [np.array(at) + _JOINT_RIM for at in places.values()]
+    labels: list[str] = []
+    for name, one in uses.items():
+        x, y = places[name]
         text = "not known" if one.use is None else f"{100.0 * one.use:.0f} %"
         parts.append(
             f'<circle cx="{x}" cy="{y}" r="7" fill="{use_colour(one.use)}" stroke="#333333">'
@@ -133,11 +152,30 @@ def _view(
         if one.use is not None and one.use >= _LABELLED_USE and not is_far:
             # In the view from the front the body's right side is on the left.
             is_outside = towards[2] > 0.0 and name.startswith("right_")
-            dx, anchor = (-10, "end") if is_outside else (10, "start")
-            parts.append(
-                f'<text x="{x + dx:.1f}" y="{y + 4:.1f}" text-anchor="{anchor}">{text}</text>'
+            sides = (-1.0, 1.0) if is_outside else (1.0, -1.0)
+            boxes = list(_label_boxes(x, y, _CHARACTER * len(text), sides))
+            box = min(boxes, key=lambda each: _count_inside(each, taken))
+            taken.append(box[0] + _GRID * (box[1] - box[0]))
+            middle, bottom = box.mean(axis=0)[0], box[1, 1]
+            labels.append(
+                f'<text x="{middle:.1f}" y="{bottom - 3.0:.1f}" text-anchor="middle">{text}</text>'
             )
-    return parts
+    return [*parts, *labels]
+
+
+def _label_boxes(x: float, y: float, width: float, sides: Sequence[float]) -> Iterator[Array]:
+    """Yield places of a label beside a joint, the preferred one first: corners, shape (2, 2)."""
+    half = np.array([0.5 * width, 6.5])
+    for gap, rise in ((10.0, 0.0), (9.0, -12.0), (9.0, 12.0), (16.0, 0.0)):
+        for side in sides:
+            centre = np.array([x + side * (gap + half[0]), y + rise])
+            yield np.array([centre - half, centre + half])
+
+
+def _count_inside(box: Array, taken: Sequence[Array]) -> int:
+    """Return how many of the points that are taken a label would lie on."""
+    points = np.concatenate(taken)
+    return int(np.all((points > box[0] - 2.0) & (points < box[1] + 2.0), axis=1).sum())
 
 
 def _segment_points(posture: Posture) -> dict[str, Array]:
@@ -202,7 +240,8 @@ def posture_page(
             '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
             f"<title>{escape(title)}</title>",
             '<meta name="viewport" content="width=device-width">',
-            "<style>body{font:14px/1.4 sans-serif;margin:1.5em;max-width:70em}",
+            "<style>.wide{overflow-x:auto}span{white-space:nowrap}p,li{overflow-wrap:anywhere}",
+            "body{font:14px/1.4 sans-serif;margin:1.5em;max-width:70em}",
             "table{border-collapse:collapse;font-size:13px}td,th{padding:2px 8px;text-align:right;",
             "white-space:nowrap;border-bottom:1px solid #ddd}",
             "td:nth-child(-n+2),th:nth-child(-n+2){text-align:left}",
@@ -211,9 +250,9 @@ def posture_page(
             *(f"<p>{escape(text)}</p>" for text in paragraphs),
             picture,
             f"<p>Use of strength: {legend}; dark red beyond, grey not known.</p>",
-            "<table>",
+            '<div class="wide"><table>',
             *table(),
-            "</table>",
+            "</table></div>",
             *(
                 [f"<h2>Notes</h2><ul>{''.join(f'<li>{escape(n)}</li>' for n in notes)}</ul>"]
                 if notes

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees
+from math import degrees, inf, radians
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from springs import JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.axis import Direction
 from springs.elastic import Range, common_valid_range
 from springs.stop import Stop
+
+RANGE_TOLERANCE = radians(15.0)
+"""Angle beyond a limit up to which a posture is judged [rad], an estimate: limits are of joints
+without load, and an ankle that bears the body in a squat bends further."""
 
 _ANGLE_ROUNDING = 1e-6
 """Rounding of an angle at the end of a range [rad]."""
@@ -149,6 +153,26 @@ class PassiveMoments:
                     noun = f"{axis.joint} {angle.rpartition(' ')[2]}"
                     found.append((axis.joint, axis.direction, noun, known))
         return tuple(found)
+
+
+def ranges_exceeded(placement: Placement) -> dict[str, tuple[float, Range]]:
+    """Return angle and range of joints that are beyond it by more than `RANGE_TOLERANCE` [rad]."""
+    found: dict[str, tuple[float, Range]] = {}
+    for name in placement.tree.kinematics.columns:
+        joint, values = placement.tree.figure.joints[name], placement.displacements[name]
+        for k in placement.tree.chains[name].rotations:
+            low = None if joint.lower_limit is None else joint.lower_limit[k]
+            high = None if joint.upper_limit is None else joint.upper_limit[k]
+            known = -inf if low is None else low, inf if high is None else high
+            angle = float(values[k])
+            if range_excess(angle, known) > RANGE_TOLERANCE:
+                found.setdefault(name, (angle, known))
+    return found
+
+
+def range_excess(angle: float, known: Range) -> float:
+    """Return by how much an angle is beyond a range; negative within it [rad]."""
+    return max(known[0] - angle, angle - known[1])
 
 
 def _without_stops(own: JointSprings) -> JointSprings:

@@ -14,7 +14,7 @@ from generator.diagnostics import ModelError
 from generator.figure import Figure
 from generator.hold.capacity import JointAxisStrength, axis_strengths
 from generator.hold.hands import HandDemand, hand_demands
-from generator.hold.passive import PassiveMoments
+from generator.hold.passive import PassiveMoments, ranges_exceeded
 from generator.hold.spine import SpineLoad, spine_of
 from generator.hold.statics import (
     Load,
@@ -25,6 +25,7 @@ from generator.hold.statics import (
     weight_wrenches,
 )
 from generator.hold.support import (
+    FEET,
     Area,
     OutOfBalanceError,
     Standing,
@@ -50,6 +51,7 @@ from generator.rotations import Array
 from generator.simulation.muscle_tone import body_of
 from generator.tone import Tone
 from springs import SpringSet
+from springs.elastic import Range
 from springs.strength.strengths import (
     Age,
     Body,
@@ -149,6 +151,8 @@ class Posture:
         spine: Load of L5/S1; None for another figure.
         hands: Forces of hands that bear loads.
         notes: What a reader must know, a sentence each.
+        beyond: Angle and range of joints that are far beyond it, of which no strength is known
+            [rad].
     """
 
     placement: Placement
@@ -160,6 +164,7 @@ class Posture:
     spine: SpineLoad | None
     hands: tuple[HandDemand, ...]
     notes: tuple[str, ...]
+    beyond: Mapping[str, tuple[float, Range]]
 
     @property
     def weakest(self) -> JointDemand | None:
@@ -177,9 +182,12 @@ class Posture:
     def percent_capable(self) -> float | None:
         """Percentage of people who can hold it: that of the least capable joint.
 
-        Strengths of the joints of a person count as fully correlated.
+        Strengths of the joints of a person count as fully correlated. None for a posture beyond
+        the range of a joint.
         """
-        return None if self.least_capable is None else self.least_capable.percent_capable
+        if self.beyond or self.least_capable is None:
+            return None
+        return self.least_capable.percent_capable
 
     @property
     def least_capable(self) -> JointDemand | None:
@@ -342,16 +350,18 @@ class Holder:
             wrenches += standing.wrenches
         net = net_moments(placement, wrenches, jacobians)
         spine = spine_of(placement)
+        beyond = ranges_exceeded(placement)
         return Posture(
             placement,
             loads,
             net,
             passive,
-            tuple(self._demands(placement, net, passive)),
+            tuple(self._demands(placement, net, passive, beyond)),
             standing,
             None if spine is None or self.body is None else spine.load(placement, wrenches),
             tuple(hand_demands(placement, loads, self.body)),
             (*notes, *self._passive.notes(placement)),
+            beyond,
         )
 
     def _bearing_areas(self, placement: Placement) -> tuple[tuple[Area, ...], list[str]]:
@@ -365,7 +375,11 @@ class Holder:
         ]
 
     def _demands(
-        self, placement: Placement, net: Mapping[str, Array], passive: Mapping[str, Array]
+        self,
+        placement: Placement,
+        net: Mapping[str, Array],
+        passive: Mapping[str, Array],
+        beyond: Mapping[str, tuple[float, Range]],
     ) -> Iterator[JointDemand]:
         for axis in self.strengths:
             total = axis.sense * float(net[axis.joint][axis.index])
@@ -378,7 +392,7 @@ class Holder:
             active = total - own
             is_opposite = active < 0.0
             sign = -1.0 if is_opposite else 1.0
-            strength = axis.strength
+            strength = None if axis.joint in beyond else axis.strength
             yield JointDemand(
                 axis.joint,
                 axis.direction(is_opposite),
@@ -405,9 +419,12 @@ class Holder:
         Raises:
             OutOfBalanceError: The posture is out of balance without it.
             UsageError: The segment or site is unknown.
+            ModelError: The posture is beyond the range of a joint.
         """
         values = {**initial_displacements(self.tree), **(displacements or {})}
         placement = forward_kinematics(self.tree, values)
+        for joint in ranges_exceeded(placement):
+            raise ModelError(f"no load is sought in a posture beyond the range of {joint}")
         passive = self._passive.moments(placement.displacements)
         name, _, site = segment.partition(".")
 
@@ -560,10 +577,8 @@ def _standing_notes(standing: Standing) -> list[str]:
     ]
     if len(standing.bearings) > 1:
         parts = ", ".join(f"{one.name} {one.force[1]:.0f} N" for one in standing.bearings)
-        notes.append(
-            f"{parts}; statics does not determine how far supports push against each other, taken "
-            "as nothing"
-        )
+        what = "feet" if all(one.segment in FEET for one in standing.bearings) else "supports"
+        notes.append(f"{parts}; {what} are assumed not to push against each other")
     return notes
 
 

@@ -34,7 +34,8 @@ SEAT_BAND = 0.04
 flesh of the buttocks yields."""
 
 _PELVIS = ("lower_torso", "pelvis")
-_FEET = ("left_foot", "right_foot")
+FEET = ("left_foot", "right_foot")
+"""Supports by default."""
 
 
 class OutOfBalanceError(MoverError):
@@ -127,7 +128,7 @@ class Standing:
 
 def default_supports(figure: Figure) -> tuple[str, ...]:
     """Return both feet; the ground for a figure without them."""
-    feet = tuple(name for name in _FEET if name in figure.bodies)
+    feet = tuple(name for name in FEET if name in figure.bodies)
     return feet or (GROUND,)
 
 
@@ -325,15 +326,28 @@ def _centroid(points: Array) -> Array:
     return np.array([x, points[:, 1].mean(), z])
 
 
+_LEAST_PART = float(np.sin(np.pi / 8.0))
+"""Component of a direction from which it is named: there are eight directions."""
+
+
 def balance_sentence(standing: Standing) -> str:
     """Return why a posture is refused, with the way in which it tips."""
     found = standing.stability
-    names = " and ".join(one.name for one in standing.bearings)
-    way = ""
+    names = [one.name for one in standing.bearings]
+    where = " and ".join(
+        f"the {name.replace('_', ' ')}" if name in (*FEET, SEAT) else name for name in names
+    )
+    if sorted(names) == sorted(FEET):
+        where = "both feet"
+    ways: list[str] = []
     if found.direction is not None:
-        x, _, z = found.direction
-        way = f" towards ({x:.2f}, 0, {z:.2f})"
+        x, _, z = found.direction.tolist()
+        if abs(z) > _LEAST_PART:
+            ways.append("forward" if z > 0.0 else "back")
+        if abs(x) > _LEAST_PART:
+            ways.append("to the left" if x > 0.0 else "to the right")
+    way = f", {' and '.join(ways)}" if ways else ""
     return (
-        f"the centre of pressure is {-100.0 * found.margin:.1f} cm outside the support of {names}"
-        f"{way}: nobody can hold this; change the pose, or shift the pelvis by --balance"
+        f"the centre of pressure is {-100.0 * found.margin:.1f} cm outside {where}{way}: the "
+        "person tips over; change the pose, or shift the pelvis by --balance"
     )

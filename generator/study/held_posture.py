@@ -24,7 +24,7 @@ def _hands(posture: Posture) -> float | None:
 
 
 HELD_COLUMNS: Mapping[str, Callable[[Posture], float | None]] = {
-    "hold.use [1]": lambda posture: posture.largest_use,
+    "hold.use [1]": lambda posture: None if posture.beyond else posture.largest_use,
     "hold.percent_capable [%]": lambda posture: posture.percent_capable,
     "hold.hands_capable [%]": _hands,
     "hold.compression [N]": _compression,

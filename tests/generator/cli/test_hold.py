@@ -1,6 +1,7 @@
 """`mover hold`: answers in text, JSON and tables; `refusals/hold.txt` has what it refuses."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,9 @@ from generator.hold.posture import Holder, hold
 from generator.hold.statics import Load
 from generator.model import Model
 from generator.motion_files import FigureMotion, motion_writer
-from tests.command import answer, run
+from tests.command import answer, mover, run
 from tests.motions import header_of
+from tests.paths import DOCS
 
 ARMS = ("--set", "left_shoulder=0,0,90", "--set", "right_shoulder=0,0,90")
 SQUAT = tuple(
@@ -43,7 +45,7 @@ def test_json_has_the_keys_of_its_page():
     said = answer("hold", "male50", *ARMS, "--load", "right_hand=2kg")
     assert set(said) == {
         *("figure", "person", "loads", "joints", "weakest", "percent_capable", "spine"),
-        *("balance", "hands", "max", "notes", "files"),
+        *("beyond_range", "balance", "hands", "max", "notes", "files"),
     }
     assert list(said["joints"][0]) == [
         *("joint", "direction", "angle_deg", "net_Nm", "passive_Nm", "active_Nm", "capacity_Nm"),
@@ -126,6 +128,32 @@ def test_heaviest_load_is_at_the_limit_of_a_joint_or_of_balance(man):
     assert held.posture.standing.margin == pytest.approx(0.0, abs=1e-4)
 
 
+def test_heaviest_load_is_in_addition_to_the_loads_named():
+    words = ("hold", "male50", "--max", "right_hand", "--set", "right_elbow=0,90")
+    alone = answer(*words)["max"]["mass_kg"]
+    beside = answer(*words, "--load", "right_hand=4kg")["max"]["mass_kg"]
+    assert beside == pytest.approx(alone - 4.0, abs=2e-3)
+    said = run(*words, "--load", "right_hand=4kg").stdout
+    assert f"is {beside:.2f} kg in addition to the loads named, limited by right_wrist" in said
+    assert "in addition" not in run(*words).stdout
+    over = run(*words, "--load", "right_hand=40kg").stdout
+    assert "loads named exceed the strength of right_wrist radial deviation already (" in over
+    assert "right_hand holds nothing more" in over
+
+
+def test_directions_are_named():
+    said = answer("hold", "male50", *ARMS)["balance"]["centre_of_pressure_m"]
+    place = f"0.0 cm to the left and {100 * said[2]:.1f} cm forward of the world's origin"
+    assert place in run("hold", "male50", *ARMS).stdout
+    for words, way in (
+        (("--support", "right_foot"), "outside the right foot, to the left: the person tips"),
+        (("--support", "left_foot"), "outside the left foot, to the right: the person tips"),
+    ):
+        result = mover("hold", "male50", *words)
+        assert result.exit_code == 1
+        assert way in result.output
+
+
 def test_balance_keeps_knees_trunk_and_feet(man):
     pose = {"waist": np.array([0.0, 0.0, 0.6]), "left_hip_joint": np.array([0.0, 0.03, 0.4])}
     pose |= {"right_hip_joint": np.array([0.0, 0.03, 0.4]), "root_torso": np.array([0.0, 0.4, 0.0])}
@@ -175,6 +203,36 @@ def test_beyond_ranges_is_said():
     assert any("left_elbow at 150 deg is beyond its limit, 145 deg" in one for one in said["notes"])
 
 
+def test_posture_beyond_a_range_is_the_verdict_and_has_no_use():
+    words = ("hold", "male50", "--set", "left_elbow=0,160")
+    said = answer(*words)
+    (one,) = said["beyond_range"]
+    assert one["joint"] == "left_elbow"
+    assert one["angle_deg"] == pytest.approx(160.0)
+    assert one["range_deg"][0] < 0.0 < 140.0 < one["range_deg"][1] < 150.0
+    assert said["percent_capable"] is None
+    uses = {row["joint"]: row["use"] for row in said["joints"] if row["use"] is None}
+    assert set(uses) == {"left_elbow"}
+    first = run(*words).stdout.splitlines()[0]
+    assert first == "male50: this posture is beyond the range of left_elbow (-1 to 145 deg)"
+    assert answer("hold", "male50", "--set", "left_elbow=0,158")["beyond_range"] == []
+
+
+def test_what_nobody_holds_is_said():
+    legs = ("--load", "right_hand=450kg", "--load", "left_hand=450kg")
+    for loads, times in (
+        (("--load", "left_hand=100kg", "--load", "right_hand=100kg", *ARMS), 10.0),
+        (("--load", "left_hand=600kg", "--load", "right_hand=600kg"), 1.0),
+    ):
+        said = answer("hold", "male50", *loads, "--balance")
+        assert said["weakest"]["use"] > times
+        first = run("hold", "male50", *loads, "--balance").stdout.splitlines()[0]
+        weakest = said["weakest"]
+        expected = f"{weakest['use']:.3g} times the strength of {weakest['joint']}"
+        assert first.startswith(f"male50: nobody holds this: {expected}")
+    assert "strong enough" in run("hold", "male50", *legs).stdout
+
+
 def test_age_and_sex_choose_the_sample():
     young, old = (
         answer("hold", "female50", *SQUAT, "--balance", "--age", age)
@@ -209,6 +267,26 @@ def test_table_of_joints(tmp_path: Path):
     for row, expected in zip(rows, said["joints"], strict=True):
         assert float(row["active_Nm"]) == pytest.approx(expected["active_Nm"], abs=1e-9)
         assert row["source"] == (expected["source"] or "")
+
+
+def test_poses_of_the_page_are_in_it(tmp_path: Path):
+    page = (DOCS / "hold.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"--pose (\S+)", page)) == {"stoop.pose", "FILE.pose`,"}
+    path = tmp_path / "stoop.pose"
+    (text,) = re.findall(r"```\n(# [^`]+)```", page)
+    path.write_text(text, encoding="utf-8")
+    picture = tmp_path / "hold.svg"
+    loads = ("--load", "left_hand=10kg", "--load", "right_hand=10kg")
+    said = answer("hold", "male50", "--pose", path, *loads, "--balance", "-o", picture)
+    assert said["balance"]["margin_m"] > 0.05
+    assert said["weakest"]["joint"] == "waist"
+    kept = DOCS / "pictures" / "hold.svg"
+    shown, drawn = (
+        re.findall(r">([1-9]\d* %)</text>", one.read_text(encoding="utf-8"))
+        for one in (picture, kept)
+    )
+    assert shown == drawn
+    assert len(shown) > 5
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from generator.figure_file import read_figure
@@ -10,7 +11,8 @@ from generator.hold.page import joint_uses, posture_page, posture_svg, use_colou
 from generator.hold.posture import Holder, Posture
 from generator.hold.statics import Load
 from generator.model import Model
-from tests.command import run
+from tests.browser import launch_browser
+from tests.command import answer
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -39,6 +41,43 @@ def test_picture_shows_segments_joints_and_loads_in_two_views(posture: Posture):
             assert 0.0 < y < height
 
 
+def test_labels_lie_on_no_load_and_no_other_label():
+    holder = Holder.of(Model.of(read_figure("male50")))
+    bent = {f"{side}_elbow": np.radians([0.0, 90.0]) for side in ("left", "right")}
+    for pose in ({}, bent, {"left_elbow": bent["left_elbow"]}):
+        posture = holder.posture(pose, [Load("left_hand", 15.0), Load("right_hand", 15.0)])
+        root = ElementTree.fromstring(posture_svg(posture))
+        boxes: list[tuple[float, float, float, float]] = []
+        for one in root.findall(f"{SVG}text"):
+            said = one.text or ""
+            if said.endswith("%"):
+                x, y, half = float(one.attrib["x"]), float(one.attrib["y"]), 3.5 * len(said)
+                boxes.append((x - half, y - 9.0, x + half, y + 1.0))
+        assert len(boxes) > 4
+        for line in root.findall(f"{SVG}line"):
+            x1, y1, x2, y2 = (float(line.attrib[key]) for key in ("x1", "y1", "x2", "y2"))
+            for part in np.linspace(0.0, 1.0, 200):
+                x, y = x1 + part * (x2 - x1), y1 + part * (y2 - y1)
+                assert not any(a < x < c and b < y < d for a, b, c, d in boxes)
+        for k, (a, b, c, d) in enumerate(boxes):
+            for e, f, g, h in boxes[k + 1 :]:
+                assert a >= g or c <= e or b >= h or d <= f
+
+
+@pytest.mark.slow
+def test_page_fits_narrow_windows(tmp_path: Path):
+    path = tmp_path / "hold.html"
+    answer("hold", "male50", "--load", "left_hand=15kg", "-o", path)
+    with launch_browser() as browser:
+        for width in (390, 768):
+            tab = browser.new_page(viewport={"width": width, "height": 844})
+            tab.goto(path.as_uri())
+            assert tab.evaluate("document.documentElement.scrollWidth") == width
+            assert tab.evaluate("document.querySelector('svg').clientWidth") <= width
+            table = "document.querySelector('.wide')"
+            assert tab.evaluate(f"{table}.scrollWidth > {table}.clientWidth")
+
+
 def test_colours_run_from_blue_to_red():
     assert (use_colour(0.0), use_colour(0.5), use_colour(1.0)) == ("#2c7bb6", "#ffffbf", "#d7191c")
     assert len({use_colour(use) for use in (None, 0.0, 1.0, 1.01)}) == 4
@@ -53,9 +92,12 @@ def test_page_escapes_its_texts():
         assert text in page
 
 
-def test_command_writes_both(tmp_path: Path):
-    for name in ("hold.html", "hold.svg"):
-        run("hold", "male50", "--load", "left_hand=6kg", "-o", tmp_path / name)
+def test_command_writes_all_files(tmp_path: Path):
+    files = [tmp_path / name for name in ("hold.html", "hold.csv", "hold.svg")]
+    words = [word for path in files for word in ("-o", path)]
+    said = answer("hold", "male50", "--load", "left_hand=6kg", *words)
+    assert said["files"] == list(map(str, files))
+    assert "left_shoulder" in files[1].read_text(encoding="utf-8")
     page = (tmp_path / "hold.html").read_text(encoding="utf-8")
     assert (tmp_path / "hold.svg").read_text(encoding="utf-8").strip() in page
     assert "strong enough" in page
