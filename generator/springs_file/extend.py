@@ -132,8 +132,8 @@ def _add_curve(springs: list[BoundSpring], coupled: CoupledSpring) -> None:
             spring = replace(
                 one.spring,
                 elastic=(*one.spring.elastic, law if same else law.mirrored()),
-                reference=coupled.reference,
-                why=coupled.why,
+                reference="; ".join(filter(None, (one.spring.reference, coupled.reference))),
+                why=" ".join(filter(None, (one.spring.why, coupled.why))),
             )
             springs[k] = replace(one, spring=spring)
             return

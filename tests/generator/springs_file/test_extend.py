@@ -184,7 +184,9 @@ def test_a_law_with_one_axis_left_is_a_curve_about_it() -> None:
     (whole, _), (right,) = read_springs(None, MALE).coupled, springs.coupled
     assert right.axes[0].joint == "right_hip_joint"
     (curve,) = (one for one in springs.joints["left_ankle"].axes if abs(one.direction[1]) == 1.0)
-    (law,) = (one for one in curve.elastic if not isinstance(one, Stop))
+    own, law, _ = curve.elastic
+    _, below = read_springs(None, MALE).joints["left_ankle"].axes
+    assert own == below.oriented_along(curve.direction).elastic[0]
     sign = float(np.dot(curve.direction, whole.axes[2].direction))
     for angle in np.radians([-25.0, 0.0, 15.0]).tolist():
         _, _, before = whole.law.torques((radians(22.5), radians(60.0), angle))
