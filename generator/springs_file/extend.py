@@ -91,9 +91,9 @@ def _hold_named_axes(
     """
     kept: list[CoupledSpring] = []
     springs = list(base.springs)
-    told: dict[tuple[str, str, str], list[BoundSpring]] = {}
+    affected: dict[tuple[str, str, str], list[BoundSpring]] = {}
     for spring in laws:
-        law, axes, curves, held = spring.law, list[CoupledAxis](), list[BoundSpring](), list[str]()
+        law, axes, curves, fixed = spring.law, list[CoupledAxis](), list[BoundSpring](), list[str]()
         for k, (name, axis) in enumerate(zip(spring.law.coordinates, spring.axes, strict=True)):
             curve = next((o for o in named if o.is_about(axis.joint, axis.direction)), None)
             if curve is None:
@@ -102,7 +102,7 @@ def _hold_named_axes(
             low, high = spring.law.valid_ranges[k] or (0.0, 0.0)
             middle = 0.5 * (low + high)
             law = law.hold_coordinate(name, middle)
-            held.append(f"{name} at {degrees(middle):.4g} deg")
+            fixed.append(f"{name} at {degrees(middle):.4g} deg")
             curves.append(curve)
         if len(axes) == 1:
             _add_curve(springs, replace(spring, law=law, axes=tuple(axes)))
@@ -110,12 +110,12 @@ def _hold_named_axes(
             kept.append(replace(spring, law=law, axes=tuple(axes)))
         if curves and axes:
             all_names, names = map(", ".join, (spring.law.coordinates, law.coordinates))
-            told.setdefault((all_names, names, ", ".join(held)), []).extend(curves)
-    for (all_names, names, held), curves in told.items():
+            affected.setdefault((all_names, names, ", ".join(fixed)), []).extend(curves)
+    for (all_names, names, fixed), curves in affected.items():
         joints = " and ".join(f"`{shorten(one.joint)}`" for one in curves)
         diagnostics.warning(
             f"the law of {all_names} in {base.origin} no longer acts about {joints}, given "
-            f"curves here, and acts about {names} as with {held}",
+            f"curves here, and acts about {names} as with {fixed}",
             curves[0].span,
             f"for another angle, state a law of {names} here",
         )
