@@ -1,7 +1,7 @@
 """Plates of a user's springs: each curve with published ones of its motion and their scatter."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, radians
 
 import numpy as np
@@ -48,16 +48,45 @@ class NamedSprings:
     springs: SpringSet
 
     def axis(self, joint: str, spring: AxisSpring) -> AxisSpring | None:
-        """Return the spring about the same axis of a joint, or None."""
+        """Return all laws about the same axis of a joint, or None.
+
+        Laws over several joints are those with the other angles at zero.
+        """
         own = self.springs.joints.get(joint)
-        for other in () if own is None else own.axes:
+        found = [] if own is None else list(own.axes)
+        for coupled in self.springs.coupled:
+            for name, axis in zip(coupled.law.coordinates, coupled.axes, strict=True):
+                if axis.joint == joint:
+                    law = coupled.law.single_angle_law(
+                        name, dict.fromkeys(coupled.law.coordinates, 0.0)
+                    )
+                    found.append(AxisSpring(axis.direction, (law,)))
+        laws: list[AxisSpring] = []
+        for other in found:
             across = np.cross(other.direction, spring.direction)
             if np.linalg.norm(across) < 1e-6:
                 if any(other.direction) != any(spring.direction):
                     return None  # the sense of one of the axes is not known
                 same = float(np.dot(other.direction, spring.direction)) >= 0.0
-                return other if same else other.with_opposite_axis()
-        return None
+                laws.append(other if same else other.with_opposite_axis())
+        elastic = tuple(law for one in laws for law in one.elastic)
+        return replace(laws[0], elastic=elastic) if laws else None
+
+    def label(self, joint: str, spring: AxisSpring) -> str:
+        """Return the name, with the angles at which laws over several joints were taken."""
+        others = [
+            name
+            for coupled in self.springs.coupled
+            if any(
+                axis.joint == joint
+                and np.linalg.norm(np.cross(axis.direction, spring.direction)) < 1e-6
+                for axis in coupled.axes
+            )
+            for name, axis in zip(coupled.law.coordinates, coupled.axes, strict=True)
+            if axis.joint != joint
+        ]
+        angles = " and ".join(dict.fromkeys(others))
+        return f"{self.name}, {angles} at 0 deg" if others else self.name
 
     def shares_axis(self, other: "NamedSprings") -> bool:
         """Return whether both have a spring about one axis of one joint."""
@@ -96,11 +125,13 @@ def matching_literature(joint: str, motion: str) -> list[Literature]:
 def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSprings | None) -> Plate:
     joint, spring = report.joints[0], report.spring
     literature = matching_literature(joint, spring.motion)
+    drawn = own.axis(joint, spring) or spring
     compared = None if other is None else other.axis(joint, spring)
     low, high = report.lint_range
     angles = np.linspace(low - _MARGIN, high + _MARGIN, 500)
-    torque = _torques(spring.elastic, angles)
-    columns = {"angle [deg]": np.degrees(angles), f"{own.name} [N m]": torque}
+    torque = _torques(drawn.elastic, angles)
+    label = own.label(joint, spring)
+    columns = {"angle [deg]": np.degrees(angles), f"{label} [N m]": torque}
     references = [spring.reference, *(str(row.reference) for row in literature)]
     references = list(dict.fromkeys(filter(None, references)))
     with plot_style():
@@ -109,18 +140,19 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
         for row, style in zip(literature, LINE_STYLES, strict=False):
             _draw_literature(axes, row, angles, style, references)
             columns[f"{row.label} [N m]"] = row.torque(angles)
-        known = common_valid_range(spring.elastic)
-        _draw_spring(axes, angles, torque, known, THESIS_STYLE, own.name)
+        known = common_valid_range(drawn.elastic)
+        _draw_spring(axes, angles, torque, known, THESIS_STYLE, label)
         if other is not None and compared is not None:
             beside = _torques(compared.elastic, angles)
-            columns[f"{other.name} [N m]"] = beside
+            label = other.label(joint, spring)
+            columns[f"{label} [N m]"] = beside
             _draw_spring(
-                axes, angles, beside, common_valid_range(compared.elastic), OTHER_STYLE, other.name
+                axes, angles, beside, common_valid_range(compared.elastic), OTHER_STYLE, label
             )
         draw_zero_line(axes)
         axes.set(
             xlim=(degrees(float(angles[0])), degrees(float(angles[-1]))),
-            ylim=_torque_limits(angles, spring, literature, (low, high)),
+            ylim=_torque_limits(angles, drawn, literature, (low, high)),
             xlabel=f"angle [deg], positive in {spring.motion or 'the sense of the axis'}",
             ylabel="torque on the child [N m]",
         )

@@ -39,8 +39,6 @@ def fitted_springs_text(fit: Fit, file: Path, choice: str | Path | None = None) 
     noted = _with_why(before, after, describe_fit(fit))
     made, text = springs_and_text(figure, before, noted, file, choice)
     _check_same_torques(made, after)
-    if made.coupled != after.coupled:
-        raise ModelError("a springs file cannot state the fitted laws over several joints")
     head = "\n".join(f"# {line}" for line in _comment(fit))
     return f"{head}\n\n{text}"
 

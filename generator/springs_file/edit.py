@@ -580,6 +580,8 @@ def springs_and_text(
     if made.law is not springs.law:  # another one was chosen than the base has
         text = format_changes(figure, springs, changed, extends, springs.law)
         made = springs_from_text(text, figure, file)
+    if made.coupled != changed.coupled:
+        raise ModelError("a springs file cannot state this change beside a law over several joints")
     return made, text
 
 

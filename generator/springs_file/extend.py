@@ -1,14 +1,15 @@
 """Springs of a file laid over those of the file that it extends."""
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import degrees
 from typing import TYPE_CHECKING
 
 from generator.diagnostics import Diagnostics, shorten
 from generator.springs_file.axes import parallel_sign
 from generator.springs_file.bind import BoundSpring
 from generator.springs_file.bind_reach import BoundReach
-from springs import CoupledSpring, Damping, SphericalLaw
+from springs import AxisSpring, CoupledAxis, CoupledSpring, Damping, SphericalLaw
 from springs.axis import Direction
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
@@ -41,12 +42,13 @@ class FileSprings:
 
         A law replaces the law of `base` about the same axis, as does a law over several joints with
         that axis, and a reach those about all axes of its joint; damping replaces damping. What is
-        not stated about an axis stays.
+        not stated about an axis stays: a law over several joints of `base` acts about the axes
+        without a curve here, as with the others held.
 
         Args:
             base: springs of the extended file.
-            diagnostics: diagnostics for curves about axes that have a law over several joints in
-                `base`.
+            diagnostics: diagnostics for curves about axes of reaches and, as warnings, for laws
+                over several joints that lose an axis.
         """
         own_axes = [axis for spring in self.coupled for axis in _axes(spring)]
         kept_coupled = tuple(
@@ -54,21 +56,12 @@ class FileSprings:
             for spring in base.coupled
             if not any(_has_axis(own_axes, *axis) for axis in _axes(spring))
         )
-        base_axes = [axis for spring in kept_coupled for axis in _axes(spring)]
-        for one in self.springs:
-            is_elastic = one.spring.elastic and not one.slides
-            if is_elastic and _has_axis(base_axes, one.joint, one.spring.direction):
-                diagnostics.error(
-                    f"`{shorten(one.joint)}` has a law over several joints about this axis in "
-                    f"{base.origin}, to which this one would add",
-                    one.span,
-                    "extend other springs, or state the law over several joints here",
-                )
+        elastic = [one for one in self.springs if one.spring.elastic and not one.slides]
+        kept_coupled, base_springs = _hold_named_axes(elastic, kept_coupled, base, diagnostics)
         reached = {one.joint for one in self.reaches}
         kept_reaches = tuple(one for one in base.reaches if one.joint not in reached)
-        for one in self.springs:
-            is_elastic = one.spring.elastic and not one.slides
-            if is_elastic and any(one.joint == other.joint for other in kept_reaches):
+        for one in elastic:
+            if any(one.joint == other.joint for other in kept_reaches):
                 diagnostics.error(
                     f"`{shorten(one.joint)}` has a reach in {base.origin}: axes have damping only",
                     one.span,
@@ -77,12 +70,76 @@ class FileSprings:
         kept_laws = [spring.law for spring in kept_coupled]
         return FileSprings(
             f"{self.origin} over {base.origin}",
-            tuple(_merge(self.springs, base.springs, own_axes, reached)),
+            tuple(_merge(self.springs, base_springs, own_axes, reached)),
             (*self.coupled, *kept_coupled),
             self.law or base.law,
             (*self.replaced, *(one for one in base.replaced if one.law in kept_laws)),
             (*self.reaches, *kept_reaches),
         )
+
+
+def _hold_named_axes(
+    named: Sequence[BoundSpring],
+    laws: Sequence[CoupledSpring],
+    base: FileSprings,
+    diagnostics: Diagnostics,
+) -> tuple[tuple[CoupledSpring, ...], tuple[BoundSpring, ...]]:
+    """Return laws over several joints, and the springs of `base`, without torque about named axes.
+
+    A law becomes that with each of these angles held, so that a gradient stays one: in the middle
+    of the range in which the law is known, or at 0. About a single axis it becomes a curve.
+    """
+    kept: list[CoupledSpring] = []
+    springs = list(base.springs)
+    affected: dict[tuple[str, str, str], list[BoundSpring]] = {}
+    for spring in laws:
+        law, axes, curves, fixed = spring.law, list[CoupledAxis](), list[BoundSpring](), list[str]()
+        for k, (name, axis) in enumerate(zip(spring.law.coordinates, spring.axes, strict=True)):
+            curve = next((o for o in named if o.is_about(axis.joint, axis.direction)), None)
+            if curve is None:
+                axes.append(axis)
+                continue
+            low, high = spring.law.valid_ranges[k] or (0.0, 0.0)
+            middle = 0.5 * (low + high)
+            law = law.hold_coordinate(name, middle)
+            fixed.append(f"{name} at {degrees(middle):.4g} deg")
+            curves.append(curve)
+        if len(axes) == 1:
+            _add_curve(springs, replace(spring, law=law, axes=tuple(axes)))
+        elif axes:
+            kept.append(replace(spring, law=law, axes=tuple(axes)))
+        if curves and axes:
+            all_names, names = map(", ".join, (spring.law.coordinates, law.coordinates))
+            affected.setdefault((all_names, names, ", ".join(fixed)), []).extend(curves)
+    for (all_names, names, fixed), curves in affected.items():
+        joints = " and ".join(f"`{shorten(one.joint)}`" for one in curves)
+        diagnostics.warning(
+            f"the law of {all_names} in {base.origin} no longer acts about {joints}, given "
+            f"curves here, and acts about {names} as with {fixed}",
+            curves[0].span,
+            f"for another angle, state a law of {names} here",
+        )
+    return tuple(kept), tuple(springs)
+
+
+def _add_curve(springs: list[BoundSpring], coupled: CoupledSpring) -> None:
+    """Add the law of a single axis to the springs."""
+    (name,), (axis,) = coupled.law.coordinates, coupled.axes
+    law = coupled.law.single_angle_law(name, {})
+    for k, one in enumerate(springs):
+        if one.is_about(axis.joint, axis.direction):
+            same = parallel_sign(one.spring.direction, axis.direction) > 0
+            spring = replace(
+                one.spring,
+                elastic=(*one.spring.elastic, law if same else law.mirrored()),
+                reference="; ".join(filter(None, (one.spring.reference, coupled.reference))),
+                why=" ".join(filter(None, (one.spring.why, coupled.why))),
+            )
+            springs[k] = replace(one, spring=spring)
+            return
+    motion = name.partition(" ")[2]
+    made = AxisSpring(axis.direction, (law,), motion=motion, reference=coupled.reference)
+    springs.append(BoundSpring(axis.joint, replace(made, why=coupled.why), None))
 
 
 _JointAxis = tuple[str, Direction]

@@ -632,7 +632,7 @@ def load_springs_file(path: Path) -> Parsed[LoadedSprings]:
             return Parsed(None, (own if own.value is None else complete).diagnostics)
         springs = complete.value.springs
         loaded = replace(own.value, figure=content.figure, complete=springs, owner=figure)
-        return Parsed(loaded, own.diagnostics)
+        return Parsed(loaded, complete.diagnostics)
     diagnostics = Diagnostics(list(parsed.diagnostics))
     if content.figure is not None:
         diagnostics.warning(

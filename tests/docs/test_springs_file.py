@@ -5,6 +5,7 @@ from math import radians
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from generator import Recording, read_figure, read_springs
@@ -140,3 +141,22 @@ def test_the_error_is_printed_as_the_page_has_it():
     text = '[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 1\nscale = -1\n'
     (fault,) = SPRINGS_FILE.parse(make_source(text, "my.springs.toml")).diagnostics
     assert str(fault) in PAGE
+
+
+def test_points_of_one_joint_replace_the_law_of_the_leg_about_it(tmp_path: Path):
+    page = (DOCS / "person.md").read_text(encoding="utf-8").split("## Your own curve of a joint")[1]
+    text, *_ = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    path, figure = tmp_path / "knee.springs.toml", read_figure("male50")
+    path.write_text(text, "utf-8")
+    (own, _), (held, _) = read_springs(None, figure).coupled, read_springs(path, figure).coupled
+    ranges = [known for known in own.law.valid_ranges if known is not None]
+    grid = np.meshgrid(*(np.linspace(*known, 15) for known in ranges), indexing="ij")
+    hip, _, ankle = own.law.torques(grid)
+    straight = own.law.hold_coordinate("knee flexion", 0.0)
+    for law, words in ((held.law, "by {} and {} N m (root"), (straight, "would by {} and {} N m")):
+        changes = zip((hip, ankle), law.torques([grid[0], grid[2]]), strict=True)
+        assert words.format(*(f"{np.sqrt(np.mean((a - b) ** 2)):.1f}" for a, b in changes)) in page
+    upright = held.law.torques((0.0, 0.0))[1], own.law.torques((0.0, 0.0, 0.0))[2]
+    assert "the ankle has {:.1f} N m instead of {:.1f} N m".format(*upright) in " ".join(
+        page.split()
+    )

@@ -14,6 +14,7 @@ from springs.cubic import Coefficients, polynomial
 from springs.fit import fit_cubic
 from springs.fit_forms import Form, FormFit
 from tests.command import answer, mover, run
+from tests.paths import FIGURES
 
 HIP_ABDUCTION = (-0.131, 136.0, 8.42, -218.0)
 ELBOW = (1.014, 29.224, -6.13885, 214.423)
@@ -107,6 +108,20 @@ def test_what_is_written_can_be_checked_and_named(tmp_path: Path):
     assert "`right_elbow` has no spring about this axis" in checked
     cited = run("cite", "prototype", "--springs", output)
     assert f"the moments in {data}, of unknown origin" in cited.stdout
+
+
+def test_a_fit_takes_the_place_of_a_law_over_several_joints(tmp_path: Path):
+    data, output = tmp_path / "five.csv", tmp_path / "knee.springs.toml"
+    data.write_text("angle [deg],moment [N m]\n-5,12\n0,6\n30,1\n90,-1\n130,-10\n", "utf-8")
+    joints = ("--joint", "left_knee", "--joint", "right_knee", "--motion", "flexion")
+    run("fit", data, "-o", output, *joints)
+    found = load_springs(read_figure("male50"), FIGURES, "male50", output)
+    springs = found.require_value().springs
+    (told,) = found.diagnostics
+    assert "no longer acts about `left_knee` and `right_knee`" in told.message
+    (law, _) = springs.joints["left_knee"].axes[0].elastic
+    assert isinstance(law, Cubic)
+    assert [len(one.axes) for one in springs.coupled] == [2, 2]
 
 
 def test_a_passive_fit_restores_at_both_ends(tmp_path: Path):

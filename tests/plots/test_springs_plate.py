@@ -131,3 +131,25 @@ def test_a_file_that_extends_others_draws_its_own_curves_scaled_without_stops(
     stopped = np.abs(columns["elbow.springs.toml [N m]"]).max()
     _, highest = plate.figure.axes[0].get_ylim()
     assert 6.0 < highest < 20.0 < stopped
+
+
+def test_a_law_over_several_joints_is_drawn_at_zero_of_the_others(tmp_path: Path) -> None:
+    path = tmp_path / "knee.springs.toml"
+    path.write_text(
+        '[[spring]]\njoints = ["left_knee", "right_knee"]\nmotion = "flexion"\n'
+        "points_deg_Nm = [[-5, 12], [0, 6], [30, 1], [90, -1], [130, -10]]\n",
+        "utf-8",
+    )
+    (plate,), _ = OwnFiles(springs=path, against="male50").plates()
+    (columns,) = plate.tables.values()
+    own = columns["male50, hip flexion and ankle dorsiflexion at 0 deg [N m]"]
+    angles = np.radians(columns["angle [deg]"])
+    inside = (angles > 0.0) & (angles < np.radians(90.0))  # calf and thigh are apart
+    (law, *_) = (one.law for one in read_springs(None, read_figure("male50")).coupled)
+    _, knee, _ = law.torques((0.0 * angles, angles, 0.0 * angles))
+    assert own[inside] == pytest.approx(knee[inside], abs=0.01)
+    assert own[inside].max() > 7.0
+    assert "knee.springs.toml [N m]" in columns
+    plate_riener = OwnFiles(springs=FIGURES / "male50.riener.springs.toml").plates()[0]
+    named = [title for one in plate_riener for titles in one.tables.values() for title in titles]
+    assert "male50.riener.springs.toml, hip flexion at 0 deg [N m]" in named

@@ -257,3 +257,11 @@ def test_a_file_may_be_extended_by_changes_of_its_name_that_are_not_saved(tmp_pa
     for choice, file in ((path, path), (path, OWN_FILE), (None, OWN_FILE)):
         with pytest.raises(UsageError, match="choose another name"):
             check_target(FIGURE, file, choice)
+
+
+def test_a_curve_beside_a_law_over_several_joints_is_not_changed_alone(tmp_path: Path):
+    figure = read_figure("male50")
+    springs = read_springs(None, figure)
+    edit = SpringEdit("left_knee", springs.joints["left_knee"].axes[0].direction, scale=2.0)
+    with pytest.raises(ModelError, match="beside a law over several joints"):
+        edited_springs(figure, springs, [edit], tmp_path / "a.springs.toml")

@@ -1,13 +1,17 @@
 """Springs files that change some springs of another file."""
 
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from generator import read_figure
+from generator import read_figure, read_springs
+from generator.diagnostics import Severity
 from generator.figure import AxisKind, JointAxis
 from generator.figure_file import FIGURE_FILE
+from generator.passive_curve import initial_angles, passive_torque
 from generator.springs_file.edit import format_all, format_besides_fields, format_changes
 from generator.springs_file.read import joints_without_elastic_law, load_springs, load_springs_file
 from springs import Damping, Linear, SphericalLaw, SpringSet, Stop
@@ -105,28 +109,99 @@ def test_a_law_over_several_joints_replaces_the_curves_of_its_axes() -> None:
             'extends = "my.springs.toml"\n' + ELBOW,
             "the files extend each other in a circle: my.springs.toml",
         ),
-        (
-            'extends = "coupled"\n' + ELBOW.replace("elbow", "knee"),
-            "`left_knee` has a law over several joints about this axis in "
-            "prototype.coupled.springs.toml over prototype.springs.toml, to which this one would "
-            "add",
-        ),
     ],
 )
 def test_a_file_that_cannot_extend(text: str, message: str, path: Path) -> None:
     assert failures(path, text) == [message]
 
 
-def test_a_check_of_a_file_finds_what_its_base_makes_wrong(path: Path) -> None:
+def test_a_check_of_a_file_finds_what_it_does_to_its_base(path: Path) -> None:
     path.write_text(
         'figure = "prototype"\nextends = "coupled"\n' + ELBOW.replace("elbow", "knee"), "utf-8"
     )
-    (fault,) = load_springs_file(path).diagnostics
-    assert fault.message.startswith("`left_knee` has a law over several joints")
+    (told,) = load_springs_file(path).diagnostics
+    assert told.severity is Severity.WARNING
+    assert told.message == (
+        "the law of hip flexion, knee flexion in prototype.coupled.springs.toml over "
+        "prototype.springs.toml no longer acts about `left_knee`, given curves here, and acts "
+        "about hip flexion as with knee flexion at 67.5 deg"
+    )
+    assert told.hint == "for another angle, state a law of hip flexion here"
     path.write_text('figure = "prototype"\n' + ELBOW, "utf-8")
     loaded = load_springs_file(path).require_value()
     assert set(loaded.springs.joints) == {"left_elbow"}
     assert loaded.complete.joints.keys() == OWN.joints.keys()
+
+
+MALE = read_figure("male50")
+KNEES = """[[spring]]
+joints = ["left_knee", "right_knee"]
+motion = "flexion"
+points_deg_Nm = [[-5, 12], [0, 6], [30, 1], [90, -1], [130, -10]]
+"""
+
+
+def of_male50(text: str) -> tuple[SpringSet, list[str]]:
+    found = load_springs(MALE, FOLDER, "male50", FOLDER / "knee.springs.toml", text=text)
+    return found.require_value().springs, [one.message for one in found.diagnostics]
+
+
+def test_curves_replace_the_law_over_several_joints_about_their_axis_alone() -> None:
+    springs, told = of_male50(KNEES)
+    assert told == [
+        "the law of hip flexion, knee flexion, ankle dorsiflexion in male50.springs.toml no longer "
+        "acts about `left_knee` and `right_knee`, given curves here, and acts about hip flexion, "
+        "ankle dorsiflexion as with knee flexion at 60 deg"
+    ]
+    own = read_springs(None, MALE)
+    for held, whole in zip(springs.coupled, own.coupled, strict=True):
+        assert held.law.is_conservative
+        assert held.axes == (whole.axes[0], whole.axes[2])
+        for hip, ankle in np.radians([(0, 0), (60, -20), (-20, 15)]).tolist():
+            before = whole.law.torques((hip, radians(60.0), ankle))
+            assert held.law.torques((hip, ankle)) == pytest.approx((before[0], before[2]))
+    (knee,) = springs.joints["left_knee"].axes
+    (law,) = (one for one in knee.elastic if not isinstance(one, Stop))
+    at = passive_torque(MALE, springs, "left_knee", initial_angles(MALE))
+    assert float(at @ knee.direction) == pytest.approx(float(law.torque(0.0)))
+    assert knee.damping == own.joints["left_knee"].axes[0].damping
+
+
+def test_curves_of_one_side_leave_the_other() -> None:
+    springs, _ = of_male50(KNEES.replace(', "right_knee"', ""))
+    own = read_springs(None, MALE)
+    assert [len(one.axes) for one in springs.coupled] == [2, 3]
+    assert springs.coupled[1] == own.coupled[1]
+
+
+def test_a_law_with_one_axis_left_is_a_curve_about_it() -> None:
+    hips = '[[spring]]\njoints = ["left_hip_joint"]\naxis = "y"\nstiffness_Nm_rad = 4\n'
+    springs, told = of_male50(KNEES + hips)
+    assert len(told) == 2
+    assert any(
+        one.endswith("as with hip flexion at 22.5 deg, knee flexion at 60 deg") for one in told
+    )
+    (whole, _), (right,) = read_springs(None, MALE).coupled, springs.coupled
+    assert right.axes[0].joint == "right_hip_joint"
+    (curve,) = (one for one in springs.joints["left_ankle"].axes if abs(one.direction[1]) == 1.0)
+    own, law, _ = curve.elastic
+    _, below = read_springs(None, MALE).joints["left_ankle"].axes
+    assert own == below.oriented_along(curve.direction).elastic[0]
+    sign = float(np.dot(curve.direction, whole.axes[2].direction))
+    for angle in np.radians([-25.0, 0.0, 15.0]).tolist():
+        _, _, before = whole.law.torques((radians(22.5), radians(60.0), angle))
+        assert sign * law.torque(sign * angle) == pytest.approx(before)
+    assert springs.joints["right_ankle"] == read_springs(None, MALE).joints["right_ankle"]
+
+
+def test_a_law_whose_axes_all_have_curves_is_gone() -> None:
+    others = """[[spring]]
+joints = ["left_hip_joint", "right_hip_joint", "left_ankle", "right_ankle"]
+axis = "y"
+stiffness_Nm_rad = 4
+"""
+    springs, told = of_male50(KNEES + others)
+    assert (springs.coupled, told) == ((), [])
 
 
 def test_damping_alone_leaves_the_stops_as_they_are(path: Path, tmp_path: Path) -> None:
