@@ -158,6 +158,9 @@ def test_the_page_in_a_window(
         for selector in ("#stage", "#play", "#time", "#views", "#apart", "#column", "#time-plot"):
             assert in_window(tab, selector), selector
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        table = "document.querySelector('#tables')"
+        assert tab.evaluate(f"{table}.scrollWidth <= {table}.clientWidth")
+        assert "left_knee flexion (left_knee.1) [deg]" in tab.inner_text("#column")
         wait_for(tab, "page.triangles() > 1000")
         assert tab.evaluate("page.props()") == []
         buttons = tab.locator("tbody button")

@@ -180,6 +180,16 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
 
 WIDTHS = ((390, 844), (768, 1024), (1366, 768))
 
+STRUCK = """[...document.querySelectorAll("#touches span")].filter((words) => {
+    const [text, marks] = [words.getBoundingClientRect(), [...document.querySelectorAll("#touches button")]];
+    return [...document.querySelectorAll("#touches span, #touches button")].some((other) => {
+      const box = other.getBoundingClientRect();
+      const middle = (box.left + box.right) / 2;
+      const [left, right] = marks.includes(other) ? [middle - 1, middle + 1] : [box.left, box.right];
+      return other !== words && left < text.right && right > text.left
+        && box.top < text.bottom && box.bottom > text.top; }); }).map((words) => words.textContent)"""
+"""Words of first touches that have a mark or other words across them."""
+
 
 @pytest.mark.slow
 def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any], tmp_path: Path):
@@ -207,6 +217,11 @@ def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any]
             assert box["y"] + box["height"] <= height, part
         assert page.evaluate("document.documentElement.scrollWidth") == width
         assert page.locator("#body").bounding_box()["height"] >= 0.45 * height
+        for part in ("#row", "#quantity"):
+            box = page.locator(part).bounding_box()
+            assert box["width"] > 150.0, part
+            assert box["x"] + box["width"] <= width, part
+        assert page.evaluate(STRUCK) == []
         # A mark stands at its time, below the same time of the chart.
         marks = page.locator("#touches button")
         assert 2 <= marks.count() <= len(touches)
