@@ -181,13 +181,15 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
 WIDTHS = ((390, 844), (768, 1024), (1366, 768))
 
 STRUCK = """[...document.querySelectorAll("#touches span")].filter((words) => {
-    const [text, marks] = [words.getBoundingClientRect(), [...document.querySelectorAll("#touches button")]];
+    const text = words.getBoundingClientRect();
     return [...document.querySelectorAll("#touches span, #touches button")].some((other) => {
       const box = other.getBoundingClientRect();
       const middle = (box.left + box.right) / 2;
-      const [left, right] = marks.includes(other) ? [middle - 1, middle + 1] : [box.left, box.right];
-      return other !== words && left < text.right && right > text.left
-        && box.top < text.bottom && box.bottom > text.top; }); }).map((words) => words.textContent)"""
+      const half = other.tagName === "BUTTON" ? 1 : box.width / 2;
+      return other !== words && middle - half < text.right && middle + half > text.left
+        && box.top < text.bottom && box.bottom > text.top;
+    });
+  }).map((words) => words.textContent)"""
 """Words of first touches that have a mark or other words across them."""
 
 
