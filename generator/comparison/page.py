@@ -9,6 +9,7 @@ from typing import Any
 
 from generator.comparison.comparison import Comparison
 from generator.comparison.difference import Quantity
+from generator.comparison.pair import known_springs, name_axis
 from generator.contact.scene import NO_SCENE
 from generator.motion_files.columns import Column
 from generator.motion_files.glb import format_glb
@@ -23,6 +24,7 @@ from generator.motion_files.page import (
     script_json,
 )
 from generator.recording import RecordingPart
+from springs import SpringSet
 
 _GROUPS = {RecordingPart.ENERGY: "energies", RecordingPart.CONTACT: "contact"}
 
@@ -90,9 +92,11 @@ def _motions(found: Comparison, frames: Frames) -> Iterator[dict[str, Any]]:
 
 def _columns(found: Comparison, frames: Frames) -> Iterator[dict[str, Any]]:
     """Yield the columns that can be chosen, in the order of the tables of motions."""
+    springs = known_springs(found.motions)
     for name, (column, values) in found.curves.items():
         yield {
             "name": name,
+            "label": _label(found, springs, column),
             "group": _group(column),
             "unit": column.unit,
             "values": [
@@ -100,6 +104,15 @@ def _columns(found: Comparison, frames: Frames) -> Iterator[dict[str, Any]]:
                 for motion in found.names
             ],
         }
+
+
+def _label(found: Comparison, springs: SpringSet | None, column: Column) -> str:
+    """Return the words of the tables for a column, and its name."""
+    joint, _, axis = column.name.rpartition(".")
+    if not column.is_displacement or joint not in found.aligned[0].chains:
+        return column.name
+    about, sense = name_axis(found.aligned[0], springs, joint, int(axis) - 1)
+    return f"{joint} {about}{', reversed' if sense < 0 else ''} ({column.name})"
 
 
 def _group(column: Column) -> str:

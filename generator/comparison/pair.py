@@ -87,8 +87,7 @@ class Pair:
     @cached_property
     def _springs(self) -> SpringSet | None:
         """Springs of the first motion that has some which are known; they name the axes."""
-        of_both = (one.springs or springs_of_header(one.header, one.figure) for one in self.motions)
-        return next((one for one in of_both if one is not None and one.joints), None)
+        return known_springs(self.motions)
 
     def _of_joints(self) -> Iterator[Difference]:
         """Yield the largest difference of each joint in angle, and in position."""
@@ -126,7 +125,7 @@ class Pair:
         if len(axes) > 1 and quantity is Quantity.ANGLE:
             steps = [remainder(step, 2.0 * pi) for step in steps]
         step, axis = max(zip(steps, axes, strict=True), key=lambda pair: abs(pair[0]))
-        about, sense = self._axis_name(joint, axis)
+        about, sense = name_axis(self.aligned[0], self._springs, joint, axis)
         time, is_angle = float(self.times[k]), quantity is Quantity.ANGLE
         return Difference(
             self.name,
@@ -142,19 +141,6 @@ class Pair:
             first_crossing(self.times, sizes, self.threshold) if is_angle else None,
             f"{joint}.{axis + 1}",
         )
-
-    def _axis_name(self, joint: str, axis: int) -> tuple[str, int]:
-        """Return the motion of an axis of a joint that springs name, and its sense; or the axis."""
-        factor = self.aligned[0].chains[joint][axis]
-        direction, springs = unit_axis(factor.axis), self._springs
-        if springs is not None:
-            own = springs.joints.get(joint, JointSprings(joint))
-            turning = (*own.axes, *axis_springs(springs, joint))
-            for spring in turning if is_rotation(factor.kind) else own.translations:
-                sense = parallel_sign(spring.direction, direction)
-                if sense and spring.motion:
-                    return spring.motion, sense
-        return f"{factor.units.preposition} {axis_label(direction)}", 1
 
     def _error(self, time: float) -> float | None:
         """Return the sum of the estimated errors of both runs at a time [rad]."""
@@ -243,6 +229,28 @@ class Pair:
             yield Difference(
                 self.name, Quantity.ENERGY, kind, "", size, *values, time, time, column=kind
             )
+
+
+def known_springs(motions: Sequence[FigureMotion]) -> SpringSet | None:
+    """Return the springs of the first motion that has some which are known."""
+    of_all = (one.springs or springs_of_header(one.header, one.figure) for one in motions)
+    return next((one for one in of_all if one is not None and one.joints), None)
+
+
+def name_axis(
+    motion: FigureMotion, springs: SpringSet | None, joint: str, axis: int
+) -> tuple[str, int]:
+    """Return the motion of an axis of a joint that springs name, and its sense; or the axis."""
+    factor = motion.chains[joint][axis]
+    direction = unit_axis(factor.axis)
+    if springs is not None:
+        own = springs.joints.get(joint, JointSprings(joint))
+        turning = (*own.axes, *axis_springs(springs, joint))
+        for spring in turning if is_rotation(factor.kind) else own.translations:
+            sense = parallel_sign(spring.direction, direction)
+            if sense and spring.motion:
+                return spring.motion, sense
+    return f"{factor.units.preposition} {axis_label(direction)}", 1
 
 
 def _rank(difference: Difference) -> float:

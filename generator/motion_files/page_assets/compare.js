@@ -215,13 +215,13 @@
       }
     });
     let group = null;
-    for (const { name, group: title, unit } of columns) {
+    for (const { label, group: title, unit } of columns) {
       if (!group || group.label !== title) {
         group = document.createElement("optgroup");
         group.label = title;
         byId("column").append(group);
       }
-      element("option", `${name} [${unit}]`, group);
+      element("option", `${label} [${unit}]`, group);
     }
     for (const { text, parts } of comparison.tables) {
       element("h2", text, byId("tables"));

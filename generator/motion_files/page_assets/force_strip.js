@@ -4,7 +4,7 @@
   const { axis, between, byId, colour, element, fixed, fitPlot, floats, makePlot, marker, scrub, withGaps } = mover;
 
   const newtons = (force) => (force >= 1000 ? `${(force / 1000).toPrecision(3)} kN` : `${fixed(force, 0)} N`);
-  const [ROWS, GAP] = [2, 14]; // rows of words, and pixels below which touches have one mark
+  const [ROW, GAP] = [16, 14]; // pixels of a row of words, and those below which touches have one mark
   const SIDES = /^(left|right) /;
 
   /** Names of touches in words; of both sides at once "both hands". */
@@ -51,8 +51,8 @@
       plot = makePlot(
         host,
         {
-          padding: [6, right, 0, 0],
-          scales: { x: { time: false, range: [timeLine.start, timeLine.stop] }, y: { range: [0, 1.08 * largest] } },
+          padding: [6, right, 6, 0],
+          scales: { x: { time: false, range: [timeLine.start, timeLine.stop] }, y: { range: [0, 1.2 * largest] } },
           axes: [
             { show: false },
             {
@@ -79,27 +79,48 @@
       peak.style.top = `${plot.valToPos(total.peak, "y")}px`;
     }
 
-    /** Place the marks, and their words in the first of the rows that has room for them. */
+    /** Place the marks: each a tick, with words beside it where neither words nor ticks of others are. */
     function placeTouches() {
       lane.replaceChildren();
       const width = lane.clientWidth;
       if (!width) return;
-      const ends = new Array(ROWS).fill(-Infinity);
+      const rows = Math.floor(lane.clientHeight / ROW);
+      const taken = Array.from({ length: rows }, () => []);
+      const isFree = (row, low, high) => taken[row].every(([from, to]) => high < from || to < low);
+
+      /** Put words into the first row that has room for them, whole or only the first, right or left of their tick. */
+      function findPlace(text, words, left) {
+        const [first] = words.split(",");
+        for (const shown of first === words ? [words] : [words, `${first}, ...`]) {
+          text.textContent = shown;
+          const size = text.offsetWidth + 6;
+          for (const [low, high] of [[left - 2, left + size], [left - size, left + 2]]) {
+            if (low < -20 || high > width + 12) continue;
+            for (let row = 0; row < rows; row++) {
+              const below = taken.map((_, k) => k).filter((k) => k > row);
+              if (!isFree(row, low, high) || !below.every((k) => isFree(k, left - 2, left + 2))) continue;
+              taken[row].push([low, high]);
+              for (const k of below) taken[k].push([left - 2, left + 2]);
+              return [row, low < left - 2];
+            }
+          }
+        }
+        return null;
+      }
+
       for (const group of grouped(touches, (GAP / width) * duration)) {
         const left = (width * (group[0].time - timeLine.start)) / (duration || 1);
         const words = inWords(group.map(({ name }) => name));
         const button = element("button", "", lane);
-        const text = element("span", words, button);
+        const text = element("span", "", button);
         button.type = "button";
         button.title = group.map((each) => describe(each)).join("\n");
         button.setAttribute("aria-label", `${words}: first touch at ${fixed(group[0].time, 3)} s`);
-        const end = left + button.offsetWidth;
-        const row = ends.findIndex((other) => other < left && end < width + 24);
-        button.classList.toggle("bare", row < 0);
-        if (row < 0) text.remove();
-        else ends[row] = end;
-        button.classList.toggle("second", row === 1);
+        const [row, isLeft] = findPlace(text, words, left) ?? [rows, false];
+        if (row === rows) text.remove();
+        button.classList.toggle("before", isLeft);
         button.style.left = `${left}px`;
+        button.style.top = `${row * ROW}px`;
         button.addEventListener("click", () => {
           timeLine.pause();
           timeLine.seek(group[0].time);

@@ -111,11 +111,14 @@
       return;
     }
     const { angles, law, published, limits, held } = row.curve;
+    // A browser draws no dashes of a line that goes out of the plot by millions.
+    const reach = 10 * (limits[1] - limits[0]);
+    const near = (value) => (value === null ? null : clamp(value, limits[0] - reach, limits[1] + reach));
     const data = [Array.from(floats(angles)), withGaps(floats(law))];
     const lines = [{}, { stroke: () => colour("--ink"), width: 2.5, points: { show: false } }];
     const bands = [];
     published.forEach((one, k) => {
-      data.push(withGaps(floats(one.values)));
+      data.push(withGaps(floats(one.values)).map(near));
       const dash = one.measured ? undefined : [6, 4];
       lines.push({ stroke: () => series(k), width: 1.5, dash, points: { show: false } });
       if (!one.low) return;
@@ -131,6 +134,7 @@
         axes: [axis(`${row.label} [deg]`, 28), axis("Passive moment [N m]")],
         series: lines,
         bands,
+        hooks: { draw: [movePoints] },
       },
       data,
     );
@@ -168,6 +172,7 @@
         scales: { x: { time: false } },
         axes: [axis("Time [s]", 28), axis(label.slice(label.lastIndexOf("[")))],
         series: [{}, ...lines.map((_, k) => ({ stroke: () => series(k), width: 1.5, points: { show: false } }))],
+        hooks: { draw: [movePoints] },
       },
       [Array.from(times), ...lines.map(([, values]) => withGaps(values))],
     );
@@ -193,14 +198,14 @@
 
   function movePoints() {
     const [angle, moment, recorded] = point();
-    if (momentPlot) {
+    if (momentPoint && momentPlot.scales.y.max !== null) {
       put(momentPoint, angle, moment);
       if (recordedPoint) put(recordedPoint, angle, recorded);
       byId("moment-reading").textContent =
         `${fixed(angle, 1)} deg: ${fixed(moment, 2)} N m` +
         (recorded === null ? "" : `; whole joint in the run ${fixed(recorded, 2)} N m`);
     }
-    if (timePlot) timeCursor.style.left = `${timePlot.valToPos(timeLine.time, "x")}px`;
+    if (timeCursor) timeCursor.style.left = `${timePlot.valToPos(timeLine.time, "x")}px`;
     strip?.move(timeLine.position(timeLine.time));
   }
 

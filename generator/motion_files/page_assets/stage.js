@@ -18,6 +18,7 @@
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     const recolours = [];
     let radius = 1;
+    let free = 1; // share of the height below the buttons
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
     sun.shadow.bias = -0.0005;
@@ -84,7 +85,7 @@
       let distance = 1e-3;
       for (const point of points) {
         const seen = point.clone().sub(centre);
-        const across = Math.max(Math.abs(seen.dot(up)), Math.abs(seen.dot(right)) / camera.aspect);
+        const across = Math.max(Math.abs(seen.dot(up)) / free, Math.abs(seen.dot(right)) / camera.aspect);
         distance = Math.max(distance, seen.dot(back) + (1.12 * across) / tangent);
       }
       const target = middle ?? centre;
@@ -103,7 +104,10 @@
       if (!width || !height) return;
       renderer.setSize(width, height, false);
       camera.aspect = width / height;
-      camera.updateProjectionMatrix();
+      const buttons = host.querySelector("#camera");
+      const top = Math.min(buttons.offsetTop + buttons.offsetHeight, height / 2);
+      free = 1 - top / height;
+      camera.setViewOffset(width, height, 0, -top / 2, width, height); // the middle is that of the free part
       draw();
     }
 

@@ -13,6 +13,7 @@ from generator import Figure
 from generator.comparison.comparison import Comparison, compare_motions
 from generator.comparison.difference import Quantity
 from generator.motion_files import FigureMotion, page
+from springs import AxisSpring, JointSprings, Linear, SpringSet
 from tests.browser import launch_browser, offline_page
 from tests.contact_figures import FLOOR, SLOPE_AND_CRATE
 from tests.contacts import with_contact
@@ -81,6 +82,19 @@ def test_curves_are_the_columns_in_their_units(tmp_path: Path):
     assert np.allclose(Page.floats(slide["values"][0]), lengths, rtol=1e-6)
     assert (energy["unit"], energy["group"], energy["values"][1]) == ("J", "energies", None)
     assert columns["arm.contact_force"]["group"] == "contact"
+
+
+@pytest.mark.parametrize(("sense", "words"), [(1.0, ""), (-1.0, ", reversed")])
+def test_columns_have_the_words_of_the_tables(tmp_path: Path, sense: float, words: str):
+    spring = AxisSpring((0.0, -sense, 0.0), (Linear(1.0),), motion="flexion")
+    springs = SpringSet({"left_knee": JointSprings("left_knee", (spring,))})
+    motion = turning(shipped("prototype"), 0.2)
+    other = replace(turning(shipped("prototype"), 0.5), springs=springs)
+    found = compare_motions([motion, other], ["soft", "stiff"])
+    labels = {one["name"]: one["label"] for one in read(found, tmp_path).data["columns"]}
+    assert labels["left_knee.1"] == f"left_knee flexion{words} (left_knee.1)"
+    for one in found.of("stiff", Quantity.ANGLE):
+        assert labels[one.column].startswith(one.label)
 
 
 def test_the_tables_are_those_of_the_command(knees: Comparison, tmp_path: Path):
@@ -158,6 +172,9 @@ def test_the_page_in_a_window(
         for selector in ("#stage", "#play", "#time", "#views", "#apart", "#column", "#time-plot"):
             assert in_window(tab, selector), selector
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        table = "document.querySelector('#tables')"
+        assert tab.evaluate(f"{table}.scrollWidth <= {table}.clientWidth")
+        assert "left_knee about -y (left_knee.1) [deg]" in tab.inner_text("#column")
         wait_for(tab, "page.triangles() > 1000")
         assert tab.evaluate("page.props()") == []
         buttons = tab.locator("tbody button")

@@ -180,6 +180,18 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
 
 WIDTHS = ((390, 844), (768, 1024), (1366, 768))
 
+STRUCK = """[...document.querySelectorAll("#touches span")].filter((words) => {
+    const text = words.getBoundingClientRect();
+    return [...document.querySelectorAll("#touches span, #touches button")].some((other) => {
+      const box = other.getBoundingClientRect();
+      const middle = (box.left + box.right) / 2;
+      const half = other.tagName === "BUTTON" ? 1 : box.width / 2;
+      return other !== words && middle - half < text.right && middle + half > text.left
+        && box.top < text.bottom && box.bottom > text.top;
+    });
+  }).map((words) => words.textContent)"""
+"""Words of first touches that have a mark or other words across them."""
+
 
 @pytest.mark.slow
 def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any], tmp_path: Path):
@@ -207,6 +219,11 @@ def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any]
             assert box["y"] + box["height"] <= height, part
         assert page.evaluate("document.documentElement.scrollWidth") == width
         assert page.locator("#body").bounding_box()["height"] >= 0.45 * height
+        for part in ("#row", "#quantity"):
+            box = page.locator(part).bounding_box()
+            assert box["width"] > 150.0, part
+            assert box["x"] + box["width"] <= width, part
+        assert page.evaluate(STRUCK) == []
         # A mark stands at its time, below the same time of the chart.
         marks = page.locator("#touches button")
         assert 2 <= marks.count() <= len(touches)
