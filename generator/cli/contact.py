@@ -176,10 +176,10 @@ def parts_table(record: ContactRecord) -> Table | str:
         return ""
     by_force = sorted(touched, key=lambda name: -touched[name].peak_force)
     kept = sorted(by_force[:MAX_PARTS], key=lambda name: touched[name].first_time or 0.0)
-    titles = ("touch [s]", "speed [m/s]", "force [N]", "body weights", "stiffness", "class")
+    titles = ("touch [s]", "speed [m/s]", "force [N]", "body weights", "stiffness times", "class")
     rows: list[tuple[str, ...]] = [("part", *titles), *(_part_cells(n, touched[n]) for n in kept)]
     more = len(touched) - len(kept)
-    return Table([*rows, (f"{more} more",)] if more else rows)
+    return Table([*rows, (f"{more} more (--json)",)] if more else rows)
 
 
 def _part_cells(name: str, part: PartContact) -> tuple[str, ...]:
