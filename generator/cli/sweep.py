@@ -26,7 +26,7 @@ from generator.diagnostics import UsageError
 from generator.recording import Ending
 from generator.rotations import Array
 from generator.study.designs import design_points, run_count
-from generator.study.method_check import LARGEST_SHIFT, MethodShift
+from generator.study.method_check import LARGEST_SHIFT, MethodShift, checked_runs
 from generator.study.run_results import RunResults
 from generator.study.study import DesignKind, RunMethod, Statistic, Study, Uniform
 from generator.study.study_file import STUDY_FILE
@@ -36,6 +36,7 @@ from generator.study.sweep import (
     Engine,
     Sweep,
     SweepProgress,
+    needs_check,
     run_sweep,
 )
 
@@ -350,7 +351,7 @@ class StudyDescription(answer.CommandResult):
         yield answer.Table([("measure", "number", "column"), *measures], 3)
         if self.run_s is not None and self.estimate_s is not None:
             yield (
-                f"One run takes {_format_duration(self.run_s)}, all of them about "
+                f"One run takes {_format_duration(self.run_s)}, the whole study about "
                 f"{_format_duration(self.estimate_s)} {_describe_workers(self.processes)}."
             )
 
@@ -361,13 +362,22 @@ def _describe(name: str, study: Study, workers: int | None) -> StudyDescription:
 
     points = design_points(study)
     first = points[0].tolist()
+
+    def time_of(timed: Study) -> float:
+        start = time.perf_counter()
+        run_case(timed, first, threads=1)
+        return time.perf_counter() - start
+
     result = run_case(study, first, threads=1)  # which may compile its laws
     seconds = total = None
     if result.succeeded:
-        start = time.perf_counter()
-        run_case(study, first, threads=1)
-        seconds = time.perf_counter() - start
-        total = seconds * len(points) / (workers or 1)
+        seconds = time_of(study)
+        total = seconds * len(points)
+        if needs_check(study):
+            tight = replace(study, method=RunMethod.TIGHT)
+            time_of(tight)  # which may compile its laws
+            total += time_of(tight) * len(checked_runs(len(points)))
+        total /= workers or 1
     failure = f"the first run failed, {result.outcome}: {result.message}"
     return StudyDescription(
         study=name,

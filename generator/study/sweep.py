@@ -259,11 +259,17 @@ def _carry_out(
                 watch(SweepProgress(finished, total, run))
 
 
+def needs_check(study: Study) -> bool:
+    """Return whether some runs of a study are repeated by the tight method."""
+    is_fast = study.method is RunMethod.FAST
+    return is_fast and bool(study.plan.scene.props) and bool(study.measures)
+
+
 def _check_method(
     study: Study, points: Array, results: RunResults, engine: Engine, folder: Path, *, is_new: bool
 ) -> dict[str, MethodShift]:
     """Return the comparison of fast falls with tight ones, made after new runs, or read."""
-    if study.method is not RunMethod.FAST or not study.plan.scene.props or not study.measures:
+    if not needs_check(study):
         return {}
     known = None if is_new else read_check(folder)
     if known is not None:
