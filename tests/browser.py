@@ -44,6 +44,23 @@ def launch_browser() -> Iterator[Any]:
             browser.close()
 
 
+def assert_accessible(browser: Any, path: Path, width: int, theme: str) -> None:
+    """Axe finds nothing serious on a page from disk, and reads contrasts, names and roles."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
+    viewport = {"width": width, "height": 800}
+    context = browser.new_context(viewport=viewport, offline=True, color_scheme=theme)
+    tab = context.new_page()
+    tab.goto(path.as_uri())
+    tab.evaluate("page.ready")
+    tab.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
+    found = axe.Axe().run(tab).response
+    context.close()
+    passed = {rule["id"] for rule in found["passes"]}
+    assert {"color-contrast", "button-name", "label", "select-name"} <= passed
+    faults = [rule for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+    assert [rule["id"] for rule in faults] == []
+
+
 @contextmanager
 def offline_page(browser: Any, path: Path, width: int, height: int) -> Iterator[Any]:
     """Open a page from disk without a network; its console is silent, and it asks for no more."""

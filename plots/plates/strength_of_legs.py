@@ -23,6 +23,9 @@ from springs.strength.strengths import (
 BODIES: Mapping[str, Body] = {"men": Body(72.0, 1.75), "women": Body(60.0, 1.63, is_female=True)}
 """Bodies for which torques are divided by mass; their statures are estimates."""
 
+_NORMS, _OLD_NORMS = {"adult": "norm of adults [2]"}, "norm over 65 [2]"
+"""Labels of the intervals of norms."""
+
 _AGES = {Age.YOUNG: "18-25", Age.MIDDLE: "55-65", Age.OLD: "over 65, scaled by the norms"}
 _MOTIONS = {"hip": "flexion", "knee": "flexion", "ankle": "dorsiflexion"}
 _RANGES = {"hip": (-20.0, 120.0), "knee": (-5.0, 135.0), "ankle": (-45.0, 35.0)}
@@ -99,12 +102,14 @@ def _draw(found: Curves) -> Figure:
                     width = 2.5 if one.age == "adult" else 1.0
                     ends = [sign * end for end in one.interval]
                     place = np.mean(_MID_RANGE[one.motion]) + (0.0 if one.age == "adult" else 12.0)
-                    axes.plot([place, place], ends, color=BLACK, lw=width, solid_capstyle="butt")
+                    bar: Look = {"lw": width, "label": _NORMS.get(one.age, _OLD_NORMS)}
+                    axes.plot([place, place], ends, color=BLACK, solid_capstyle="butt", **bar)
             axes.axhline(0.0, color=BLACK, lw=0.8)
             axes.set(title=f"{joint}, {who}", xlabel=f"{motion} [deg]" if who == "women" else "")
         panels[0].set_ylabel("torque [N m/kg]")
-    handles = rows[0][0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper left", ncols=3, fontsize=7.5)
+    handles, labels = rows[0][1].get_legend_handles_labels()  # the knee's
+    shown = dict(zip(labels, handles, strict=True))
+    figure.legend(shown.values(), shown, loc="outside upper left", ncols=5, fontsize=7.5)
     return figure
 
 

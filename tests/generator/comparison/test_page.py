@@ -14,7 +14,7 @@ from generator.comparison.comparison import Comparison, compare_motions
 from generator.comparison.difference import Quantity
 from generator.motion_files import FigureMotion, page
 from springs import AxisSpring, JointSprings, Linear, SpringSet
-from tests.browser import launch_browser, offline_page
+from tests.browser import assert_accessible, launch_browser, offline_page
 from tests.contact_figures import FLOOR, SLOPE_AND_CRATE
 from tests.contacts import with_contact
 from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
@@ -194,21 +194,8 @@ def test_the_page_in_a_window(
 def test_axe_finds_no_serious_fault(
     browser: Any, knees: Comparison, tmp_path: Path, width: int, theme: str
 ):
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
     knees.write(tmp_path / "out.html")
-    context = browser.new_context(
-        viewport={"width": width, "height": 800}, offline=True, color_scheme=theme
-    )
-    tab = context.new_page()
-    tab.goto((tmp_path / "out.html").as_uri())
-    tab.evaluate("page.ready")
-    tab.evaluate("document.querySelector('#about').open = true")
-    found = axe.Axe().run(tab).response
-    context.close()
-    passed = {rule["id"] for rule in found["passes"]}
-    assert {"color-contrast", "button-name", "label", "select-name"} <= passed
-    faults = [rule for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
-    assert [rule["id"] for rule in faults] == []
+    assert_accessible(browser, tmp_path / "out.html", width, theme)
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from generator.motion_files.motion import motion_from_figure
 from generator.motion_files.page import springs_of_header, write
 from generator.passive_curve import passive_curves
 from generator.rotations import Array
-from tests.browser import WAIT, launch_browser
+from tests.browser import WAIT, assert_accessible, launch_browser
 from tests.contacts import with_contact
 from tests.generator.motion_files.test_glb import half_way
 from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
@@ -240,22 +240,8 @@ def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any]
 @pytest.mark.parametrize("width", [width for width, _ in WIDTHS])
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_a_page_is_accessible(browser: Any, tmp_path: Path, width: int, theme: str):
-    """Axe finds nothing that is serious, and reads contrasts, names and roles."""
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is missing")
     write(with_contact(clip("prototype")), tmp_path / "fall.html")
-    context = browser.new_context(
-        viewport={"width": width, "height": 800}, offline=True, color_scheme=theme
-    )
-    page = context.new_page()
-    page.goto((tmp_path / "fall.html").as_uri())
-    page.evaluate("page.ready")
-    page.evaluate("for (const each of document.querySelectorAll('details')) each.open = true")
-    found = axe.Axe().run(page).response
-    context.close()
-    passed = {rule["id"] for rule in found["passes"]}
-    assert {"color-contrast", "button-name", "label", "select-name"} <= passed
-    faults = [rule for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
-    assert [rule["id"] for rule in faults] == []
+    assert_accessible(browser, tmp_path / "fall.html", width, theme)
 
 
 @pytest.mark.slow
