@@ -14,8 +14,8 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import sha256
 from importlib import import_module
@@ -185,16 +185,42 @@ def expected_folder() -> Path:
     return user_cache_path("exudyn-mover", appauthor=False) / f"compiled-{digest}"
 
 
+def _stem(function: Callable[..., Any]) -> str:
+    """Return how the names of the stored files of a function begin."""
+    return f"{Path(function.__code__.co_filename).stem}.{function.__name__}"
+
+
 def forget_function(function: Callable[..., Any]) -> None:
     """Remove the stored code of a function."""
     folder = cache_folder()
     if folder is None:
         return
-    name = f"{Path(function.__code__.co_filename).stem}.{function.__name__}-"
     for path in folder.rglob("*.nb[ic]"):
-        if path.name.startswith(name):
+        if path.name.startswith(f"{_stem(function)}-"):
             with suppress(OSError):
                 path.unlink()
+
+
+@cache
+def _stored_at_first(folder: Path) -> frozenset[str]:
+    """Return the stems of the functions that were stored when this process first looked."""
+    return frozenset(path.name.rsplit("-", 1)[0] for path in folder.rglob("*.nbc"))
+
+
+@contextmanager
+def compiling_alone(function: Callable[..., Any], folder: Path) -> Generator[None]:
+    """Let one process compile a function that is not stored; others wait, and then load its code.
+
+    The order in which numba links functions differs between processes, and with it the rounding of
+    sums: two processes that compiled the same function would not agree to the last bit.
+    """
+    if _stem(function) in _stored_at_first(folder):
+        yield
+        return
+    from filelock import FileLock
+
+    with FileLock(folder / f"{_stem(function)}.lock", mode=0o600):
+        yield
 
 
 def is_compiled() -> bool:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from generator.rotations import Array
 from generator.simulation.compiled.code_cache import (
     cache_folder,
+    compiling_alone,
     forget_function,
     listeners,
     make_private_folder,
@@ -111,7 +112,8 @@ def _compile_or_load(function: Callable[..., Any], signature: Any, **options: An
     if folder is not None:
         for _ in range(2):
             try:
-                return numba.njit([signature], cache=True, **options)(function)
+                with compiling_alone(function, folder):
+                    return numba.njit([signature], cache=True, **options)(function)
             except Exception:
                 forget_function(function)
     return numba.njit([signature], **options)(function)

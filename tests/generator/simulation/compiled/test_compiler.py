@@ -1,6 +1,8 @@
 """Compiled functions, with and without a folder in which they can be stored."""
 
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from generator.simulation.compiled.compiler import (
     compile_source,
     compiled,
 )
+from tests.processes import ENVIRONMENT
 
 SIGNATURE = types.void(VECTOR, types.float64)
 
@@ -32,7 +35,7 @@ def test_generated_source_is_compiled(monkeypatch, tmp_path, is_stored) -> None:
         made.function(values, 0.4)
         assert values[0] == pytest.approx(factor * np.sin(0.4), rel=1e-15)
     names = {path.suffix for path in tmp_path.rglob("*") if path.is_file()}
-    assert names == ({".py", ".nbi", ".nbc"} if is_stored else set())
+    assert names == ({".py", ".nbi", ".nbc", ".lock"} if is_stored else set())
     assert len(list(tmp_path.glob("*.py"))) == (2 if is_stored else 0)
 
 
@@ -60,6 +63,28 @@ def test_a_stored_file_that_is_cut_short_is_made_again(
         (stored,) = (path for path in tmp_path.rglob("*") if path.suffix == suffix)
         assert stored.stat().st_size > 100
         os.truncate(stored, length)
+
+
+COMPILE = f"""
+import numba
+from generator.simulation.compiled.compiler import compile_source
+text = {source(9.0)!r}
+compile_source(text, "scale", numba.void(numba.float64[::1], numba.float64))
+"""
+
+
+def test_of_several_processes_one_compiles(tmp_path) -> None:
+    """Its code is that of all, so that they round alike."""
+    environment = {**ENVIRONMENT, "NUMBA_DEBUG_CACHE": "1", "XDG_CACHE_HOME": str(tmp_path)}
+    command = [sys.executable, "-c", COMPILE]
+    processes = [
+        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    said = [process.communicate()[0] for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0]
+    assert sorted("data saved" in text for text in said) == [False, False, True]
+    assert sorted("data loaded" in text for text in said) == [False, True, True]
 
 
 def test_infinity_and_not_a_number_keep_their_meaning(monkeypatch) -> None:
