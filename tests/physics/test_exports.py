@@ -29,7 +29,7 @@ ENGINES = {"OpenSim": (OpenSimModel, "opensim"), "MuJoCo": (MuJoCoModel, "mujoco
 STOP = 0.1
 """Of the falls; all of them, for half a second: `python -m benchmarks exports` [s]."""
 
-SPARSE = 7
+SPARSE = 11
 """One of so many poses of the benchmark's grid is compared, of many joints one of four times it."""
 
 MANY_JOINTS = 13

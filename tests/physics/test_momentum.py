@@ -45,11 +45,16 @@ def smooth_springs(figure: Figure) -> SpringSet:
 
 @cache
 def flight(
-    step: float | None, *, smooth: bool = False, tolerance: float = 1e-6, **fields: Any
+    step: float | None,
+    *,
+    stop: float = 0.4,
+    smooth: bool = False,
+    tolerance: float = 1e-6,
+    **fields: Any,
 ) -> Recording:
     """A tumbling prototype; the tolerance holds where no step is set."""
     plan = Plan(
-        stop=0.4,
+        stop=stop,
         gravity=(0.0, 0.0, 0.0),
         free_root=True,
         displacements=BENT,
@@ -71,13 +76,15 @@ def change(momentum: Array) -> float:
     )
 
 
-@pytest.mark.parametrize("step", [2e-3, pytest.param(None, marks=pytest.mark.slow)])
-def test_linear_momentum_is_kept_to_rounding(step) -> None:
+@pytest.mark.parametrize(
+    ("step", "stop"), [(2e-3, 0.4), pytest.param(None, 0.1, marks=pytest.mark.slow)]
+)
+def test_linear_momentum_is_kept_to_rounding(step: float | None, stop: float) -> None:
     """In Exudyn every force of a joint acts on two bodies at one place, however coarse the step.
 
     The momentum is that of the start: the centre of mass is where it has carried it.
     """
-    run = flight(step, tolerance=1e-4, integrator=Integrator.EXUDYN)
+    run = flight(step, stop=stop, tolerance=1e-4, integrator=Integrator.EXUDYN)
     linear, _ = momenta(PROTOTYPE, run)
     expected = run.centre_of_mass[0] + run.times[:, None] * linear[0] / PROTOTYPE.total_mass
     assert np.max(np.abs(run.centre_of_mass - expected)) < 1e-12

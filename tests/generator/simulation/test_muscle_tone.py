@@ -86,7 +86,7 @@ def test_person_agrees_with_exudyn(tone: Tone, law: SphericalLaw) -> None:
 @pytest.mark.slow
 def test_exudyn_integrates_the_same_motion() -> None:
     plan = Plan(
-        stop=0.03, free_root=True, height=0.5, tone=replace(FALL, delay=0.005), velocities=PUSHED
+        stop=0.02, free_root=True, height=0.5, tone=replace(FALL, delay=0.005), velocities=PUSHED
     )
     exact = simulate(MALE, replace(plan, tolerance=1e-6))
     run = simulate(MALE, replace(plan, integrator=Integrator.EXUDYN, step=2e-4))

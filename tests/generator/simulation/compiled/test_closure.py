@@ -380,7 +380,7 @@ def test_accelerations_are_those_of_exudyns_equations(name: str) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_motions_and_reactions_are_those_of_exudyns_integrator(name: str) -> None:
     """Motions to 1e-6 rad or m, reactions to 1e-4 of the largest; no energy is lost."""
-    case, tight = CASES[name], {"stop": 0.4, "tolerance": 1e-7}
+    case, tight = CASES[name], {"stop": 0.2, "tolerance": 1e-7}
     ours = simulate(case.figure, case.full_plan(**tight))
     assert (ours.integrator, ours.integrator_reason) == (Integrator.COMPILED, "")
     assert ours.agreement_with_exudyn is not None

@@ -248,22 +248,6 @@ def test_a_run_without_a_cache_says_so_once(folder: Path, monkeypatch) -> None:
     assert "compiled; accelerations differ" in found.stdout
 
 
-@pytest.mark.slow
-def test_a_run_without_a_cache_is_the_same(tmp_path, first: dict) -> None:
-    """In a home that is a file, nothing can be stored: all is compiled, and nothing is left.
-
-    What is compiled anew may add in another order.
-    """
-    (tmp_path / "home").write_text("")
-    places = {name: str(tmp_path / "home") for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA")}
-    found, cache = simulate_in_a_process(**places)
-    assert found["folder"] is None
-    angle = pytest.approx(first["angle"], rel=1e-12)
-    assert {**found, "folder": first["folder"]} == {**first, "angle": angle}
-    assert "saved" not in cache
-    assert os.listdir(tmp_path) == ["home"]
-
-
 def test_only_the_newest_folders_are_kept(tmp_path, monkeypatch) -> None:
     folders = [tmp_path / f"compiled-{k}" for k in range(7)]
     for k, folder in enumerate(folders):

@@ -99,20 +99,27 @@ def test_the_code_gives_the_numbers_of_the_law(touch: Touch) -> None:
     assert evaluate(kind_of(touch.shape), constants, 0, inputs) == expected
 
 
+LINES = {
+    PLANE: _record(TILTED.shape, SOFT, 0.2)[0],
+    BOX: _record(CRATE.shape, SOFT, 0.2)[0],
+}
+"""Recorded lines of the law on each kind of prop."""
+
+
 @pytest.mark.slow
 @settings(max_examples=20)
 @given(touches(), touches())
 def test_one_form_serves_all_spheres_and_surfaces(one: Touch, other: Touch) -> None:
     """The lines depend on the kind of prop only; all that differs is in the table."""
-    lines = {
-        PLANE: _record(TILTED.shape, SOFT, 0.2)[0],
-        BOX: _record(CRATE.shape, SOFT, 0.2)[0],
-    }
     for touch in (one, other):
-        assert _record(touch.shape, touch.surface, touch.radius)[0] == lines[kind_of(touch.shape)]
-    assert lines[PLANE] != lines[BOX]
-    assert contact_source() == contact_source()
-    assert all(f"        {line}\n" in contact_source() for some in lines.values() for line in some)
+        assert _record(touch.shape, touch.surface, touch.radius)[0] == LINES[kind_of(touch.shape)]
+
+
+def test_the_source_has_the_lines_of_both_forms() -> None:
+    source = contact_source()
+    assert source == contact_source()
+    assert LINES[PLANE] != LINES[BOX]
+    assert all(f"        {line}\n" in source for some in LINES.values() for line in some)
 
 
 @pytest.mark.parametrize("changed", ["stiffness", "damping", "friction", "depth", "speed", "size"])
