@@ -25,6 +25,9 @@ ARGUMENTS = [
     "--use-angle=swiftshader",
 ]
 
+WIDTHS = ((390, 844), (768, 1024), (1366, 768))
+"""Widths and heights of a phone, a tablet and a laptop."""
+
 WAIT = 120.0
 """Time after which a page that does not do what it should fails a test [s]."""
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -48,9 +48,12 @@ from springs.published.tables import publications
 
 _FREQUENCY = re.compile(r"\s*([0-9.eE+-]+)\s*Hz\s*", re.IGNORECASE)
 
-MOMENTS_SUFFIX, SHARE_SUFFIX = ".sto", ".csv"
-"""Suffixes of the tables of moments, and of net and passive moments."""
+MOMENTS_SUFFIX, SHARE_SUFFIX, PAGE_SUFFIX = ".sto", ".csv", ".html"
+"""Suffixes of the tables of moments, and of net and passive moments, and of the page."""
 
+
+MAX_NAMED_BODIES = 6
+"""Bodies with forces that the title names."""
 
 MAX_MEAN_RESIDUAL = 0.1
 """Mean residual force of the root above which moments are in doubt [body weights]; an estimate."""
@@ -137,11 +140,8 @@ class InverseResult(CommandResult):
 
     def paragraphs(self) -> Paragraphs:
         """Return the tables of moments and residuals."""
-        filtered = (
-            "not filtered" if self.cutoff_Hz is None else f"filtered at {self.cutoff_Hz:g} Hz"
-        )
-        forces = f"forces on {', '.join(self.forces)}" if self.forces else "no forces but gravity"
-        yield f"{self.motion_title}, {filtered}; {forces}; {self.mass_kg:.4g} kg"
+        done = _filter_and_forces(self.cutoff_Hz, self.forces)
+        yield f"{self.motion_title}, {done}; {self.mass_kg:.4g} kg"
         rows = [["", "largest", "at [s]", "smallest", "at [s]", "", "work + [J]", "work - [J]"]]
         for name, one in self.coordinates.items():
             extremes = (one.largest, one.largest_at_s, one.smallest, one.smallest_at_s)
@@ -169,6 +169,21 @@ class InverseResult(CommandResult):
             shares = [one.share, *((one.by_law.get(law) for law in laws) if len(laws) > 1 else ())]
             rows.append([name, *map(_format_share, shares), _format_share(one.known)])
         return Table(rows)
+
+
+def _page(motion: FigureMotion, *others: Any) -> str:
+    """Return `moments_page`, which imports what reads surfaces."""
+    from generator.inverse.page import moments_page
+
+    return moments_page(motion, *others)
+
+
+def _filter_and_forces(cutoff: float | None, bodies: Sequence[str]) -> str:
+    """Return what a motion passed and what acts on it, in words."""
+    filtered = "not filtered" if cutoff is None else f"filtered at {cutoff:g} Hz"
+    names = ", ".join(bodies) if len(bodies) <= MAX_NAMED_BODIES else f"{len(bodies)} bodies"
+    forces = f"forces on {names}" if bodies else "no forces but gravity"
+    return f"{filtered}; {forces}"
 
 
 def _format_share(share: tuple[float, float] | None) -> str:
@@ -230,7 +245,7 @@ def inverse(
             "-o",
             "--output",
             metavar="FILE",
-            help="Moments as OpenSim's, .sto; net and passive moments and powers, .csv.",
+            help="Moments as OpenSim's, .sto; net and passive ones, powers, .csv; a page, .html.",
         ),
     ] = None,
 ) -> CommandResult:
@@ -252,7 +267,8 @@ def inverse(
         loads, table = read_external_loads(forces, moved.tree.figure, force or ())
         outputs.check_writable(files, (table,))
     try:
-        loads = contact_of_run(moved) if forces is None else loads
+        measured = None if forces is None and moved.recording is not None else loads
+        loads = contact_of_run(moved) if measured is None else loads
         moments = joint_moments(moved, coordinates, loads, hertz, down)
     except InputError as failure:
         raise InputError([_in_file(motion, one) for one in failure.diagnostics]) from None
@@ -268,14 +284,17 @@ def inverse(
         for one in loads
         if one.force_frame is None
     }
-    written = {
-        path: "".join(format_bands(moments, bands, upward))
-        if path.suffix.lower() == SHARE_SUFFIX
-        else "\n".join([*format_moments(moments), ""])
-        for path in files
+    doubts = _doubts(moments, moved, hertz)
+    what = f"{motion.name}, {_filter_and_forces(hertz, [one.body for one in loads])}"
+    formats = {
+        MOMENTS_SUFFIX: lambda: "\n".join([*format_moments(moments), ""]),
+        SHARE_SUFFIX: lambda: "".join(format_bands(moments, bands, upward)),
+        PAGE_SUFFIX: lambda: _page(
+            moved, moments, bands, coordinates, measured, uncertainty, what, doubts
+        ),
     }
-    outputs.write_files(written)
-    found = (*warnings, *more, *seen, *own, *_doubts(moments, moved, hertz))
+    outputs.write_files({path: formats[path.suffix.lower()]() for path in files})
+    found = (*warnings, *more, *seen, *own, *doubts)
     return _result(
         moments,
         bands,
@@ -296,10 +315,10 @@ def _in_file(path: Path, fault: Diagnostic) -> Diagnostic:
 
 def _check_outputs(files: Sequence[Path]) -> None:
     for path in files:
-        if path.suffix.lower() not in (MOMENTS_SUFFIX, SHARE_SUFFIX):
+        if path.suffix.lower() not in (MOMENTS_SUFFIX, SHARE_SUFFIX, PAGE_SUFFIX):
             raise UsageError(
                 f"-o {path}: {outputs.suffix_fault(path)}; moments are a {MOMENTS_SUFFIX}, net and "
-                f"passive moments a {SHARE_SUFFIX} file"
+                f"passive moments a {SHARE_SUFFIX} file, the motion with both a {PAGE_SUFFIX} page"
             )
     outputs.check_distinct_paths(files)
 

@@ -33,12 +33,17 @@ class ArrowScale:
     force: float
 
     @classmethod
-    def of_figure(cls, figure: Figure, poses: Mapping[str, Array]) -> "ArrowScale":
-        """Return the scale of a figure by its weight and its size in a pose, shape (4, 4) each."""
+    def of_figure(
+        cls, figure: Figure, poses: Mapping[str, Array], share: float = _SHARE_OF_SIZE
+    ) -> "ArrowScale":
+        """Return the scale of a figure by its weight and its size in a pose, shape (4, 4) each.
+
+        `share` is the length of the scale over that size.
+        """
         mass = sum(body.mass or 0.0 for body in figure.bodies.values())
         places = np.array([poses[name][:3, 3] for name in figure.bodies])
         size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
-        length = _SHARE_OF_SIZE * size or 0.1
+        length = share * size or 0.1
         return cls(_round_down(length), _round_down(mass * STANDARD_ACCELERATION or 1.0))
 
     @property

@@ -59,8 +59,10 @@ class ExternalForce:
     force_frame: tuple[str, Array] | None = None
     point_frame: tuple[str, Array] | None = None
 
-    def wrench(self, times: Array, poses: Mapping[str, Array], ground: Array) -> Array:
-        """Return moment about the world's origin and force, shape (n, 6) [N m, N].
+    def in_world(
+        self, times: Array, poses: Mapping[str, Array], ground: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return force, its point and torque in the world, shape (n, 3) each [N, m, N m].
 
         Args:
             times: Times [s], shape (n,).
@@ -79,6 +81,11 @@ class ExternalForce:
         turn, place = frame(self.force_frame)[:, :3, :3], frame(self.point_frame)
         force, torque = (np.einsum("nij,nj->ni", turn, at(of)) for of in (self.force, self.torque))
         point = np.einsum("nij,nj->ni", place[:, :3, :3], at(self.point)) + place[:, :3, 3]
+        return force, point, torque
+
+    def wrench(self, times: Array, poses: Mapping[str, Array], ground: Array) -> Array:
+        """Return moment about the world's origin and force, (n, 6), as `in_world` [N m, N]."""
+        force, point, torque = self.in_world(times, poses, ground)
         return np.hstack([np.cross(point, force) + torque, force])
 
 
@@ -86,13 +93,16 @@ def wrenches_of_forces(
     forces: Iterable[ExternalForce], times: Array, poses: Mapping[str, Array], figure: Figure
 ) -> dict[str, Array]:
     """Return the sum of forces on each segment about the world's origin, shape (n, 6) [N m, N]."""
-    is_model = figure.root == SiteRef(WORLD, ORIGIN)
-    ground = poses[WORLD][0] if is_model else np.eye(4)
-    total: dict[str, Array] = {}
-    for force in forces:
-        wrench = force.wrench(times, poses, ground)
-        total[force.segment] = total.get(force.segment, 0.0) + wrench
+    ground, total = ground_pose(poses, figure), dict[str, Array]()
+    for one in forces:
+        wrench = one.wrench(times, poses, ground)
+        total[one.segment] = total.get(one.segment, 0.0) + wrench
     return total
+
+
+def ground_pose(poses: Mapping[str, Array], figure: Figure) -> Array:
+    """Return the pose of a model's ground in the world, shape (4, 4)."""
+    return poses[WORLD][0] if figure.root == SiteRef(WORLD, ORIGIN) else np.eye(4)
 
 
 def frame_of_body(figure: Figure, body: str) -> tuple[str, Array] | None:

@@ -9,7 +9,7 @@ import json
 import re
 import zlib
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -87,7 +87,7 @@ def page_of_motion(motion: FigureMotion) -> tuple[str, Losses]:
     """
     springs = motion.springs or springs_of_header(motion.header, motion.figure)
     frames = kept_frames(motion.times.size)
-    glb, body_losses = format_glb(_at_frames(motion, frames))
+    glb, body_losses = format_glb(at_frames(motion, frames))
     losses = Losses.collect(
         "page",
         [
@@ -142,13 +142,16 @@ def _displacements_loss(motion: FigureMotion, springs: SpringSet | None) -> Loss
     return Loss(what, tuple(turned)) if turned else None
 
 
-def kept_frames(count: int) -> Frames:
-    """Return the frames of a page: all, or at most `MAX_PAGE_FRAMES` with the last one."""
-    stride = max(1, -(-(count - 1) // (MAX_PAGE_FRAMES - 1)))
+def kept_frames(count: int, most: int | None = None) -> Frames:
+    """Return the frames of a page: all, or at most some with the last one.
+
+    `most` is None for `MAX_PAGE_FRAMES`.
+    """
+    stride = max(1, -(-(count - 1) // ((most or MAX_PAGE_FRAMES) - 1)))
     return np.unique([*range(0, count, stride), count - 1])
 
 
-def _at_frames(motion: FigureMotion, frames: Frames) -> FigureMotion:
+def at_frames(motion: FigureMotion, frames: Frames) -> FigureMotion:
     """Return the motion at some of its frames; without a run, its poses are by kinematics."""
     if frames.size == motion.times.size:
         return motion
@@ -183,7 +186,7 @@ def page_data(
         "rows": list(_rows(motion, frames, springs)),
         "energy": [] if recording is None else list(_energy_rows(recording, frames)),
         "forces": [] if recording is None else list(_force_rows(recording, frames)),
-        "arrows": _arrow_scale(motion),
+        "arrows": arrow_scale(ArrowScale.of_figure(motion.figure, first_poses(motion))),
         "touches": [] if recording is None else list(_touches(recording)),
         "total_force": None if recording is None else _total_force(recording, frames),
     }
@@ -234,9 +237,13 @@ def _energy_rows(recording: Recording, frames: Frames) -> Iterator[dict[str, str
             yield {"name": kind, "values": encode_floats(recording.energy[kind][frames])}
 
 
-def _arrow_scale(motion: FigureMotion) -> dict[str, Any]:
-    first = {name: poses[0] for name, poses in motion.poses.items()}
-    scale = ArrowScale.of_figure(motion.figure, first)
+def first_poses(motion: FigureMotion) -> Mapping[str, Array]:
+    """Return the poses of the segments in the first frame, shape (4, 4)."""
+    return {name: poses[0] for name, poses in motion.poses.items()}
+
+
+def arrow_scale(scale: ArrowScale) -> dict[str, Any]:
+    """Return the scale of a page's arrows, which end where the forces act."""
     metres = scale.length / scale.force
     return {"metres_per_newton": metres, "longest": scale.longest, "text": scale.text}
 
@@ -245,15 +252,20 @@ def _force_rows(recording: Recording, frames: Frames) -> Iterator[dict[str, str]
     """Yield forces and points of each part that is touched, in the frames in which it is."""
     contact = recording.contact
     for name, forces in () if contact is None else contact.part_forces.items():
-        kept = forces[frames]
-        touched = np.flatnonzero(np.any(kept, axis=1))
-        if contact is not None and touched.size:
-            yield {
-                "name": name.replace("_", " "),
-                "frames": encode_floats(touched.astype(float)),
-                "forces": encode_floats(kept[touched]),
-                "points": encode_floats(contact.force_points[name][frames][touched]),
-            }
+        if contact is not None and forces[frames].any():
+            points = contact.force_points[name][frames]
+            yield force_row(name.replace("_", " "), forces[frames], points)
+
+
+def force_row(name: str, forces: Array, points: Array) -> dict[str, str]:
+    """Return forces [N] and their points [m], shape (n, 3), in the frames that have a force."""
+    acting = np.flatnonzero(np.any(forces, axis=1))
+    return {
+        "name": name,
+        "frames": encode_floats(acting.astype(float)),
+        "forces": encode_floats(forces[acting]),
+        "points": encode_floats(points[acting]),
+    }
 
 
 def _touches(recording: Recording) -> Iterator[dict[str, Any]]:
@@ -279,9 +291,11 @@ def _total_force(recording: Recording, frames: Frames) -> dict[str, Any] | None:
         return None
     sizes = np.linalg.norm(contact.ground_reaction[frames, :3], axis=1)
     return {
+        "noun": "contact force",
         "values": encode_floats(sizes),
         "peak": contact.max_force,
         "peak_time": contact.max_force_time,
+        "note": " (over all steps; the line has those of the frames)",
     }
 
 

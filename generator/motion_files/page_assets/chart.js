@@ -36,14 +36,16 @@
     return plot;
   };
 
-  /** Keep a plot as large as its host; `plot` returns the present one or null. */
+  /** Keep a plot as large as its host; `plot` returns the present one or null. Return how to do it at once. */
   mover.fitPlot = (host, plot, resized) => {
-    new ResizeObserver(() => {
+    function fit() {
       if (plot() && host.clientWidth) {
         plot().setSize({ width: host.clientWidth, height: Math.max(host.clientHeight, MIN_HEIGHT) });
         resized();
       }
-    }).observe(host);
+    }
+    new ResizeObserver(fit).observe(host);
+    return fit;
   };
 
   mover.marker = (plot, className) => {

@@ -135,8 +135,8 @@
     byId("touches").hidden = byId("touch-list").hidden = !touches.length;
     if (total) {
       const words = `at most ${newtons(total.peak)} at ${fixed(total.peak_time, 3)} s`;
-      host.setAttribute("aria-label", `Total contact force over time, ${words}`);
-      host.title = `Total contact force, ${words} (over all steps; the line has those of the frames)`;
+      host.setAttribute("aria-label", `Total ${total.noun} over time, ${words}`);
+      host.title = `Total ${total.noun}, ${words}${total.note}`;
     }
     for (const touch of touches) element("li", describe(touch), byId("touch-list").querySelector("ol"));
     redraw();
@@ -146,7 +146,7 @@
 
     function move(position) {
       mark();
-      if (total) byId("force-reading").textContent = `Contact force ${newtons(between(values, position))}`;
+      if (total) byId("force-reading").textContent = `Total ${total.noun} ${newtons(between(values, position))}`;
     }
     return { move, redraw };
   };

@@ -1,4 +1,5 @@
-// The page of a motion: the body in three dimensions, its curves, and the time that moves both.
+// The page of a motion: the body in three dimensions, its curves, and the time that moves both. The rows of a page of
+// inverse dynamics have `net`: the moment that the motion needs, over time, in place of the curve of a passive moment.
 // Text of the file is inserted as text only, never as markup. Other scripts may use `window.page`.
 "use strict";
 (() => {
@@ -96,16 +97,22 @@
   let momentPlot = null;
   let timePlot = null;
   let momentPoint = null;
+  let momentCursor = null;
   let recordedPoint = null;
   let timeCursor = null;
   let strip = null;
+  let fits = [];
 
   function showMoment(row) {
     momentPlot?.destroy();
-    momentPlot = momentPoint = recordedPoint = null;
+    momentPlot = momentPoint = recordedPoint = momentCursor = null;
     byId("moment-legend").replaceChildren();
-    byId("moment").hidden = !row.curve;
-    byId("no-moment").hidden = Boolean(row.curve);
+    byId("moment").hidden = !row.curve && !row.net;
+    byId("no-moment").hidden = Boolean(row.curve || row.net);
+    if (row.net) {
+      showNet(row);
+      return;
+    }
     if (!row.curve) {
       byId("no-moment").textContent = motion.no_curve;
       return;
@@ -138,6 +145,7 @@
       },
       data,
     );
+    byId("moment-plot").setAttribute("aria-label", `${row.label}: passive moment [N m] over the angle`);
     momentPoint = marker(momentPlot, "point");
     if (row.recorded) recordedPoint = marker(momentPlot, "point recorded");
     const legend = byId("moment-legend");
@@ -145,18 +153,97 @@
     legendEntry(legend, colour("--accent"), "at this time", "disc");
     if (row.recorded) legendEntry(legend, colour("--accent"), "whole joint in the run, with damping", "ring");
     published.forEach((one, k) => legendEntry(legend, series(k), one.label, one.measured ? "" : "model"));
-    const sources = byId("sources").querySelector("ul");
-    sources.replaceChildren();
+    const sources = emptySources();
     element("li", "Bands are the published scatter; dashed curves cannot be compared with joints.", sources);
     element("li", `this figure: ${motion.springs}; ${row.curve.source}`, sources);
     for (const one of published) element("li", `${one.label}: ${one.text}`, sources);
   }
 
+  function emptySources() {
+    const sources = byId("sources").querySelector("ul");
+    sources.replaceChildren();
+    return sources;
+  }
+
+  /** Moment that the motion needs with the passive ones, over time. */
+  function showNet({ label, net }) {
+    const lines = [[`net ${net.noun}`, floats(net.moments), net.lower && [floats(net.lower), floats(net.upper)]]];
+    momentPlot = plotOverTime("moment", `${label}: net ${net.noun} [${net.unit}]`, lines);
+    momentCursor = marker(momentPlot, "cursor");
+    momentPoint = marker(momentPlot, "point");
+    byId("sources").hidden = !net.lower;
+    const sources = emptySources();
+    element("li", "The band is absent at angles at which no law was measured.", sources);
+    for (const source of motion.net.sources) element("li", source, sources);
+  }
+
+  /** Power of the net moment and of the ends of the passive ones. */
+  function powers({ net }) {
+    const rates = floats(net.rates);
+    const power = (values) => values.map((value, k) => value * rates[k]);
+    if (!net.lower) return [["net power", power(floats(net.moments))]];
+    const [one, other] = [power(floats(net.lower)), power(floats(net.upper))];
+    const ends = [Math.min, Math.max].map((end) => one.map((value, k) => end(value, other[k])));
+    return [["net power", power(floats(net.moments)), ends]];
+  }
+
+  /**
+   * A plot over time in place of that of `moment` or `time`. Lines are `[name, values]`, and with a third the lower and
+   * the upper end of a band. Times at which accelerations are unsure are grey.
+   */
+  function plotOverTime(place, label, lines) {
+    const list = byId(`${place}-legend`);
+    list.replaceChildren();
+    const data = [Array.from(times)];
+    const [drawn, bands] = [[{}], []];
+    const hasBand = lines.some(([, , band]) => band);
+    lines.forEach(([, values, band], k) => {
+      for (const end of band ? [band[1], band[0]] : []) {
+        data.push(withGaps(end));
+        drawn.push({ stroke: () => series(k), width: 0.5, points: { show: false } });
+      }
+      if (band) bands.push({ series: [drawn.length - 2, drawn.length - 1], fill: () => `${series(k)}55` });
+      data.push(withGaps(values));
+      const stroke = () => (band ? colour("--ink") : series(k));
+      drawn.push({ stroke, width: band ? 2.5 : 1.5, points: { show: false } });
+    });
+    const plot = makePlot(
+      byId(`${place}-plot`),
+      {
+        scales: { x: { time: false } },
+        axes: [axis("Time [s]", 28), axis(label.slice(label.lastIndexOf("[")))],
+        series: drawn,
+        bands,
+        hooks: { drawClear: [shadeUnsure], draw: [movePoints] },
+      },
+      data,
+    );
+    byId(`${place}-plot`).setAttribute("aria-label", label);
+    lines.forEach(([name, , band], k) => {
+      if (lines.length > 1 || motion.net) legendEntry(list, band ? colour("--ink") : series(k), name);
+      if (band) legendEntry(list, series(k), motion.net.band);
+    });
+    if (motion.net) legendEntry(list, colour("--line"), "unsure: near the ends of the motion");
+    scrub(plot, timeLine);
+    return plot;
+  }
+
+  function shadeUnsure(plot) {
+    if (!motion.net) return;
+    const { left, top, width, height } = plot.bbox;
+    const place = (at) => clamp(plot.valToPos(at, "x", true), left, left + width);
+    const sure = motion.net.sure ?? [timeLine.stop, timeLine.stop];
+    plot.ctx.fillStyle = `${colour("--line")}99`;
+    for (const [from, to] of [[timeLine.start, sure[0]], [sure[1], timeLine.stop]])
+      plot.ctx.fillRect(place(from), top, place(to) - place(from), height);
+  }
+
   function quantities(row) {
     const found = [[`${row.label} [${row.unit}]`, [[row.label, floats(row.values)]]]];
+    if (row.net) found.unshift([`${row.label}: power [W]`, powers(row)]);
     if (row.recorded) found.push([`${row.label}: moment of the run [N m]`, [[row.label, floats(row.recorded)]]]);
     if (parts.length)
-      found.push(["Contact forces [N]", largest(parts).map((part) => [part.name, part.sizes])]);
+      found.push([motion.net ? "External forces [N]" : "Contact forces [N]", largest(parts).map((part) => [part.name, part.sizes])]);
     if (motion.energy.length)
       found.push(["Energy of the figure [J]", motion.energy.map((one) => [one.name, floats(one.values)])]);
     return found;
@@ -165,40 +252,38 @@
   function showOverTime() {
     const [label, lines] = quantities(motion.rows[selected])[byId("quantity").selectedIndex];
     timePlot?.destroy();
-    byId("time-legend").replaceChildren();
-    timePlot = makePlot(
-      byId("time-plot"),
-      {
-        scales: { x: { time: false } },
-        axes: [axis("Time [s]", 28), axis(label.slice(label.lastIndexOf("[")))],
-        series: [{}, ...lines.map((_, k) => ({ stroke: () => series(k), width: 1.5, points: { show: false } }))],
-        hooks: { draw: [movePoints] },
-      },
-      [Array.from(times), ...lines.map(([, values]) => withGaps(values))],
-    );
+    timePlot = plotOverTime("time", label, lines);
     timeCursor = marker(timePlot, "cursor");
-    if (lines.length > 1) lines.forEach(([name], k) => legendEntry(byId("time-legend"), series(k), name));
-    scrub(timePlot, timeLine);
   }
 
-  /** Angle [deg], moment of the law and moment of the run [N m] at the present time. */
+  /**
+   * Angle [deg], moment of the law and moment of the run [N m] at the present time; of inverse dynamics the angle, the
+   * net moment and its power [W].
+   */
   function point() {
-    const row = motion.rows[selected];
+    const { values, curve, recorded, net } = motion.rows[selected];
     const at = timeLine.position(timeLine.time);
     const value = (text) => (text ? between(floats(text), at) : null);
-    return [value(row.values), value(row.curve?.moments), value(row.recorded)];
+    if (net) return [value(values), value(net.moments), value(net.moments) * value(net.rates)];
+    return [value(values), value(curve?.moments), value(recorded)];
   }
 
-  function put(mark, angle, moment) {
+  function put(mark, x, moment) {
     const { min, max } = momentPlot.scales.y;
     mark.classList.toggle("beyond", moment < min || moment > max);
-    mark.style.left = `${momentPlot.valToPos(angle, "x")}px`;
+    mark.style.left = `${momentPlot.valToPos(x, "x")}px`;
     mark.style.top = `${momentPlot.valToPos(clamp(moment, min, max), "y")}px`;
   }
 
   function movePoints() {
     const [angle, moment, recorded] = point();
-    if (momentPoint && momentPlot.scales.y.max !== null) {
+    const { unit, net } = motion.rows[selected];
+    if (momentPoint && net && momentPlot.scales.y.max !== null) {
+      put(momentPoint, timeLine.time, moment);
+      const power = `${fixed(recorded, 1)} W`;
+      byId("moment-reading").textContent = `${fixed(angle, 1)} ${unit}: net ${fixed(moment, 1)} ${net.unit}, ${power}${passive(net)}`;
+      momentCursor.style.left = momentPoint.style.left;
+    } else if (momentPoint && momentPlot.scales.y.max !== null) {
       put(momentPoint, angle, moment);
       if (recordedPoint) put(recordedPoint, angle, recorded);
       byId("moment-reading").textContent =
@@ -207,6 +292,13 @@
     }
     if (timeCursor) timeCursor.style.left = `${timePlot.valToPos(timeLine.time, "x")}px`;
     strip?.move(timeLine.position(timeLine.time));
+  }
+
+  /** Passive moments at the present time, in words. */
+  function passive({ lower, upper }) {
+    if (!lower) return "";
+    const ends = [lower, upper].map((end) => between(floats(end), timeLine.position(timeLine.time)));
+    return Number.isFinite(ends[0]) ? `; passive ${fixed(ends[0], 1)} to ${fixed(ends[1], 1)} N m` : "; passive not known";
   }
 
   function select(k) {
@@ -220,6 +312,7 @@
     for (const name of names) element("option", name, byId("quantity"));
     byId("quantity").selectedIndex = chosen === 0 || chosen >= names.length || chosen < 0 ? 0 : chosen;
     showOverTime();
+    for (const fit of fits) fit(); // legends have changed the room of the plots
     stage.highlight(row.joint);
     movePoints();
   }
@@ -229,6 +322,10 @@
     const rank = (row) => {
       if (joint !== null && row.joint !== joint) return -1;
       const [low, high] = extremes(Array.from(floats(row.values)));
+      if (row.net && !row.net.residual) {
+        const [least, most] = extremes(Array.from(floats(row.net.moments)));
+        return (row.net.lower ? 1e12 : 1e6) + (most - least);
+      }
       const merit = row.curve ? (row.curve.published.some((one) => one.measured) ? 2 : 1) : 0;
       return 1e6 * merit + (row.curve ? high - low : 0);
     };
@@ -287,8 +384,7 @@
     byId("forces").addEventListener("change", () => stage.showForces());
     byId("theme").addEventListener("click", () =>
       setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
-    fitPlot(byId("moment-plot"), () => momentPlot, movePoints);
-    fitPlot(byId("time-plot"), () => timePlot, movePoints);
+    fits = [fitPlot(byId("moment-plot"), () => momentPlot, movePoints), fitPlot(byId("time-plot"), () => timePlot, movePoints)];
   }
 
   async function open() {
@@ -313,7 +409,7 @@
    * Handle for scripts and tests: `ready` is a promise; times are in s; `pose` is the column-major matrix in
    * the world of a node of the body (`SEGMENT.SITE` for a site); `point` is the angle [deg] and the moments of
    * the law and of the run [N m] on the selected row; `props` has name and shape of each prop, `forces` the parts
-   * whose arrows are seen.
+   * whose arrows are seen. Of inverse dynamics `point` is the angle, the net moment and its power [W].
    */
   window.page = {
     motion,

@@ -79,8 +79,9 @@
 
   /**
    * Add arrows of contact forces, parts as `forcesOf` returns them, to the stage; `size` is that of the body [m],
-   * `scale` has `metres_per_newton` and the `longest` arrow [m]. Arrows end where the forces act, and are drawn
-   * over all else. Return how to move and show them, and the names of those that are seen.
+   * `scale` has `metres_per_newton` and the `longest` arrow [m]. Arrows end where the forces act, or
+   * with `begin_at_point` begin there, and are drawn over all else. Return how to move and show them, and the names of
+   * those that are seen.
    */
   mover.addArrows = (stage, parts, scale, size) => {
     const material = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.9, depthTest: false });
@@ -113,7 +114,7 @@
         const top = Math.min(0.05 * size, 0.6 * long);
         force.divideScalar(newtons);
         arrow.quaternion.setFromUnitVectors(up, force);
-        arrow.position.copy(point).addScaledVector(force, -long);
+        arrow.position.copy(point).addScaledVector(force, scale.begin_at_point ? 0 : -long);
         line.scale.set(0.005 * size, long - top, 0.005 * size);
         tip.scale.set(0.014 * size, top, 0.014 * size);
         tip.position.y = long - top;

@@ -15,7 +15,7 @@ from generator.motion_files.motion import motion_from_figure
 from generator.motion_files.page import springs_of_header, write
 from generator.passive_curve import passive_curves
 from generator.rotations import Array
-from tests.browser import WAIT, assert_accessible, launch_browser
+from tests.browser import WAIT, WIDTHS, assert_accessible, launch_browser
 from tests.contacts import with_contact
 from tests.generator.motion_files.test_glb import half_way
 from tests.generator.motion_files.test_page import HOSTILE, hostile_motion
@@ -177,8 +177,6 @@ def test_a_page_from_disk_plays_the_motion(open_file: Callable[..., Any], tmp_pa
     page.click("#theme")
     assert page.evaluate(background) != before
 
-
-WIDTHS = ((390, 844), (768, 1024), (1366, 768))
 
 STRUCK = """[...document.querySelectorAll("#touches span")].filter((words) => {
     const text = words.getBoundingClientRect();
