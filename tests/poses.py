@@ -6,7 +6,7 @@ import numpy as np
 
 from generator.kinematics.loops import close_loops, consistent_rates
 from generator.kinematics.placement import Placement, forward_kinematics, segment_jacobians
-from generator.rotations import cross_matrix
+from generator.rotations import Array, cross_matrix
 from generator.simulation.exudyn_model.agreement import BodyState
 from generator.simulation.exudyn_model.bodies import body_pose
 from generator.simulation.exudyn_model.exudyn_api import rigid
@@ -27,7 +27,7 @@ class Pose:
         columns = self.placement.tree.kinematics.columns
         return {name: self.rates[columns[name]] for name in columns}
 
-    def shifted(self, step):
+    def shifted(self, step: float) -> Placement:
         """The placement after the displacements have moved with their rates."""
         moved = {
             name: self.placement.displacements[name] + step * rates
@@ -55,10 +55,10 @@ class Pose:
         )
 
 
-def motion_matrix(placement):
+def motion_matrix(placement: Placement) -> Array:
     """Angular velocities and velocities of the centres of mass by rates, shape (B, 6, n)."""
     jacobians = segment_jacobians(placement)
-    matrices = []
+    matrices: list[Array] = []
     for name, segment in placement.tree.figure.bodies.items():
         matrix = jacobians[name]
         centre = body_pose(placement, segment)[:3, 3]
