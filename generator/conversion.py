@@ -14,8 +14,11 @@ from generator.contact.states import ContactModel
 from generator.diagnostics import Diagnostic, Diagnostics, InputError, UsageError, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE, read_figure
-from generator.identifiers import coordinate_names
-from generator.input_files.coordinates import Coordinates
+from generator.input_files.coordinates import (
+    Coordinates,
+    coordinates_of_figure,
+    displacement_columns,
+)
 from generator.kinematics.free_root import detach_root
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import (
@@ -340,11 +343,13 @@ def _write_checked(
     Raises InputError for a model that lacks some of them, such as one without a free root.
     """
     moving = {branch.joint.name for branch in motion.tree.joints}
+    coordinates = motion.coordinates
+    if coordinates is None:
+        coordinates = coordinates_of_figure(motion.figure)
     missing = [
         name
-        for joint, names in coordinate_names(motion.chains).items()
-        for name in names
-        if joint in moving and name not in known
+        for name, at in displacement_columns(motion.chains, coordinates).items()
+        if at.joint in moving and at.curve is None and name not in known
     ]
     if missing:
         message = f"the model has no coordinates {', '.join(missing[:6])}, which the motion moves"

@@ -15,7 +15,7 @@ import numpy as np
 from generator.diagnostics import Diagnostics, Source, shorten, spelling_hint
 from generator.figure import Figure, JointAxis
 from generator.file_kind import FileKind
-from generator.identifiers import coordinate_names, reserve_name
+from generator.identifiers import coordinate_names, plain_name, reserve_name
 from generator.rotations import Array
 from generator.text_io import path_exists
 from generator.toml_file.reader import TableReader, parse_document
@@ -114,7 +114,7 @@ NO_COORDINATES: Coordinates = MappingProxyType({})
 
 
 def _parse_coordinates(
-    source: Source, diagnostics: Diagnostics, figure: Figure
+    source: Source, diagnostics: Diagnostics, figure: Figure, *, has_all_joints: bool = True
 ) -> Coordinates | None:
     document = parse_document(source, _NOUN, diagnostics)
     if document is None:
@@ -125,7 +125,7 @@ def _parse_coordinates(
     owners: dict[tuple[str, int], str] = {}
     for table in top.tables(COORDINATE_TABLE, "coordinates"):
         COORDINATE_ROWS.check_keys(table)
-        name, mapping = table.text("name"), _mapping(table, figure)
+        name, mapping = table.text("name"), _mapping(table, figure, has_all_joints)
         if name is None or mapping is None:
             continue
         place = mapping.joint, mapping.index
@@ -139,15 +139,19 @@ def _parse_coordinates(
     return None if diagnostics.has_errors else found
 
 
-def _mapping(table: TableReader, figure: Figure) -> CoordinateMapping | None:
-    """Return the displacement of a table; None, with an error, where the figure has none."""
+def _mapping(table: TableReader, figure: Figure, has_all_joints: bool) -> CoordinateMapping | None:
+    """Return the displacement of a table; None, with an error, where the figure has none.
+
+    Without `has_all_joints` there is no error for a joint that the figure lacks.
+    """
     values: dict[str, Any] = COORDINATE_ROWS.read(table)
     if "joint" not in values or "place" not in values:
         return None
     joint, index = figure.joints.get(values["joint"]), int(values["place"]) - 1
     if joint is None:
         hint = spelling_hint(values["joint"], figure.joints)
-        table.error("joint", f"the figure has no joint `{shorten(values['joint'])}`", hint)
+        if has_all_joints:
+            table.error("joint", f"the figure has no joint `{shorten(values['joint'])}`", hint)
         return None
     if index >= len(joint.chain):
         message = f"`{shorten(joint.name)}` has {len(joint.chain)} displacements"
@@ -196,15 +200,17 @@ def write_coordinates(coordinates: Coordinates, figure: Figure, comment: str = "
     return document_to_toml(_NOUN, (), tables, comment)
 
 
-def coordinates_of_figure(figure: Figure) -> Coordinates:
+def coordinates_of_figure(figure: Figure, *, has_all_joints: bool = True) -> Coordinates:
     """Return the coordinates in the file beside that of a figure; none without one.
+
+    Without `has_all_joints` the figure may lack joints of its file, as one with a free root does.
 
     Raises InputError with all errors.
     """
     path = None if figure.path is None else COORDINATE_NAMES.beside(figure.path)
     if path is None or not path_exists(path):
         return NO_COORDINATES
-    return COORDINATE_NAMES.read(path, figure)
+    return COORDINATE_NAMES.read(path, figure, has_all_joints=has_all_joints)
 
 
 def displacement_columns(
@@ -228,6 +234,23 @@ def displacement_columns(
             else:
                 columns[reserve_name(name, taken)] = CoordinateMapping(joint, k)
     return columns
+
+
+def names_in_models(
+    chains: Mapping[str, Sequence[JointAxis]], coordinates: Coordinates
+) -> dict[str, tuple[str, ...]]:
+    """Return the names of each joint's displacements in a model that is written, in their order.
+
+    They are those of the model that the figure is from where they are plain and have the values of
+    the displacements; `JOINT_k` for others.
+    """
+    kept = {
+        name: at
+        for name, at in coordinates.items()
+        if plain_name(name) == name and (at.scale, at.offset) == (1.0, 0.0) and at.curve is None
+    }
+    columns = iter(displacement_columns(chains, kept))
+    return {joint: tuple(next(columns) for _ in chain) for joint, chain in chains.items()}
 
 
 def are_own_names(coordinates: Coordinates, figure: Figure) -> bool:

@@ -20,8 +20,15 @@ from generator.figure import CENTRE_OF_MASS_SITE, Figure, Location, Segment, Sit
 from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.geometry.read import segment_colour
-from generator.identifiers import coordinate_names, plain_names
-from generator.input_files.coordinates import CoordinateMapping
+from generator.identifiers import plain_names
+from generator.input_files.coordinates import (
+    COORDINATE_NAMES,
+    NO_COORDINATES,
+    CoordinateMapping,
+    Coordinates,
+    names_in_models,
+    write_coordinates,
+)
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.losses import Losses
@@ -50,6 +57,9 @@ DIGESTED = ("model", "springs", "shapes", "others")
 
 PARTS = ("figure", "springs", *(f"{group}_sha256" for group in DIGESTED))
 """The texts, and the digests of the elements that they stand for."""
+
+_COORDINATES = "coordinates"
+"""Text of the coordinates of the model that the figure is from, which is not always there."""
 
 NO_SPRINGS = "none"
 """Text of the springs of a model that was written without any."""
@@ -113,7 +123,9 @@ KINDS: Mapping[str, ElementKinds] = {
 """By root element."""
 
 
-def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
+def embed(
+    root: Element, figure: Figure, springs: SpringSet, coordinates: Coordinates = NO_COORDINATES
+) -> None:
     """Add the texts of a figure and its springs to the model that a writer made of them.
 
     Nothing is added for springs that a springs file cannot state.
@@ -122,6 +134,7 @@ def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
         root: the complete model.
         figure: figure as the writer got it.
         springs: likewise.
+        coordinates: coordinates of the model that the figure is from, whose names the model has.
     """
     try:
         texts = _format_texts(figure, springs)
@@ -131,6 +144,8 @@ def embed(root: Element, figure: Figure, springs: SpringSet) -> None:
     if parsed is None:
         return
     parts = dict(zip(PARTS, (*texts, *_digests(parsed)), strict=True))
+    if coordinates:
+        parts[_COORDINATES] = write_coordinates(coordinates, figure)
     if root.tag == "mujoco":
         custom = root.find("custom")
         custom = add_element(root, "custom") if custom is None else custom
@@ -279,7 +294,7 @@ def imported_from_embedded(
         replace(painted, segments=bare),
         laws if laws != SpringsFile(()) else None,
         losses,
-        _coordinates(updated, tree),
+        _coordinates(updated, tree, parts.get(_COORDINATES, "")),
         surfaces,
     )
 
@@ -371,10 +386,16 @@ def _with_new_colours(figure: Figure, colours: Mapping[str, Colour]) -> Figure:
     return with_colours(figure, new) if new else figure
 
 
-def _coordinates(figure: Figure, tree: BodyTree) -> dict[str, CoordinateMapping]:
-    """Return the displacements by the names that the model has for them."""
+def _coordinates(figure: Figure, tree: BodyTree, text: str) -> dict[str, CoordinateMapping]:
+    """Return the displacements by the names that the model has for them.
+
+    `text` is that of the coordinates of the model that the figure is from, which may be empty.
+    """
     known = {freedom.name for body in tree.bodies for freedom in body.dofs}
-    listed = coordinate_names({name: joint.chain for name, joint in figure.joints.items()})
+    source = make_source(text, "the coordinates in the model")
+    carried = COORDINATE_NAMES.parse(source, figure).value or NO_COORDINATES
+    chains = {name: joint.chain for name, joint in figure.joints.items()}
+    listed = names_in_models(chains, carried)
     plain, found = plain_names(figure.joints), dict[str, CoordinateMapping]()
     for joint, names in listed.items():
         for k, name in enumerate(names):

@@ -10,7 +10,7 @@ child is nearer to the ground. Joints that close loops are constraints.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import add
 from pathlib import Path
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, Vector, is_rotation
 from generator.identifiers import plain_names, renaming_loss, reserve_name
-from generator.input_files.coordinates import coordinates_of_figure
+from generator.input_files.coordinates import coordinates_of_figure, names_in_models
 from generator.kinematics.free_root import FREE_SITE
 from generator.losses import Losses
 from generator.model_files.embedded import embed
@@ -78,6 +78,9 @@ def format_osim(
     """
     losses = Losses("OpenSim model")
     model = build_export_model(figure, springs, losses)
+    own_names = coordinates_of_figure(figure, has_all_joints=False)
+    chains = {name: joint.chain for name, joint in figure.joints.items()}
+    model = replace(model, coordinates=names_in_models(chains, own_names))
     root = Element("OpenSimDocument", Version=VERSION)
     top = add_element(root, "Model", name=figure.name or "figure")
     if springs.references:
@@ -105,11 +108,11 @@ def format_osim(
     loops.add_constraints(constraints)
     loops.add_springs(force_writer)
     add_common_losses(model, losses, has_coupled=True, has_loops=True, has_reaches=True)
-    renamed = coordinates_of_figure(figure)
-    if renamed:
-        what = "names of coordinates of the model that the figure is from: here they are JOINT_k"
+    used = {name for names in model.coordinates.values() for name in names}
+    if renamed := [name for name in own_names if name not in used]:
+        what = "names of coordinates that are scaled, shifted or not plain: here they are JOINT_k"
         losses.add(what, *renamed)
-    embed(root, figure, springs)
+    embed(root, figure, springs, own_names)
     return format_document(root, _COMMENTS), losses
 
 

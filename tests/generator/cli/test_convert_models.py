@@ -1,5 +1,6 @@
 """`mover convert` of another program's model."""
 
+import re
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,6 +14,7 @@ from generator.figure_file import read_figure
 from generator.geometry.psurf import PSURF_FILE
 from generator.springs_file.read import read_springs
 from tests.command import answer, mover, run
+from tests.generator.inverse.walking import MODEL, MOTION
 from tests.generator.model_files.imported_models import MODELS
 
 REFUSED = Path(__file__).parent / "refusals" / "files"
@@ -174,3 +176,56 @@ def test_a_model_with_macros_names_the_program_that_writes_it_out(name: str, tmp
     assert f"xacro {name} -o arm.urdf" in " ".join(result.stderr.split())
     with pytest.raises(UsageError, match="xacro"):
         convert(tmp_path / name, tmp_path / "arm.fig")
+
+
+def coordinate_names_of(model: Path) -> list[str]:
+    return re.findall(r'<Coordinate name="(.+?)"', model.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def gait(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The figure of a model of OpenSim, and the model that is written of it, `again.osim`."""
+    figure = tmp_path_factory.mktemp("gait") / "gait10.fig"
+    run("convert", MODEL, figure)
+    run("convert", figure, figure.parent / "again.osim", "--quiet")
+    return figure
+
+
+def test_a_model_that_becomes_a_model_again_keeps_the_names_of_coordinates(gait: Path):
+    again = gait.parent / "again.osim"
+    assert sorted(coordinate_names_of(again)) == sorted(coordinate_names_of(MODEL))
+    run("convert", again, gait.parent / "again.fig")
+    tables = [gait.parent / f"{stem}.coordinates.toml" for stem in ("gait10", "again")]
+    first, second = (table.read_text().partition("\n")[2] for table in tables)
+    assert first == second
+    # A motion plays on the first model and on the last one.
+    for model in (MODEL, again):
+        run("convert", MOTION, gait.parent / "walk.sto", "--figure", gait, "--model", model)
+
+
+def test_a_changed_model_keeps_them_as_well(gait: Path):
+    """Everything is then read from the model itself."""
+    text = (gait.parent / "again.osim").read_text()
+    changed = gait.parent / "changed.osim"
+    changed.write_text(text.replace('<PinJoint name="knee_r">', '<PinJoint name="right_knee">', 1))
+    assert changed.read_text() != text
+    said = answer("convert", changed, gait.parent / "changed.fig")
+    assert said["coordinates"]["knee_angle_r"]["joint"] == "right_knee"
+
+
+def test_a_free_root_has_coordinates_of_its_own(gait: Path):
+    run("convert", gait, gait.parent / "free.osim", "--free-root", "--quiet")
+    root = {f"pelvis_{k}" for k in range(1, 7)}
+    kept = {name for name in coordinate_names_of(MODEL) if not name.startswith("pelvis_")}
+    assert set(coordinate_names_of(gait.parent / "free.osim")) == root | kept
+
+
+def test_a_scaled_coordinate_has_another_name(gait: Path):
+    names = gait.parent / "scaled.coordinates.toml"
+    figure = gait.parent / "scaled.fig"
+    figure.write_bytes(gait.read_bytes())
+    text = gait.with_suffix(".coordinates.toml").read_text()
+    names.write_text(f"{text}scale = 2.0\n")  # of the last coordinate
+    said = run("convert", figure, gait.parent / "scaled.osim", "--verbose").stdout
+    assert "scaled, shifted or not plain: here they are JOINT_k: ankle_angle_l" in said
+    assert "ankle_l_1" in coordinate_names_of(gait.parent / "scaled.osim")
