@@ -1,4 +1,4 @@
-"""`mover check`: errors and doubts about a figure and its springs, a scene or a study; a verdict.
+"""`mover check`: errors and doubts about a figure, its springs and other files; a verdict.
 
 Doubts about the curves of the springs do not change the exit code: the figure can be simulated.
 """
@@ -156,10 +156,10 @@ def check(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="FIGURE|SPRINGS.toml|SCENE|STUDY",
+            metavar="FIGURE|SPRINGS.toml|SCENE|STUDY|MOTION|MODEL",
             autocompletion=complete_figure_name,
             help="A figure file, a springs file, a .scene.toml or .study.toml file, or the name of "
-            "a shipped figure, scene or study.",
+            "a shipped figure, scene or study; a motion, markers or a model.",
         ),
     ],
     springs: SpringsChoice = None,
@@ -167,7 +167,7 @@ def check(
         bool, typer.Option("--doubts", help="Print each doubt about the curves of a figure.")
     ] = False,
 ) -> answer.CommandResult:
-    """Check a figure, springs, a scene or a study for errors."""
+    """Check a figure, springs, a scene, a study, a motion or a model for errors."""
     for noun, is_of_kind, check_file in _OTHER_KINDS:
         if is_of_kind(name):
             for flag, is_given in (("--springs", springs is not None), ("--doubts", doubts)):
@@ -257,6 +257,23 @@ def _check_contact(name: str) -> answer.CommandResult:
     return CheckResult(verdict, reading.diagnostics, sections=sections)
 
 
+def _is_measured(name: str) -> bool:
+    """Return whether a name is that of a motion, of markers, or of another program's model."""
+    if Path(name).suffix.lower() in ("", ".toml", FIGURE_FILE.suffix):
+        return False
+    from generator.cli.check_motion import has_measured_suffix  # imports all formats
+
+    return has_measured_suffix(name)
+
+
+def _check_measured(name: str) -> answer.CommandResult:
+    from generator.cli.check_motion import check_measured
+
+    diagnostics, sections, use = check_measured(name)
+    verdict = f"{name}: {_severity_counts(diagnostics)}; {use or 'the file cannot be used'}"
+    return CheckResult(verdict, diagnostics, sections=sections)
+
+
 def _layer_text(layer: Layer) -> str:
     """Return stiffness and thickness of a layer."""
     end = "" if layer.thickness == inf else f", pressed through at {1e3 * layer.thickness:g} mm"
@@ -314,6 +331,7 @@ _OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], answer.
     ("a tone", partial(_is_file_of, TONE_FILE), _check_tone),
     ("a contact file", partial(_is_file_of, CONTACT_FILE), _check_contact),
     ("a study", _is_study, _check_study),
+    ("a motion, markers or a model", _is_measured, _check_measured),
     ("a springs file", lambda name: Path(name).suffix == ".toml", _check_springs_file),
 )
 """Kinds of files other than figures: with the article, which names are theirs, and their check."""
