@@ -7,7 +7,7 @@ from enum import StrEnum
 from math import degrees
 from pathlib import Path
 from shlex import quote
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -15,7 +15,7 @@ from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, forma
 from generator.cli.options import CM, angle_from_option, length_from_option, mass_from_option
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.contact_file.file import CONTACT_FILE
-from generator.diagnostics import InputError, error, warning
+from generator.diagnostics import InputError, UsageError, error, warning
 from generator.figure_file.read import FIGURE_FILE
 from generator.model_files.figure_files import springs_path
 from generator.model_files.model_files import ModelFiles
@@ -25,7 +25,13 @@ from generator.person.densities import (
     segment_densities,
 )
 from generator.person.joints import DEFAULT_NECK, Neck
-from generator.person.measures import MEASURES_FILE, Sex, estimate_measures
+from generator.person.measures import (
+    MEASURES_FILE,
+    MeasuredDimensions,
+    Measures,
+    Sex,
+    estimate_measures,
+)
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
     MADE_BY,
@@ -37,6 +43,9 @@ from generator.person.person_files import (
 )
 from generator.person.segment_regression import regression_weight
 from generator.person.sources import Origin
+
+if TYPE_CHECKING:
+    from generator.inverse.static_trial import StaticMeasures
 
 
 class PersonSprings(StrEnum):
@@ -100,6 +109,7 @@ class PersonResult(CommandResult):
     warnings: Sequence[str]
     files: Sequence[Path]
     leg: str = field(metadata=HIDDEN)
+    from_markers: Mapping[str, str] = field(metadata=HIDDEN)
     made: Person = field(metadata=HIDDEN)
     densities: Sequence[SegmentDensity] = field(metadata=HIDDEN)
     output: Path | None = field(metadata=HIDDEN)
@@ -126,6 +136,8 @@ class PersonResult(CommandResult):
             f"{Table(rows)}\npublished: densities of cadavers, {years}\n"
             f"{_mass_sentence(self.regression_weight)}"
         )
+        if self.from_markers:
+            yield self._trial_table()
         if self.springs is None:
             yield "springs: none"
         else:
@@ -142,11 +154,28 @@ class PersonResult(CommandResult):
             command = f"mover simulate {quote(str(self.output))} --floor --stop 2 -o fall.html"
             yield f"next: {command}"
 
+    def _trial_table(self) -> Table:
+        """Return the table of dimensions that a static trial gives."""
+        rows = [["dimension of the static trial", "markers", "measured [cm]", "expected [cm]"]]
+        for one in self.dimensions:
+            if one.name in self.from_markers:
+                lengths = (f"{metres / CM:.1f}" for metres in (one.value_m, one.expected_m))
+                rows.append([one.name, self.from_markers[one.name], *lengths])
+        return Table(rows, left_columns=2)
+
 
 def person(
     sex: Annotated[Sex, typer.Option(help="Sex of the samples from which the numbers come.")],
-    stature: Annotated[str, typer.Option(metavar="1.75m", help="Stature with its unit.")],
     mass: Annotated[str, typer.Option(metavar="75kg", help="Mass with its unit.")],
+    stature: Annotated[
+        str | None,
+        typer.Option(
+            metavar="1.75m",
+            help="Stature with its unit; only a static trial with a marker on the top of the head "
+            "can do without it.",
+            show_default=False,
+        ),
+    ] = None,
     measures: Annotated[
         Path | None,
         typer.Option(
@@ -154,6 +183,23 @@ def person(
             help="Measured dimensions (docs/person.md); the others follow them.",
         ),
     ] = None,
+    markers: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="STATIC.trc",
+            help="Static trial, .trc or .c3d: dimensions from markers on landmarks "
+            "(docs/person.md).",
+        ),
+    ] = None,
+    marker: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LANDMARK=NAME", help="Marker on a landmark, such as left_knee=LKNE; repeat it."
+        ),
+    ] = None,
+    up: Annotated[
+        str, typer.Option(metavar="y|z", help="Axis of the laboratory that points up.")
+    ] = "y",
     springs: Annotated[
         PersonSprings,
         typer.Option(
@@ -201,13 +247,19 @@ def person(
     """
     if output is not None:
         check_suffix(output, FIGURE_FILE.suffix, "a figure")
-        check_writable([output], [measures])
-    metres = length_from_option("--stature", stature, "1.75m")
+        check_writable([output], [measures, markers])
+    metres = None if stature is None else length_from_option("--stature", stature, "1.75m")
     kilograms = mass_from_option("--mass", mass)
+    trial = _read_trial(markers, marker or (), up, sex, kilograms, metres)
+    if trial is not None:
+        metres = trial.stature
+    if metres is None:
+        raise UsageError("state the --stature, such as --stature 1.75m")
     datum = angle_from_option("--hip-datum", hip_datum)
     parsed = None if measures is None else MEASURES_FILE.parse_file(measures)
+    stated = parsed and parsed.require_value()
     made = build_person(
-        estimate_measures(sex, metres, kilograms, parsed and parsed.require_value()),
+        _measures(sex, metres, kilograms, stated, trial, markers),
         springs=springs,
         hip_datum=datum,
         neck=neck,
@@ -223,6 +275,7 @@ def person(
     written = write_models(models)
     densities = segment_densities(made)
     notices = [
+        *(() if trial is None else trial.notices),
         *made.body.measures.warnings,
         *(one.fault for one in densities if one.fault is not None),
         *(str(loss) for losses in written.values() for loss in losses.entries),
@@ -253,11 +306,63 @@ def person(
         warnings=notices,
         files=[file for model in models for file in model.contents],
         leg=_leg_sentence(springs, datum),
+        from_markers={} if trial is None else trial.markers,
         made=made,
         densities=densities,
         output=output,
         diagnostics=(*(parsed.diagnostics if parsed else ()), *map(warning, notices)),
     )
+
+
+def _read_trial(
+    path: Path | None,
+    choices: Sequence[str],
+    up: str,
+    sex: Sex,
+    mass: float,
+    stature: float | None,
+) -> "StaticMeasures | None":
+    """Return the measures of a static trial; None without one."""
+    if path is None:
+        if choices:
+            raise UsageError("--marker says what the markers of --markers STATIC.trc are on")
+        return None
+    from generator.inverse.markers import read_markers  # no other person needs markers
+    from generator.inverse.static_trial import measure_static_trial
+
+    if up not in ("y", "z"):
+        raise UsageError(f"--up {up}: y or z points up")
+    names: dict[str, str] = {}
+    for choice in choices:
+        landmark, equals, name = (part.strip() for part in choice.partition("="))
+        if not (landmark and equals and name):
+            raise UsageError(f"--marker {choice}: expected LANDMARK=NAME, such as left_knee=LKNE")
+        names[landmark] = name
+    try:
+        return measure_static_trial(read_markers(path, up), sex, mass, stature, names)
+    except UsageError as failure:
+        raise UsageError(f"{path}: {failure}") from None
+
+
+def _measures(
+    sex: Sex,
+    stature: float,
+    mass: float,
+    stated: MeasuredDimensions | None,
+    trial: "StaticMeasures | None",
+    markers: Path | None,
+) -> Measures:
+    """Return the measures of a person; dimensions of a file come before those of markers."""
+    if trial is None:
+        return estimate_measures(sex, stature, mass, stated)
+    try:
+        if stated is None:
+            return estimate_measures(sex, stature, mass, trial.lengths)
+        lengths = {**trial.lengths, **stated.lengths}
+        own = MeasuredDimensions(lengths, stated.units, stated.spans)
+        return estimate_measures(sex, stature, mass, own)
+    except UsageError as failure:
+        raise UsageError(f"{markers}: {failure}") from None
 
 
 def _mass_sentence(weight: float) -> str:

@@ -1,0 +1,167 @@
+"""Dimensions of a person from markers on landmarks, while the person stands upright.
+
+Lengths are those between two markers, so that soles, the floor and the size of markers matter
+little. Heights of the leg are built up from the malleolus, whose own height follows the stature;
+those of the trunk are below the top of the head.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import cos, radians
+
+import numpy as np
+
+from generator.diagnostics import UsageError, spelling_hint
+from generator.inverse.markers import Markers
+from generator.person.measures import estimate_measures
+from generator.person.survey import Sex
+from generator.rotations import Array
+
+SIDES = ("left", "right")
+TOP = "top_of_head"
+
+LANDMARKS = (
+    *(TOP, "cervicale", "suprasternale"),
+    *(f"{side}_{name}" for name in ("acromion", "elbow", "wrist") for side in SIDES),
+    *(f"{side}_{name}" for name in ("trochanter", "knee", "ankle") for side in SIDES),
+)
+"""Landmarks of the markers; those of the trunk have no side."""
+
+MAX_MOVEMENT = 0.05
+"""Range of a marker above which a trial is not static [m]; an estimate."""
+
+_MIN_HANGING = cos(radians(30.0))
+"""Cosine between a hanging upper arm and the vertical; a raised one lifts the acromion."""
+
+
+@dataclass(frozen=True)
+class StaticMeasures:
+    """Measures of a static trial.
+
+    Attributes:
+        stature: Stature [m].
+        lengths: Dimensions of a person by name [m].
+        markers: Markers that each of them is from, in words.
+        notices: Sentences on dimensions that follow the stature, and on doubts.
+    """
+
+    stature: float
+    lengths: Mapping[str, float]
+    markers: Mapping[str, str]
+    notices: tuple[str, ...]
+
+
+def measure_static_trial(
+    markers: Markers,
+    sex: Sex,
+    mass: float,
+    stature: float | None = None,
+    names: Mapping[str, str] | None = None,
+) -> StaticMeasures:
+    """Measure a person who stands upright, y up, with y = 0 on the floor.
+
+    Args:
+        markers: Trajectories, of which the mean counts.
+        sex: Sex of the sample.
+        mass: Mass [kg].
+        stature: Stature [m]; None for the height of the top of the head.
+        names: Names of markers by the landmarks that they are on; others have the landmark's name.
+
+    Raises:
+        UsageError: A landmark or a marker is unknown, there is no stature or no length, or a length
+            is impossible.
+    """
+    names = names or {}
+    for landmark, marker in names.items():
+        if landmark not in LANDMARKS:
+            hint = spelling_hint(landmark, LANDMARKS)
+            raise UsageError(f"there is no landmark `{landmark}`; {hint}")
+        if marker not in markers.names:
+            hint = spelling_hint(marker, markers.names)
+            raise UsageError(f"there is no marker `{marker}`; {hint}")
+    places: dict[str, Array] = {}
+    notices: list[str] = []
+    for landmark in LANDMARKS:
+        marker = names.get(landmark, landmark)
+        seen = markers.positions[:, [name == marker for name in markers.names]].reshape(-1, 3)
+        seen = seen[~np.isnan(seen).any(axis=1)]
+        if not len(seen):
+            continue
+        places[landmark] = seen.mean(axis=0)
+        movement = float(np.ptp(seen, axis=0).max())
+        if movement > MAX_MOVEMENT:
+            notices.append(
+                f"`{marker}` moves by {100.0 * movement:.0f} cm: the trial is not static"
+            )
+    if stature is None:
+        if TOP not in places:
+            raise UsageError(f"there is no marker on the landmark `{TOP}`: state the --stature")
+        stature = float(places[TOP][1])
+    usual = estimate_measures(sex, stature, mass).length
+    found: dict[str, float] = {}
+    used: dict[str, str] = {}
+    for name, parts in _lengths(places):
+        if isinstance(parts, str):
+            notices.append(f"`{name}` follows the other dimensions: {parts}")
+            continue
+        length = float(np.mean([*parts.values()]))
+        used[name] = " and ".join(parts)
+        if name == "lateral_femoral_epicondyle_height":
+            length += usual("lateral_malleolus_height")
+        elif name == "trochanterion_height":
+            length += found.get(knee := "lateral_femoral_epicondyle_height", usual(knee))
+        elif TOP in used[name]:
+            length = stature - length
+        found[name] = length
+    if not found:
+        raise UsageError("no two markers are on landmarks of one length; --marker LANDMARK=NAME")
+    return StaticMeasures(stature, found, used, tuple(notices))
+
+
+def _lengths(places: Mapping[str, Array]) -> Iterator[tuple[str, Mapping[str, float] | str]]:
+    """Yield lengths between markers [m] by their words, or why there are none, by dimension."""
+    arms = [_between(places, side, "acromion", "elbow") for side in SIDES]
+    hanging = [arm for arm in arms if arm is not None]
+    hangs = bool(hanging) and all(one[1] > _MIN_HANGING * np.linalg.norm(one) for one in hanging)
+    raised = "" if not hanging or hangs else "the upper arms do not hang"
+    for name, upper, lower in (
+        ("lateral_femoral_epicondyle_height", "knee", "ankle"),
+        ("trochanterion_height", "trochanter", "knee"),
+        ("acromion_radiale_length", "acromion", "elbow"),
+        ("radiale_stylion_length", "elbow", "wrist"),
+    ):
+        is_height = name.endswith("height")
+        parts = {
+            f"{side}_{upper} to {side}_{lower}": float(one[1] if is_height else np.linalg.norm(one))
+            for side in SIDES
+            if (one := _between(places, side, upper, lower)) is not None
+        }
+        missing = f"no markers on `{upper}` and `{lower}` of one side"
+        yield name, (raised if upper == "acromion" else "") or parts or missing
+    left, right = (places.get(f"{side}_acromion") for side in SIDES)
+    breadth, missing = "biacromial_breadth", "no markers on both acromia and an elbow"
+    if left is None or right is None or not hanging:
+        yield breadth, missing
+    else:
+        distance = float(np.linalg.norm(left - right))
+        yield breadth, raised or {"left_acromion to right_acromion": distance}
+    top = places.get(TOP)
+    for name, landmark in (
+        ("acromial_height", "acromion"),
+        ("suprasternale_height", "suprasternale"),
+        ("cervicale_height", "cervicale"),
+    ):
+        ends = [places[n] for n in (landmark, *(f"{s}_{landmark}" for s in SIDES)) if n in places]
+        if top is None or not ends or (landmark == "acromion" and not hanging):
+            arm = " and elbow" if landmark == "acromion" else ""
+            yield name, f"no markers on `{TOP}` and `{landmark}`{arm}"
+        elif landmark == "acromion" and raised:
+            yield name, raised
+        else:
+            yield name, {f"{TOP} to {landmark}": float(top[1] - np.mean(ends, axis=0)[1])}
+
+
+def _between(places: Mapping[str, Array], side: str, upper: str, lower: str) -> Array | None:
+    """Return the vector from the lower to the upper landmark of a side [m]."""
+    ends = [places.get(f"{side}_{name}") for name in (upper, lower)]
+    return None if ends[0] is None or ends[1] is None else ends[0] - ends[1]
