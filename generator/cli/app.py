@@ -56,7 +56,7 @@ COMMANDS = {
     "sweep": "Simulate a figure many times, each with other parameters.",
     "person": "Make the figure of a person of a sex, stature and mass.",
     "convert": "Convert a motion, a figure or a model, and list the losses.",
-    "check": "Check a figure, springs, a scene or a study for errors.",
+    "check": "Check a figure, a scene, a study, a motion or a model.",
     "describe": "List the segments, masses, joints and springs of a figure.",
     "cite": "Cite the sources of the numbers in a figure or a table.",
     "pose": "Show or save a pose: displacements of joints, positions.",

@@ -167,7 +167,7 @@ def check(
         bool, typer.Option("--doubts", help="Print each doubt about the curves of a figure.")
     ] = False,
 ) -> answer.CommandResult:
-    """Check a figure, springs, a scene, a study, a motion or a model for errors."""
+    """Check a figure, a scene, a study, a motion or a model."""
     for noun, is_of_kind, check_file in _OTHER_KINDS:
         if is_of_kind(name):
             for flag, is_given in (("--springs", springs is not None), ("--doubts", doubts)):

@@ -32,7 +32,7 @@ MAX_LISTED = 12
 _FORCE = re.compile(r".*_v[xyz]")
 
 Checked = tuple[tuple[Diagnostic, ...], Sequence[str | Table], str]
-"""Diagnostics, what is told, and what the file can be used for; "" for nothing."""
+"""Diagnostics, contents in words, and the command that takes the file; "" for none."""
 
 
 def has_measured_suffix(name: str) -> bool:

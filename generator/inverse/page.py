@@ -35,6 +35,9 @@ from springs.published.tables import coupled_law, curve
 MAX_MOMENT_FRAMES = 1_500
 """Frames of a page; of a longer motion every second, third ... is kept."""
 
+MAX_VALUES = 40_000
+"""Values of coordinates over all frames, for a page below some 2.5 MB."""
+
 _ARROW_SHARE = 0.6
 """Length of the scale of arrows over the size of the figure, before it is rounded: a weight is seen
 as in the figures of gait analysis, not as a small part of the blows of a fall."""
@@ -65,7 +68,8 @@ def moments_page(
         warnings: Doubts about them.
     """
     every = np.flatnonzero(np.isin(motion.times, moments.times))
-    chosen = kept_frames(every.size, MAX_MOMENT_FRAMES)
+    most = min(MAX_MOMENT_FRAMES, max(2, MAX_VALUES // len(moments.coordinates)))
+    chosen = kept_frames(every.size, most)
     shown = at_frames(motion, every[chosen])
     glb, body_losses = format_glb(shown)
     thinned = Loss(f"frames: {chosen.size:,} of {every.size:,} are kept")
