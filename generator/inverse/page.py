@@ -42,7 +42,7 @@ _ARROW_SHARE = 0.6
 """Length of the scale of arrows over the size of the figure, before it is rounded: a weight is seen
 as in the figures of gait analysis, not as a small part of the blows of a fall."""
 
-_SHARED_FACTS = ("Figure", "SHA-256 of the figure", "Props", "Reference axes")
+_SHARED_FACTS = ("Figure", "SHA-256 of the figure", "Props")
 
 
 def moments_page(
