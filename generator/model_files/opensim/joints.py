@@ -149,7 +149,7 @@ def _simm_spline(x: Array, y: Array) -> PPoly:
         if count > 3:
             third = 6.0 * _divided_difference(x[points], y[points])
             aims[row] = step * third if row == 0 else -step * third
-    bends = np.linalg.solve(matrix, aims)
+    bends = np.linalg.solve(matrix, aims) if count > 2 else aims  # two points: a line
     starts = slopes - steps * (2.0 * bends[:-1] + bends[1:]) / 6.0
     thirds = np.diff(bends) / steps
     return PPoly(np.stack([thirds / 6.0, bends[:-1] / 2.0, starts, y[:-1]]), x)

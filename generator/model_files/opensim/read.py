@@ -1,4 +1,4 @@
-"""Reader of OpenSim's models (`.osim`, since OpenSim 4): their passive tree as a figure.
+"""Reader of OpenSim's models (`.osim`): their passive tree as a figure.
 
 A socket names a frame by its path among the components of the model, either from the model
 (`/bodyset/femur_r`) or from the component that has the socket (`..`, `hip_offset`).
@@ -43,14 +43,15 @@ from generator.model_files.opensim.rotation_springs import (
     with_rotation_springs,
 )
 from generator.model_files.opensim.shapes import GeometryReader
+from generator.model_files.opensim.upgrade import upgraded_document
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array, inverse_pose, pose_matrix
 from springs import SphericalLaw
 
 GRAVITY = (0.0, -9.80665, 0.0)
 
-OLDEST = 30000
-"""Version of the first files in which joints stand beside bodies: OpenSim 4."""
+OPENSIM_4 = 40000
+"""Version of the first files of OpenSim 4, in which joints stand beside bodies."""
 
 _LOST: Final = {
     "ConstraintSet": "constraints",
@@ -80,10 +81,18 @@ def figure_from_osim(
         curves: make axes that follow a coordinate by a curve displacements, for kinematics.
     """
     losses = Losses("OpenSim model")
+    (version,) = root.numbers("Version", diagnostics, 1) or (OPENSIM_4,)
     element = root.find("Model")
-    if element is None or _is_unsupported_version(root, element, diagnostics):
+    if version < OPENSIM_4 and element is not None and element.find("JointSet") is None:
+        upgraded = upgraded_document(root, diagnostics, losses)
+        if upgraded is None:
+            return None
+        root, element = upgraded, upgraded.find("Model")
+    if element is None or element.find("JointSet") is None:
         if element is None:
             diagnostics.error("this document has no `Model`", root.span, "a model stands in it")
+        else:
+            diagnostics.error("this model has no `JointSet`", element.span, "nothing in it moves")
         return None
     known: dict[str, XmlElement] = {}
     for body in _set_objects(element, "BodySet"):
@@ -145,18 +154,6 @@ def _without_lone_damping(
         what = "damping that is not of each angle, of joints whose other springs are not read"
         losses.add(what, *lost)
     return [spring for spring in springs if spring.coordinate not in lone]
-
-
-def _is_unsupported_version(root: XmlElement, model: XmlElement, diagnostics: Diagnostics) -> bool:
-    """Report a file of OpenSim 3 or older, in which bodies contained joints."""
-    (version,) = root.numbers("Version", diagnostics, 1) or (OLDEST,)
-    message, span = "this model was written by OpenSim 3 or older", root.span_of("Version")
-    if version >= OLDEST:
-        if model.find("JointSet") is not None:
-            return False
-        message, span = "this model has no `JointSet`", model.span
-    diagnostics.error(message, span, "open it in OpenSim 4 and save it again")
-    return True
 
 
 def _set_objects(model: XmlElement, name: str) -> Iterator[XmlElement]:

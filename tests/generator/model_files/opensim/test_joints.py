@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from generator.diagnostics import Diagnostics, Source
-from generator.model_files.opensim.joints import AxisMotion, evaluate_function
+from generator.model_files.opensim.joints import AxisMotion, evaluate_function, parse_curve
 from generator.model_files.xml import parse_xml
 
 KNOTS = ((-2.0, -0.02), (-1.2, -0.011), (-0.4, -0.003), (0.0, 0.0), (0.5, 0.002), (1.4, -0.004))
@@ -53,6 +53,14 @@ def test_straight_functions_have_a_slope():
     two = curve("SimmSpline", ((0.0, 1.0), (2.0, 5.0)))
     assert motion(two, 3.0) == AxisMotion(2.0, 7.0)
     assert motion(curve("SimmSpline", ((0.0, 1.0), (1.0, 3.0), (2.0, 5.0))), 3.0).slope == 2.0
+
+
+def test_a_curve_through_two_points_is_a_line():
+    root = parse_xml(Source("f.xml", curve("SimmSpline", ((0.0, 1.0), (2.0, 5.0)))), Diagnostics())
+    assert root is not None
+    found = parse_curve(root, Diagnostics())
+    assert found is not None
+    np.testing.assert_allclose(found.at(np.array([-1.0, 0.5, 3.0])), [-1.0, 2.0, 7.0])
 
 
 def test_a_natural_spline_is_not_bent_at_its_ends():
