@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from generator.diagnostics import (
     Diagnostics,
@@ -26,6 +25,13 @@ from generator.model_files.body_tree.shapes import MeshFiles, Shape, scaled
 from generator.model_files.body_tree.tree import rotation_from_z_to
 from generator.model_files.mjcf.document import MAIN, Document
 from generator.model_files.mjcf.joints import AngleConvention, parse_orientation, parse_pose
+from generator.model_files.mjcf.mesh_mass import (
+    LEGACY,
+    RULES,
+    convex_hull,
+    inertia_box,
+    unit_mass_properties,
+)
 from generator.model_files.xml import (
     SourceText,
     XmlElement,
@@ -49,28 +55,17 @@ FROMTO_SHAPES: Final = ("capsule", "cylinder", "ellipsoid", "box")
 WEIGHTLESS: Final = ("plane", "hfield")
 """Shapes without mass, in the world only."""
 
-UNREAD: Final = ("mesh", "sdf")
-"""Shapes whose mass comes from a file or a plugin."""
+NO_MESH: Final = "this geom names no mesh"
 
 
-def geom_mass(
+def primitive_mass(
     element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
 ) -> MassProperties | None:
-    """Return the mass properties of a geom in its body's frame; None for a weightless one.
+    """Return the mass properties of a geom of a simple shape in its body's frame; None if wrong.
 
     `element` has the values of its default class.
     """
     shape = element.get("type") or "sphere"
-    word, default = ("mass", 0.0) if "mass" in element.attributes else ("density", DENSITY)
-    if shape in WEIGHTLESS or parse_number(element, word, diagnostics, default) == 0.0:
-        return None
-    if shape in UNREAD or "mesh" in element.attributes:
-        diagnostics.error(
-            "the mass of this body would come from a mesh, and is not computed",
-            element.span_of("mesh" if "mesh" in element.attributes else "type"),
-            "give the body an `inertial` with its mass and inertia",
-        )
-        return None
     if shape not in SIZES:
         diagnostics.error(
             f"unknown geom type `{shorten(shape)}`",
@@ -89,14 +84,29 @@ def geom_mass(
     if place is None:
         return None
     pose, size = place
-    volume, unit = _volume_and_moments(shape, size)
-    mass = parse_number(element, "density", diagnostics, DENSITY) * volume
-    if "mass" in element.attributes:
-        mass = parse_number(element, "mass", diagnostics)
+    return _with_mass(_unit_mass(shape, size), element, pose, diagnostics)
+
+
+def _unit_mass(shape: str, size: Sequence[float]) -> MassProperties:
+    """Return the mass properties of a shape of 1 kg/m3 in its own frame."""
+    volume, moments = _volume_and_moments(shape, size)
+    return MassProperties(volume, np.zeros(3), np.diag(moments) * volume)
+
+
+def _with_mass(
+    unit: MassProperties, geom: XmlElement, pose: Array, diagnostics: Diagnostics
+) -> MassProperties | None:
+    """Return a shape of unit density with the mass or the density of its geom, at a pose, (4, 4).
+
+    None, with an error, for a negative one.
+    """
+    mass = parse_number(geom, "density", diagnostics, DENSITY) * unit.mass
+    if "mass" in geom.attributes:
+        mass = parse_number(geom, "mass", diagnostics)
     if not mass > 0.0:
-        diagnostics.error("a mass must not be negative", element.span_of("mass"))
+        diagnostics.error("a mass must not be negative", geom.span_of("mass"))
         return None
-    return MassProperties(mass, np.zeros(3), np.diag(unit) * mass).transform(pose)
+    return unit.with_mass(mass).transform(pose)
 
 
 def _placed(
@@ -198,6 +208,7 @@ class GeomReader:
     _meshes: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     _materials: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     _surfaces: dict[str, Surface | None] = field(default_factory=dict[str, Surface | None])
+    _unit_masses: dict[str, MassProperties] = field(default_factory=dict[str, MassProperties])
     _used: set[str] = field(default_factory=set[str])
 
     def __post_init__(self) -> None:
@@ -213,6 +224,80 @@ class GeomReader:
                 elif element.tag == "material":
                     whole = self.document.with_defaults(element, childclass, self.diagnostics)
                     self._materials[whole.get("name") or ""] = whole
+
+    def mass(self, geom: XmlElement) -> MassProperties | None:
+        """Return the mass properties of a geom in its body's frame; None for a weightless one.
+
+        A mesh that has none is an error.
+        """
+        shape, diagnostics = geom.get("type") or "sphere", self.diagnostics
+        word, default = ("mass", 0.0) if "mass" in geom.attributes else ("density", DENSITY)
+        if shape in WEIGHTLESS or parse_number(geom, word, diagnostics, default) == 0.0:
+            return None
+        mesh, angles = geom.get("mesh"), self.document.angle_convention
+        if shape == "sdf":
+            diagnostics.error("the mass of a shape of a plugin is not known", geom.span_of("type"))
+        elif mesh is None and shape == "mesh":
+            diagnostics.error(NO_MESH, geom.span, 'write `mesh="..."`')
+        elif mesh is None:
+            return primitive_mass(geom, angles, diagnostics)
+        elif (unit := self._unit_mass(mesh, geom)) is not None:
+            if shape == "mesh":
+                pose = parse_pose(geom, angles, diagnostics)
+                return _with_mass(unit, geom, pose, diagnostics)
+            return self._fitted_mass(geom, shape, unit)
+        return None
+
+    def _unit_mass(self, mesh: str, geom: XmlElement) -> MassProperties | None:
+        """Return the mass properties of a mesh at unit density; None, with an error, for none."""
+        element, surface = self._meshes.get(mesh), self._mesh_surface(mesh, geom)
+        if element is None:
+            return None
+        if mesh in self._unit_masses:
+            return self._unit_masses[mesh]
+        rule = element.get("inertia") or LEGACY
+        if rule not in RULES:
+            hint = spelling_hint(rule, RULES)
+            message = f"`{shorten(rule)}` is not a rule for the inertia of a mesh"
+            self.diagnostics.error(message, element.span_of("inertia"), hint)
+            return None
+        if rule == "convex" and (element.get("maxhullvert") or "-1") != "-1":
+            self.losses.add("convex hulls with fewer vertices, which are whole here", mesh)
+        reason, unit = "it cannot be read", None
+        try:
+            unit = None if surface is None else unit_mass_properties(surface, rule)
+        except ValueError as failure:
+            reason = str(failure)
+        if unit is None:
+            message = f"the mesh `{shorten(mesh)}` has no mass: {reason}"
+            hint = "give the body an `inertial` with its mass and inertia"
+            self.diagnostics.error(message, geom.span_of("mesh"), hint)
+            return None
+        self._unit_masses[mesh] = unit
+        return unit
+
+    def _fitted_mass(
+        self, geom: XmlElement, shape: str, unit: MassProperties
+    ) -> MassProperties | None:
+        """Return the mass properties of a simple shape that is fitted to a mesh."""
+        if shape not in SIZES or self.document.setting("fitaabb", "false") == "true":
+            self.diagnostics.error(
+                f"the mass of this `{shorten(shape)}` fitted to a mesh is not computed",
+                geom.span_of("type"),
+                "give the body an `inertial` with its mass and inertia",
+            )
+            return None
+        box_pose, (short, middle, long) = inertia_box(unit)
+        across = (short + middle) / 2.0
+        sizes = {
+            "sphere": ((short + middle + long) / 3.0,),
+            "capsule": (across, max(0.0, long - across / 2.0)),
+            "cylinder": (across, long),
+        }.get(shape, (short, middle, long))
+        factor = parse_number(geom, "fitscale", self.diagnostics, 1.0)
+        fitted = _unit_mass(shape, [factor * size for size in sizes])
+        pose = parse_pose(geom, self.document.angle_convention, self.diagnostics)
+        return _with_mass(fitted, geom, pose @ box_pose, self.diagnostics)
 
     def shapes(self, geoms: Sequence[tuple[XmlElement, Array]]) -> tuple[Shape, ...]:
         """Return the shapes of the geoms of a body: those without contact, if it has such ones.
@@ -263,7 +348,7 @@ class GeomReader:
                 return None
             return surface.transformed(parse_pose(geom, angles, self.diagnostics))
         if shape == "mesh":
-            self.diagnostics.error("this geom names no mesh", geom.span, 'write `mesh="..."`')
+            self.diagnostics.error(NO_MESH, geom.span, 'write `mesh="..."`')
             return None
         if shape not in SIZES:
             hint = spelling_hint(shape, (*SIZES, *UNDRAWN, "mesh"))
@@ -330,7 +415,11 @@ class GeomReader:
             return None
         points = np.array(numbers).reshape(-1, 3)
         if corners is None:
-            return _hull(points, name, self.losses)
+            try:
+                return convex_hull(points)
+            except ValueError:
+                self.losses.add("meshes whose points lie in a plane", name)
+                return None
         faces = np.array(corners).reshape(-1, 3)
         if (faces != np.round(faces)).any() or not 0 <= faces.min() <= faces.max() < len(points):
             assert face is not None
@@ -382,21 +471,6 @@ _CONTACT = "contact of geoms: `mover simulate --floor` and `--scene` have their 
 def _is_visual(geom: XmlElement) -> bool:
     """Return whether a geom touches nothing."""
     return geom.get("contype") == "0" and geom.get("conaffinity") == "0"
-
-
-def _hull(points: Array, name: str, losses: Losses) -> Surface | None:
-    """Return the convex hull of points."""
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
-        losses.add("meshes whose points lie in a plane", name)
-        return None
-    faces = hull.simplices.astype(np.int64)
-    corners = points[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
-    faces[inwards] = faces[inwards][:, ::-1]
-    return Surface.from_faces(points, faces).without_unused_vertices
 
 
 def read_msh(path: Path) -> Surface:

@@ -26,7 +26,7 @@ from generator.model_files.mjcf.document import (
     Document,
     parse_document,
 )
-from generator.model_files.mjcf.geoms import GeomReader, geom_mass
+from generator.model_files.mjcf.geoms import GeomReader
 from generator.model_files.mjcf.joints import (
     ORIENTATION_ATTRIBUTES,
     JointReader,
@@ -229,7 +229,7 @@ class BodyReader:
             group = 0.0 if bounds is None else parse_number(element, "group", self.diagnostics)
             if bounds is not None and not bounds[0] <= group <= bounds[1]:
                 continue
-            part = geom_mass(element, self.document.angle_convention, self.diagnostics)
+            part = self.geoms.mass(element)
             if part is not None:
                 moved = part.transform(before)
                 total = moved if total is None else total + moved
