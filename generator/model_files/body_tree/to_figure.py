@@ -5,7 +5,7 @@ freedom of one body whose axes do not meet or are oblique become several joints 
 between them: segments with a tiny share of the body's mass.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations, takewhile
 from math import inf
@@ -40,6 +40,7 @@ from generator.model_files.body_tree.joints import (
     with_reachable_limits,
     without_laws,
 )
+from generator.model_files.body_tree.repairs import fix_massless_ends, with_possible_inertia
 from generator.model_files.body_tree.shapes import join_shapes, with_colours
 from generator.model_files.body_tree.tree import (
     Body,
@@ -278,7 +279,8 @@ def figure_from_tree(
     if diagnostics.has_errors:
         # What seems to be missing may be in a part that could not be read.
         return None
-    whole = merge_rigid_bodies(swap_massless_parents(tree), losses, fixed_bodies)
+    whole = swap_massless_parents(fix_massless_ends(tree, losses))
+    whole = merge_rigid_bodies(whole, losses, fixed_bodies)
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
@@ -292,6 +294,7 @@ def figure_from_tree(
             losses.add("inertia of bodies without mass", name)
     if gone:
         losses.add("bodies without mass: their joints become parts of the next body's joint", *gone)
+    whole = replace(whole, bodies=tuple(_moving_bodies(whole, losses)))
     _check_masses(whole, diagnostics)
     if diagnostics.has_errors:
         return None
@@ -338,29 +341,33 @@ def _springs_file(draft: _FigureDraft, tree: BodyTree) -> SpringsFile | None:
     return None if found == SpringsFile(()) else found
 
 
-def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
-    """Check that the moving bodies have mass and inertia, and that there are some."""
-    for body in tree.bodies:
-        try:
-            mass = body.total_mass_properties
-        except ValueError as failure:
-            diagnostics.error(
-                f"the inertia of `{shorten(body.name)}` is impossible: {failure}",
-                body.span,
-                "the principal moments of a body are positive, none above the sum of the others",
+def _moving_bodies(tree: BodyTree, losses: Losses) -> Iterator[Body]:
+    """Yield the bodies with mass and inertia that a body can have, where they carry any mass."""
+    heaviest: dict[str | None, MassProperties] = {}
+    for body in reversed(tree.bodies):
+        here = body.mass or heaviest.get(body.name)
+        if here is not None:
+            heaviest[body.parent] = max(
+                here, heaviest.get(body.parent, here), key=lambda each: each.mass
             )
-            continue
-        if mass is None:
+    for body in tree.bodies:
+        if body.mass is None and body.name in heaviest:
+            what = f"bodies without mass between others have {CARRIER_SHARE:g} of the next one's"
+            losses.add(what, body.name)
+            carrier = replace(_carrier_mass(heaviest[body.name]), centre=np.zeros(3))
+            yield replace(body, mass=carrier)
+        else:
+            yield with_possible_inertia(body, losses)
+
+
+def _check_masses(tree: BodyTree, diagnostics: Diagnostics) -> None:
+    """Check that the moving bodies have mass, and that there are some."""
+    for body in tree.bodies:
+        if body.mass is None:
             diagnostics.error(
                 f"`{shorten(body.name)}` moves but has no mass",
                 body.span,
                 "every body that moves needs mass and inertia",
-            )
-        elif np.linalg.eigvalsh(mass.inertia)[0] <= 0.0:
-            diagnostics.error(
-                f"the inertia of `{shorten(body.name)}` is not positive",
-                body.span,
-                "every principal moment of a body with size is above zero",
             )
     if not tree.bodies and not diagnostics.has_errors:
         diagnostics.error(
