@@ -1,33 +1,41 @@
 """Models of others: `python -m benchmarks.foreign_models FOLDER`.
 
 Each model of `foreign_models.txt` that FOLDER has (in OWNER/NAME/PATH), or if it has none each
-model below FOLDER, is converted into a figure, checked, simulated for 0.3 s, written in its own format
-again and loaded by its own program (MuJoCo, Pinocchio, OpenSim), with the mass and the freedoms of
-the figure. Each has a process of its own and a time limit. Tables say how many pass, by format, and
-why the others do not. It needs the extra `verify`; 160 models take 20 minutes on two cores.
+model below FOLDER, is converted into a figure, checked, simulated for 0.3 s, written in its own
+format again and loaded by its own program (MuJoCo, Pinocchio, OpenSim), with the mass and the
+freedoms of the figure. Each has a process of its own and a time limit. Tables say how many pass, by
+format, and why the others do not. It needs the extra `verify`. Of one MODEL it prints the stages.
 """
 
-import json
 import re
-import subprocess
+import resource
+import signal
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from io import StringIO
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import perf_counter, process_time
 
 from benchmarks.tables import show
+from generator.child_processes import cores
 from generator.figure_file.read import read_figure
 
 LIST = Path(__file__).with_suffix(".txt")
 STOP = 0.3
-TIME_LIMIT = 240.0
-"""Longest time of a model [s]."""
+TIME_LIMIT = 120
+"""Longest CPU time of a model [s]."""
+
+WALL_LIMIT = 1200.0
+"""Longest time of a model on a busy machine [s]."""
+
+PROCESSES = get_context("forkserver")
 
 STAGES = ("convert", "check", "simulate", "write", "load")
 FORMATS: Mapping[str, str] = {"mujoco": "MJCF", "robot": "URDF", "OpenSimDocument": "OpenSim"}
@@ -37,19 +45,20 @@ SUFFIXES: Mapping[str, str] = {"MJCF": ".xml", "URDF": ".urdf", "OpenSim": ".osi
 def main() -> None:
     """Measure the models of a folder, or one of them in this process."""
     match sys.argv[1:]:
-        case ["--one", model, kind]:
-            for row in stages(Path(model), kind):
-                print(json.dumps(row), flush=True)
+        case [file] if Path(file).is_file() and (kind := format_of(Path(file))):
+            for row in stages(Path(file), kind):
+                print(*row, flush=True)
         case [folder] if Path(folder).is_dir():
             report(Path(folder))
         case _:
-            sys.exit("usage: python -m benchmarks.foreign_models FOLDER")
+            sys.exit("usage: python -m benchmarks.foreign_models FOLDER|MODEL")
 
 
 def report(folder: Path) -> None:
     """Measure all models of a folder and print the tables."""
     models = list(listed(folder)) or sorted(found(folder))
-    with ThreadPoolExecutor(2) as pool:
+    PROCESSES.set_forkserver_preload(["generator.cli.app", "generator.simulation.run", "trimesh"])
+    with ThreadPoolExecutor(max(2, cores())) as pool:
         results = list(pool.map(measure, (model for model, _ in models), (k for _, k in models)))
     rows: list[Mapping[str, object]] = []
     for kind in [*SUFFIXES, "all"]:
@@ -104,27 +113,39 @@ def format_of(path: Path) -> str | None:
 
 
 def measure(model: Path, kind: str) -> tuple[dict[str, float], str]:
-    """Return the time of each stage that a model passed [s], and why it failed; "" if it passed."""
-    command = [sys.executable, "-m", "benchmarks.foreign_models", "--one", str(model), kind]
-    try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False
-        )
-        output, ending = done.stdout, f"the process ended with {done.returncode}"
-    except subprocess.TimeoutExpired as late:
-        output = (late.stdout or b"").decode() if isinstance(late.stdout, bytes) else ""
-        ending = f"more than {TIME_LIMIT:.0f} s"
-    rows = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
-    times = {row["stage"]: row["time"] for row in rows if not row["reason"]}
-    failed = next((f"{row['stage']}: {row['reason']}" for row in rows if row["reason"]), "")
+    """Return the CPU time of each stage that a model passed [s], and why it failed, or ""."""
+    receiver, sender = PROCESSES.Pipe(duplex=False)
+    process = PROCESSES.Process(target=send_stages, args=(sender, model, kind))
+    process.start()
+    sender.close()
+    times: dict[str, float] = {}
+    failed = ""
+    start = perf_counter()
+    with suppress(EOFError):
+        while receiver.poll(max(0.0, start + WALL_LIMIT - perf_counter())):
+            stage, times[stage], reason = receiver.recv()
+            failed = f"{stage}: {reason}" if reason else ""
+            if failed:
+                del times[stage]
+    process.kill()
+    process.join()
     if not failed and len(times) < len(STAGES):
+        late = process.exitcode in (-signal.SIGKILL, -signal.SIGXCPU)
+        ending = f"more than {TIME_LIMIT} s" if late else f"it ended with {process.exitcode}"
         failed = f"{STAGES[len(times)]}: {ending}"
     print(f"{'passed' if not failed else 'failed'} {model}", file=sys.stderr, flush=True)
     return times, failed
 
 
-def stages(model: Path, kind: str) -> Iterator[Mapping[str, object]]:
-    """Yield each stage of a model with its time and, of one that fails, the reason."""
+def send_stages(sender: Connection, model: Path, kind: str) -> None:
+    """Send the stages of a model, in a process of its own that may take `TIME_LIMIT`."""
+    resource.setrlimit(resource.RLIMIT_CPU, (TIME_LIMIT, TIME_LIMIT + 5))
+    for row in stages(model, kind):
+        sender.send(row)
+
+
+def stages(model: Path, kind: str) -> Iterator[tuple[str, float, str]]:
+    """Yield each stage of a model with its CPU time [s] and, of one that fails, the reason."""
     with TemporaryDirectory() as name:
         figure, written = Path(name) / "figure.fig", Path(name) / f"written{SUFFIXES[kind]}"
         commands: Mapping[str, Callable[[], str]] = {
@@ -135,11 +156,11 @@ def stages(model: Path, kind: str) -> Iterator[Mapping[str, object]]:
             "load": lambda: loading_fault(figure, written, kind),
         }
         for stage, run in commands.items():
-            start = perf_counter()
+            start = process_time()
             reason = run()
             if reason and stage == "convert" and not is_loaded(model, kind):
                 reason = f"its own program refuses it as well ({reason})"
-            yield {"stage": stage, "time": perf_counter() - start, "reason": reason}
+            yield stage, process_time() - start, reason
             if reason:
                 return
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from generator.diagnostics import Diagnostics, InputError
 from generator.figure import Attribute, Figure
-from generator.geometry.psurf import MAX_LINES
 from generator.geometry.read import FORMAT_UNITS, read_mesh
+from generator.geometry.simplify import simplify
 from generator.geometry.surface import Surface, join_surfaces
 from generator.identifiers import reserve_name
 from generator.losses import Losses
@@ -126,6 +126,10 @@ def scaled(surface: Surface, scale: Iterable[float]) -> Surface:
     return surface.transformed(np.diag([*scale, 1.0]))
 
 
+MAX_FACES = 4000
+"""Faces of the shapes of a segment; meshes of CAD programs have 100,000."""
+
+
 def join_shapes(
     shapes: Mapping[str, Iterable[Shape]], losses: Losses
 ) -> tuple[dict[str, Surface], dict[str, Colour]]:
@@ -140,11 +144,13 @@ def join_shapes(
         if not listed:
             continue
         surface = join_surfaces([part.surface for part in listed]).with_distinct_corners
+        if surface.face_count > MAX_FACES:
+            count = surface.face_count
+            surface, moved = simplify(surface, MAX_FACES)
+            what = f"shapes of more than {MAX_FACES:,} faces, whose vertices move by at most"
+            losses.add(what, f"{segment} ({count:,} faces, {1e3 * moved:.2g} mm)")
         if not surface.face_count:
             losses.add("shapes whose faces are all lines or points", segment)
-            continue
-        if len(surface.vertices) + surface.face_count + 2 > MAX_LINES:
-            losses.add(f"shapes of more than {MAX_LINES:,} vertices and faces", segment)
             continue
         surfaces[segment] = surface
         areas: dict[Colour | None, float] = {}

@@ -34,11 +34,16 @@ def test_a_segment_has_the_colour_of_its_largest_shape():
     assert texts(losses) == ["further colours: a segment has that of its largest surface: arm"]
 
 
-def test_too_large_shapes_are_left_out(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(shapes, "MAX_LINES", 10)
-    losses = Losses("model")
-    assert join_shapes({"arm": [Shape(box(1, 1, 1))]}, losses) == ({}, {})
-    assert texts(losses) == ["shapes of more than 10 vertices and faces: arm"]
+def test_shapes_of_many_faces_are_simplified(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(shapes, "MAX_FACES", 250)
+    losses, many = Losses("model"), sphere(0.5)
+    assert many.face_count > 250
+    surfaces, _ = join_shapes({"arm": [Shape(many)]}, losses)
+    assert 100 < surfaces["arm"].face_count <= 250
+    (text,) = texts(losses)
+    assert text.startswith(
+        f"shapes of more than 300 faces, whose vertices move by at most: arm ({many.face_count}"
+    )
 
 
 def test_equal_colours_share_an_attribute_of_a_new_name():
