@@ -148,7 +148,7 @@ def join_shapes(
             count = surface.face_count
             surface, moved = simplify(surface, MAX_FACES)
             what = f"shapes of more than {MAX_FACES:,} faces, whose vertices move by at most"
-            losses.add(what, f"{segment} ({count:,} faces, {1e3 * moved:.2g} mm)")
+            losses.add(what, f"{segment} ({count:,} faces, {1e3 * moved:.3g} mm)")
         if not surface.face_count:
             losses.add("shapes whose faces are all lines or points", segment)
             continue

@@ -19,6 +19,7 @@ from generator.model_files.body_tree.shapes import (
     has_size,
     scaled,
 )
+from generator.model_files.urdf.collada import read_collada
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
@@ -61,7 +62,7 @@ class VisualReader:
 
     def __post_init__(self) -> None:
         """Prepare the reading of mesh files."""
-        self._files = MeshFiles(self.losses)
+        self._files = MeshFiles(self.losses, {".dae": read_collada})
 
     def shapes(self, link: XmlElement) -> tuple[Shape, ...]:
         """Return the visuals of a link; without any, its collision shapes."""
