@@ -53,9 +53,9 @@ def upgraded_document(
             done = subprocess.run(
                 command, cwd=folder, capture_output=True, timeout=_TIME_LIMIT, check=False
             )
-            said = done.stderr.decode(errors="replace").strip().splitlines()
-            reason = next((line for line in said if ": std::exception" in line), "")
-            reason = reason.partition("what(): ")[2] or (said[-1] if said else "it crashed")
+            output = done.stderr.decode(errors="replace").strip().splitlines()
+            reason = next((line for line in output if ": std::exception" in line), "")
+            reason = reason.partition("what(): ")[2] or (output[-1] if output else "it crashed")
         except subprocess.TimeoutExpired:
             done, reason = None, f"it takes more than {_TIME_LIMIT:.0f} s"
         if done is None or done.returncode != 0 or not written.exists():

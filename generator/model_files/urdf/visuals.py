@@ -74,7 +74,12 @@ class VisualReader:
     def _read(self, link: str, elements: list[XmlElement]) -> Iterator[Shape]:
         for element in elements:
             geometry = element.find("geometry")
-            for shape in () if geometry is None else geometry.children:
+            shapes = () if geometry is None else geometry.children
+            known = next((shape for shape in shapes if ":" not in shape.tag), None)
+            for shape in shapes:
+                if shape is not known:
+                    self.losses.add("unknown elements", shape.tag)
+                    continue
                 surface = self._surface(link, shape)
                 if surface is not None:
                     pose = parse_origin(element, self.diagnostics)

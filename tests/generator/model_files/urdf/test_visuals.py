@@ -47,6 +47,12 @@ def test_an_origin_rotates_and_moves_a_shape():
     np.testing.assert_allclose(surface.vertices.max(axis=0), [1.0, 3.0, 12.0], rtol=1e-12)
 
 
+def test_other_elements_beside_a_shape_are_reported():
+    model = parsed(visual('<drake:blob/><box size="2 4 6"/><material name="paint"/>'))
+    assert lost(model, "unknown elements") == ("drake:blob", "material")
+    assert model.surfaces["arm"].face_count == 6
+
+
 def test_visuals_are_the_shape_and_collisions_where_there_are_none():
     collision = visual('<box size="8 8 8"/>', tag="collision")
     imported = parsed(visual('<sphere radius="1"/>') + collision)
