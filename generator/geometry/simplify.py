@@ -26,7 +26,7 @@ def simplify(surface: Surface, max_faces: int) -> tuple[Surface, float]:
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = float(np.linalg.norm(across, axis=1).sum()) / 2.0
     # A lattice of this size cuts a plane of this area into so many triangles.
-    size = max((2.0 * area / max_faces) ** 0.5, float((high - low).max()) * 1e-6)
+    size = max((2.0 * area / max_faces) ** 0.5, float((high - low).max()) * 1e-6, 1e-12)
     while True:
         cells = np.floor((points - low) / size).astype(np.int64)
         _, first, place = np.unique(
