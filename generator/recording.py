@@ -110,8 +110,12 @@ class RecordingPart(Enum):
     """Reactions of joints, and torques of drives."""
     PASSIVE_TORQUES = "passive torques"
     ENERGY = "energy"
+    LOSSES = "losses"
+    """The energies that are integrals of powers alone: what is lost, and the work."""
     CONTACT = "contact"
     """Contact record, without the sensitivity."""
+    CONTACT_STEPS = "contact of steps"
+    """Contact record without what is known by frame, and without overlap."""
     CONTACT_SENSITIVITY = "contact sensitivity"
     """Difference from a run whose start is disturbed, which is one more run."""
     AGREEMENT = "agreement"
@@ -137,6 +141,10 @@ sliding."""
 
 TONE_ENERGY_KIND = "tone"
 """Work done by the tone of muscles, of a run with tone; the balance subtracts it as well."""
+
+
+LOSS_KINDS = ("dissipated", "work", TONE_ENERGY_KIND, "contact damping", "friction")
+"""Kinds of energy that are integrals of powers alone."""
 
 
 def energy_kinds(energy: Mapping[str, Array]) -> tuple[str, ...]:

@@ -26,7 +26,11 @@ from generator.motion_files.page import (
 from generator.recording import RecordingPart
 from springs import SpringSet
 
-_GROUPS = {RecordingPart.ENERGY: "energies", RecordingPart.CONTACT: "contact"}
+_GROUPS = {
+    RecordingPart.ENERGY: "energies",
+    RecordingPart.LOSSES: "energies",
+    RecordingPart.CONTACT: "contact",
+}
 
 
 def format_comparison(found: Comparison) -> str:

@@ -156,7 +156,8 @@ class ContactRecord:
     """Contact of a run of n frames; forces in world axes.
 
     `forces`, `depths` and `segments` have the names of all segments with contact spheres, `parts`
-    those of the parts of the body, and none without parts. `part_forces` add up to `forces`.
+    those of the parts of the body, and none without parts. `part_forces` add up to `forces`. A
+    record of steps alone has no names and no rows in what is known by frame.
 
     Attributes:
         forces: forces on each segment, shape (n, 3) [N].
@@ -233,7 +234,8 @@ class ContactRecord:
 
     def __post_init__(self) -> None:
         """Refuse other names; give the mappings errors that state the nearest name."""
-        if not self.forces.keys() == self.depths.keys() == self.segments.keys():
+        by_frame = self.forces.keys() == self.depths.keys()
+        if not by_frame or (self.forces and self.forces.keys() != self.segments.keys()):
             raise ValueError("forces, depths and segments of a contact record differ in names")
         if not self.max_depth_part:
             object.__setattr__(self, "max_depth_part", self.max_depth_segment)

@@ -1,6 +1,7 @@
 """The contact record of a run: frames from its trace, extremes over all its steps."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ from generator.rotations import Array
 def build_contact_record(
     model: ContactModel,
     contact: ContactTrace,
-    frames: ContactStates,
+    frames: ContactStates | None,
     figure: Figure,
     poses: Mapping[str, Array],
     frame_times: Array,
@@ -43,7 +44,7 @@ def build_contact_record(
     Args:
         model: Props and spheres.
         contact: Contact in n frames and after each step.
-        frames: Contact in the frames.
+        frames: Contact in the frames; None for a record of the steps alone.
         figure: Figure that moved.
         poses: Poses of the segments, shape (n, 4, 4).
         frame_times: Times of the frames, shape (n,) [s].
@@ -51,8 +52,6 @@ def build_contact_record(
         up: Unit vector upwards.
         body: Parts of the body whose laws the model has; None without any.
     """
-    from generator.contact.spheres import deepest_overlap  # slow
-
     names, owners, upward = list(model.spheres), model.owners, np.array(up)
     steps, times = contact.steps, contact.steps.times
     ground_forces = steps.forces.sum(axis=1)
@@ -64,13 +63,10 @@ def build_contact_record(
     weight = _weight(figure, gravity)
     max_force_time, max_force = peak_of(times, total)
     deepest = np.unravel_index(int(np.argmax(steps.depths)), steps.depths.shape)
-    return ContactRecord(
-        forces={name: frames.forces[:, g] for g, name in enumerate(names)},
-        ground_reaction=frames.wrenches.sum(axis=1),
-        depths={
-            name: np.maximum(frames.depths[:, owners == g].max(axis=1), 0.0)
-            for g, name in enumerate(names)
-        },
+    record = ContactRecord(
+        forces={},
+        ground_reaction=np.zeros((0, 6)),
+        depths={},
         segments=segments,
         max_force=max_force,
         max_force_time=max_force_time,
@@ -83,12 +79,25 @@ def build_contact_record(
         sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 0],
         height_sensitivity=None if contact.sensitivity is None else contact.sensitivity[:, 1],
         impact_shift=_impact_shift(names, owners, segments, contact),
-        overlap=deepest_overlap(model.spheres, poses, figure, frame_times),
         head_injury=_head_injury(figure, contact) if model.laws else {},
         extreme_forces=np.array([extremes_of(times, along) for along in ground_forces.T]),
         parts={} if body is None else _part_contacts(model, contact, body, weight),
         heads=_head_impacts(figure, contact, segments),
         pressed_layers=tuple(pressed_layers(model, steps, poses, frame_times)),
+    )
+    if frames is None:
+        return record
+    from generator.contact.spheres import deepest_overlap  # slow
+
+    return replace(
+        record,
+        forces={name: frames.forces[:, g] for g, name in enumerate(names)},
+        ground_reaction=frames.wrenches.sum(axis=1),
+        depths={
+            name: np.maximum(frames.depths[:, owners == g].max(axis=1), 0.0)
+            for g, name in enumerate(names)
+        },
+        overlap=deepest_overlap(model.spheres, poses, figure, frame_times),
         part_forces=dict(zip(model.groups, np.moveaxis(frames.group_forces, 1, 0), strict=True)),
         force_points=dict(zip(model.groups, np.moveaxis(frames.group_points, 1, 0), strict=True)),
     )

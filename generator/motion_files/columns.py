@@ -17,7 +17,7 @@ from generator.motion_files.action import (
 )
 from generator.motion_files.motion import FigureMotion
 from generator.motion_files.skeleton import continuous_quaternions
-from generator.recording import Recording, RecordingPart, energy_kinds
+from generator.recording import LOSS_KINDS, Recording, RecordingPart, energy_kinds
 from generator.rotations import Array, matrix_from_chain_angles
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS
 
@@ -38,6 +38,8 @@ class Column:
         read_extreme: function that returns time and number of the largest (1) or smallest (-1) over
             all steps of a run; None for a quantity that is known in the frames only.
         is_displacement: whether it is a displacement of a joint, which has a value at rest too.
+        is_constant: function that returns whether it is the same in all steps of a run, with
+            `read_extreme`.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Column:
     may_be_undefined: bool = False
     read_extreme: Callable[[FigureMotion, int], tuple[float, float]] | None = None
     is_displacement: bool = False
+    is_constant: Callable[[FigureMotion], bool] | None = None
 
     @property
     def title(self) -> str:
@@ -69,6 +72,12 @@ class Column:
         values = self.read(motion)
         known = ~np.isnan(values)
         return _extreme(motion.times[known], values[known], sign) if known.any() else None
+
+    def is_same_throughout(self, motion: FigureMotion, value: float) -> bool:
+        """Return whether all numbers of a motion are one value, as without a touch."""
+        if self.is_constant is not None:
+            return self.is_constant(motion)
+        return bool(np.all(self.read(motion) == value))
 
     def format(self, value: float) -> str:
         """Format a number [rad, m or the unit] in the unit; blank for NaN.
@@ -114,7 +123,8 @@ def table_columns(
             for k, part in enumerate(("qw", "qx", "qy", "qz")):
                 yield Column(f"{name}.{part}", "1", partial(_quaternion_part, name, k))
     for kind in energy_kinds:
-        yield Column(kind, "J", partial(_energy, kind), RecordingPart.ENERGY)
+        part = RecordingPart.LOSSES if kind in LOSS_KINDS else RecordingPart.ENERGY
+        yield Column(kind, "J", partial(_energy, kind), part)
     yield from _contact_columns(tuple(contact_segments))
 
 
@@ -150,7 +160,8 @@ def _contact_columns(segments: Sequence[str]) -> Iterator[Column]:
 
     for k, axis in enumerate("xyz"):
         force = column(f"ground_force_v{axis}", "N", partial(_ground_force, k))
-        yield replace(force, read_extreme=partial(_ground_force_extreme, k))
+        extreme = partial(_ground_force_extreme, k)
+        yield replace(force, read_extreme=extreme, is_constant=partial(_is_level, extreme))
     for k, axis in ((0, "x"), (2, "z")):
         point = column(f"ground_force_p{axis}", LENGTH_UNIT, partial(_pressure_point, k))
         yield replace(point, may_be_undefined=True)
@@ -160,7 +171,8 @@ def _contact_columns(segments: Sequence[str]) -> Iterator[Column]:
     yield replace(moment, may_be_undefined=True)
     for name in segments:
         size = column(f"{name}.contact_force", "N", partial(_force_size, name))
-        yield replace(size, read_extreme=partial(_force_size_extreme, name))
+        extreme, untouched = partial(_force_size_extreme, name), partial(_is_untouched, name)
+        yield replace(size, read_extreme=extreme, is_constant=untouched)
     for name in segments:
         yield column(f"{name}.contact_depth", LENGTH_UNIT, partial(_depth, name))
 
@@ -176,6 +188,16 @@ def _ground_force_extreme(k: int, motion: FigureMotion, sign: int) -> tuple[floa
     largest, smallest = contact.extreme_forces[k].reshape(2, 2).tolist()
     time, force = largest if sign > 0 else smallest
     return time, force
+
+
+def _is_level(
+    extreme: Callable[[FigureMotion, int], tuple[float, float]], motion: FigureMotion
+) -> bool:
+    return extreme(motion, 1)[1] == extreme(motion, -1)[1]
+
+
+def _is_untouched(name: str, motion: FigureMotion) -> bool:
+    return contact_of(motion).segments[name].peak_force == 0.0
 
 
 def _force_size_extreme(name: str, motion: FigureMotion, sign: int) -> tuple[float, float]:

@@ -137,7 +137,8 @@ def run_compiled(
     """
     compiled = compile_model(model)
     disturb = model.contacts is not None and RecordingPart.CONTACT_SENSITIVITY in record
-    records_steps = model.contacts is not None and RecordingPart.CONTACT in record
+    of_contact = {RecordingPart.CONTACT, RecordingPart.CONTACT_STEPS}
+    records_steps = model.contacts is not None and bool(of_contact & record)
     start = time.monotonic()
     if model.plan.integrator is Integrator.IMPLICIT:
         if len(compiled.mechanism.rows):

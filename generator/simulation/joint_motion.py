@@ -238,6 +238,7 @@ def newton_euler_reactions(
     joints: Mapping[str, JointMotion],
     motion: SegmentMotion,
     passive_torques: Mapping[str, Array],
+    contact: ContactStates | None,
 ) -> dict[str, Array]:
     """Force and moment of each joint on its child by Newton's and Euler's equations.
 
@@ -251,6 +252,7 @@ def newton_euler_reactions(
         joints: motion of every joint.
         motion: poses of the segments.
         passive_torques: the result of `SegmentMotion.passive_torques`.
+        contact: contact in the frames; None without props.
 
     Returns:
         By joint, at the child's site and in the parent's site axes, shape (n, 6) [N, N m].
@@ -270,8 +272,7 @@ def newton_euler_reactions(
         moment = inertia * spin_rate + np.cross(spin, inertia * spin)
         _add_wrench(wrenches[name], force, trace.positions[:, k])
         wrenches[name][:, 3:] += (turn @ moment[..., None])[..., 0]
-    if model.contacts is not None:
-        contact = contact_of_trace(model, trace)
+    if model.contacts is not None and contact is not None:
         for g, name in enumerate(model.contacts.spheres):
             wrenches[name] -= contact.wrenches[:, g] + contact.self_wrenches[:, g]
     stop = model.plan.stop
@@ -386,9 +387,12 @@ def _displacement_rates(
 
 
 def energy_by_kind(
-    model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
+    model: ExudynModel,
+    trace: Trace,
+    joints: Mapping[str, JointMotion],
+    contact: ContactStates | None,
 ) -> dict[str, Array]:
-    """Energy by kind at every frame, shape (n,) each [J].
+    """Energy by kind at every frame, shape (n,) each [J], beside `losses_by_kind`.
 
     `spring` is the stored energy of the springs. For laws without one, which are the weighted law
     and coupled laws that are not a gradient, it is the work against their elastic torques since the
@@ -405,20 +409,26 @@ def energy_by_kind(
         "kinetic": kinetic,
         "gravity": gravity,
         "spring": _spring_energy(model, trace, joints),
-        "dissipated": trace.dissipated,
-        "work": trace.load_work,
     }
+    if contact is not None:
+        energies["contact"] = contact.energy
+    return energies
+
+
+def losses_by_kind(trace: Trace) -> dict[str, Array]:
+    """Return the energies of `LOSS_KINDS` at every frame, shape (n,) each [J]."""
+    energies = {"dissipated": trace.dissipated, "work": trace.load_work}
     if trace.tone_work is not None:
         energies[TONE_ENERGY_KIND] = trace.tone_work
     if trace.contact is not None:
-        energies["contact"] = contact_of_trace(model, trace).energy
         energies["contact damping"], energies["friction"] = trace.contact.losses.T
     return energies
 
 
-def contact_of_trace(model: ExudynModel, trace: Trace) -> ContactStates:
-    """Contact of a model with props, in the n frames of a trace."""
-    assert model.contacts is not None
+def contact_of_trace(model: ExudynModel, trace: Trace) -> ContactStates | None:
+    """Contact of a model in the n frames of a trace; None without props."""
+    if model.contacts is None:
+        return None
     return evaluate_contacts(
         model.contacts,
         model.figure,

@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 
 from generator.contact.record import ContactRecord
+from generator.contact.states import ContactStates
 from generator.contact.summary import build_contact_record
 from generator.contact_file.parts import BodyContact
 from generator.figure import Figure
@@ -23,6 +24,7 @@ from generator.recording import (
     Outcome,
     Recording,
     RecordingPart,
+    energy_kinds,
 )
 from generator.rotations import Array
 from generator.run_options import Integrator
@@ -36,6 +38,7 @@ from generator.simulation.joint_motion import (
     contact_of_trace,
     drive_torques,
     energy_by_kind,
+    losses_by_kind,
     newton_euler_reactions,
 )
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit, resolve_model
@@ -250,7 +253,14 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
     outcome = refined.outcome
     if model.prescribed and outcome.ending is Ending.SOLVER_FAILED:
         outcome = explain_singularity(model, explain_dead_point(model, outcome, joints), joints)
-    record = runner.record
+    record, contact = runner.record, None
+    if {RecordingPart.ENERGY, RecordingPart.REACTIONS, RecordingPart.CONTACT} & record:
+        contact = contact_of_trace(model, trace)
+    energy: dict[str, Array] = {}
+    if {RecordingPart.ENERGY, RecordingPart.LOSSES} & record:
+        energy = losses_by_kind(trace)
+    if RecordingPart.ENERGY in record:
+        energy |= energy_by_kind(model, trace, joints, contact)
     passive_torques: dict[str, Array] = {}
     if {RecordingPart.PASSIVE_TORQUES, RecordingPart.REACTIONS} & record:
         passive_torques = motion.passive_torques(joints)
@@ -264,7 +274,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         for name, torque in constraint_moments.items():
             reactions[name][:, 3:] += torque
     else:
-        reactions = newton_euler_reactions(model, trace, joints, motion, passive_torques)
+        reactions = newton_euler_reactions(model, trace, joints, motion, passive_torques, contact)
         constraint_moments = {name: wrench[:, 3:] for name, wrench in reactions.items()}
     return Recording(
         times=trace.times,
@@ -280,7 +290,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         reactions=reactions,
         passive_torques=passive_torques if RecordingPart.PASSIVE_TORQUES in record else {},
         centre_of_mass=mean_position(figure, trace.positions),
-        energy=energy_by_kind(model, trace, joints) if RecordingPart.ENERGY in record else {},
+        energy={kind: energy[kind] for kind in energy_kinds(energy)},
         outcome=outcome,
         accuracy=refined.accuracy,
         constraint_drift=_max_over_joints(gaps),
@@ -290,8 +300,14 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         build_time=runner.build_time,
         springs=model.spring_set.origin,
         law=model.spring_set.law.value,
-        contact=_contact_record(model, trace, motion.poses, runner.subject.contact)
-        if model.contacts is not None and RecordingPart.CONTACT in record
+        contact=_contact_record(
+            model,
+            trace,
+            contact if RecordingPart.CONTACT in record else None,
+            motion.poses,
+            runner.subject.contact,
+        )
+        if {RecordingPart.CONTACT, RecordingPart.CONTACT_STEPS} & record
         else None,
         recorded=record,
         model=runner.subject,
@@ -300,7 +316,11 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
 
 
 def _contact_record(
-    model: ExudynModel, trace: Trace, poses: Mapping[str, Array], body: BodyContact | None
+    model: ExudynModel,
+    trace: Trace,
+    frames: ContactStates | None,
+    poses: Mapping[str, Array],
+    body: BodyContact | None,
 ) -> ContactRecord | None:
     """Return the contact of a run; None without props."""
     if model.contacts is None or trace.contact is None:
@@ -308,7 +328,7 @@ def _contact_record(
     return build_contact_record(
         model.contacts,
         trace.contact,
-        contact_of_trace(model, trace),
+        frames,
         model.figure,
         poses,
         trace.times,

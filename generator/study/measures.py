@@ -141,8 +141,14 @@ def parts_of_measures(
     """Return the parts of a recording that measures of a figure, and of its parts, need."""
     chains = {name: joint.chain for name, joint in figure.joints.items()}
     columns = _columns_by_title(chains, figure.bodies, parts=_part_names(body))
-    wanted = [columns[each.column] for each in measures if each.column in columns]
-    return frozenset(column.part for column in wanted if column.part is not None)
+    parts = (_part(columns[each.column], each.take) for each in measures if each.column in columns)
+    return frozenset(part for part in parts if part is not None)
+
+
+def _part(column: Column, take: Statistic) -> RecordingPart | None:
+    """Return the part of a recording that a number of a column needs; None for the motion."""
+    is_largest = take in (Statistic.LARGEST, Statistic.TIME_OF_LARGEST)
+    return RecordingPart.CONTACT_STEPS if column.read_extreme and is_largest else column.part
 
 
 def _part_names(body: BodyContact | None) -> tuple[str, ...]:
@@ -199,13 +205,14 @@ def _more_columns(
         yield from _load_columns(name, chain)
     for name in contact_segments:
         for end, unit, read in ((_TOUCH, "s", _first_touch), (_SPEED, "m/s", _impact_speed)):
-            single = Column(f"{name}{end}", unit, partial(read, name), RecordingPart.CONTACT)
+            single = Column(f"{name}{end}", unit, partial(read, name), RecordingPart.CONTACT_STEPS)
             yield replace(single, may_be_undefined=True)
     for name in head_segments(contact_segments):
-        injury = Column(f"{name}{_INJURY}", "1", partial(_injury, name), RecordingPart.CONTACT)
+        read = partial(_injury, name)
+        injury = Column(f"{name}{_INJURY}", "1", read, RecordingPart.CONTACT_STEPS)
         yield replace(injury, may_be_undefined=True)
         read = partial(_acceleration, name)
-        peak = Column(f"{name}{_ACCELERATION}", "g", read, RecordingPart.CONTACT)
+        peak = Column(f"{name}{_ACCELERATION}", "g", read, RecordingPart.CONTACT_STEPS)
         yield replace(peak, may_be_undefined=True)
 
 
@@ -214,7 +221,7 @@ def _part_columns(names: Iterable[str]) -> Iterator[Column]:
     for name in names:
         for end, unit in ((_TOUCH, "s"), (_SPEED, "m/s"), (_FORCE, "N"), (_WEIGHTS, "1")):
             read = partial(_of_part, name, end)
-            single = Column(f"{_PART}{name}{end}", unit, read, RecordingPart.CONTACT)
+            single = Column(f"{_PART}{name}{end}", unit, read, RecordingPart.CONTACT_STEPS)
             yield replace(single, may_be_undefined=end != _FORCE)
 
 
@@ -282,7 +289,7 @@ def measure_motion(motion: FigureMotion, plan: Plan, measures: Iterable[Measure]
     Raises ModelError for an unknown column.
     """
     contact = run_of(motion).contact
-    segments = () if contact is None else tuple(contact.forces)
+    segments = () if contact is None else tuple(contact.segments)
     parts = () if contact is None else contact.parts
     columns = _columns_by_title(motion.chains, segments, plan.up, parts)
     return {
@@ -337,7 +344,7 @@ def _number(column: Column, motion: FigureMotion, take: Statistic) -> float | No
             return None if extreme is None else _in_unit(column, extreme[1])
         case Statistic.TIME_OF_LARGEST | Statistic.TIME_OF_SMALLEST:
             extreme = column.extreme(motion, 1 if take is Statistic.TIME_OF_LARGEST else -1)
-            if extreme is None or np.all(column.read(motion) == extreme[1]):
+            if extreme is None or column.is_same_throughout(motion, extreme[1]):
                 return None  # such as the force on a segment that touches nothing
             return extreme[0]
         case Statistic.REST | Statistic.START:

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -213,6 +213,15 @@ def test_rotation_vectors_of_half_turns_equal_those_of_scipy(axis) -> None:
 def test_a_skewed_matrix_becomes_the_nearest_rotation(v, w) -> None:
     matrix = matrix_from_rotation_vector(2.0 * v) + 1e-3 * np.outer(v, w)
     assert quaternion_error(matrix) < 1e-13
+
+
+@given(vector)
+@example(np.array([np.pi / 2.0, 0.0, 0.0]))
+def test_one_matrix_has_the_quaternion_that_it_has_among_several(v) -> None:
+    for matrix in (m := matrix_from_rotation_vector(2.0 * v), np.round(m)):
+        if np.linalg.det(matrix) > 0.0:
+            one, several = quaternion_from_matrix(matrix), quaternion_from_matrix(matrix[None])[0]
+            assert one.tobytes() == several.tobytes()
 
 
 def test_a_reflection_has_no_quaternion() -> None:

@@ -48,6 +48,7 @@ from generator.simulation.falls import fall_plan
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
+    contact_of_trace,
     newton_euler_reactions,
 )
 from generator.simulation.live.stepper import Stepper
@@ -431,7 +432,8 @@ class _SpanBuilder:
         motion, figure = SegmentMotion(model, trace), model.figure
         starts = near or model.placement.displacements
         joints = {name: motion.joint(each, starts[name]) for name, each in figure.joints.items()}
-        passive = motion.passive_torques(joints)
+        passive, contact = motion.passive_torques(joints), contact_of_trace(model, trace)
+        reactions = newton_euler_reactions(model, trace, joints, motion, passive, contact)
         return _Span(
             times,
             joints,
@@ -440,7 +442,7 @@ class _SpanBuilder:
                 "displacements": {name: each.displacements for name, each in joints.items()},
                 "velocities": {name: each.rates for name, each in joints.items()},
                 "rotation_vectors": {name: each.rotation_vectors for name, each in joints.items()},
-                "reactions": newton_euler_reactions(model, trace, joints, motion, passive),
+                "reactions": reactions,
                 "passive_torques": passive,
                 "energy": _energies(frames),
             },

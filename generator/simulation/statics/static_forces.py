@@ -89,7 +89,7 @@ class StaticState:
 
     def energy(self) -> Array:
         """Energy of gravity and of conservative springs, shape (n,) [J]."""
-        energies = energy_by_kind(self.model, self.trace, self.joints)
+        energies = energy_by_kind(self.model, self.trace, self.joints, None)
         return energies["gravity"] + energies["spring"]
 
     def forces(self) -> Array:

@@ -12,7 +12,7 @@ from generator import Plan, read_figure, simulate
 from generator.contact.plane import Plane
 from generator.contact.scene import Prop, Scene
 from generator.diagnostics import ModelError, MoverError, UnknownNameError
-from generator.recording import Ending, RecordingPart
+from generator.recording import LOSS_KINDS, Ending, RecordingPart
 from generator.run_options import Integrator
 from generator.simulation.exudyn_model.exudyn_api import exu
 from generator.simulation.run import Progress
@@ -117,6 +117,26 @@ def test_a_lean_recording_has_the_same_bits(part: RecordingPart, threads: int) -
                 assert same_bits(found, replace(whole.contact, **undisturbed))
             else:
                 assert same_bits(found, getattr(whole, name)), name
+
+
+def test_contact_of_steps_and_losses_have_the_same_bits() -> None:
+    figure, plan = block(0.06), Plan(stop=0.16, scene=FLOOR, springs=NONE)
+    whole = simulate(figure, plan)
+    lean = simulate(figure, plan, record={RecordingPart.CONTACT_STEPS, RecordingPart.LOSSES})
+    assert lean.contact is not None
+    assert whole.contact is not None
+    by_frame = {
+        "forces": {},
+        "depths": {},
+        "part_forces": {},
+        "force_points": {},
+        "overlap": None,
+        "ground_reaction": np.zeros((0, 6)),
+    }
+    undisturbed = {"sensitivity": None, "height_sensitivity": None, "impact_shift": None}
+    assert same_bits(lean.contact, replace(whole.contact, **undisturbed, **by_frame))
+    losses = {kind: whole.energy[kind] for kind in LOSS_KINDS if kind in whole.energy}
+    assert same_bits(lean.energy, losses)
 
 
 def test_a_lean_recording_says_what_it_left_out() -> None:

@@ -271,12 +271,20 @@ PARTS: Sequence[tuple[str, set[RecordingPart]]] = [
     ("joint0.1 [deg]", set()),
     ("time [s]", set()),
     ("centre_of_mass_height [cm]", set()),
-    ("friction [J]", {RecordingPart.ENERGY}),
+    ("kinetic [J]", {RecordingPart.ENERGY}),
+    ("friction [J]", {RecordingPart.LOSSES}),
+    ("bar0.first_touch [s]", {RecordingPart.CONTACT_STEPS}),
     ("bar0.contact_force [N]", {RecordingPart.CONTACT}),
     ("joint0.passive_torque [N m]", {RecordingPart.PASSIVE_TORQUES}),
     ("joint0.reaction_force [N]", {RecordingPart.REACTIONS}),
     ("no such column", set()),
 ]
+
+
+def test_the_largest_contact_force_needs_the_steps_only() -> None:
+    for take in (Statistic.LARGEST, Statistic.TIME_OF_LARGEST):
+        measures = [Measure("m", "bar0.contact_force [N]", take)]
+        assert parts_of_measures(row(1), measures) == {RecordingPart.CONTACT_STEPS}
 
 
 @pytest.mark.parametrize(("column", "parts"), PARTS)
