@@ -10,8 +10,11 @@ displacements is the sum of the t_i times the vectors that are dual to the e_i.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from math import cos, radians, sin
+from math import cos, pi, radians, sin
 from operator import add
+
+import numpy as np
+from numpy.typing import NDArray
 
 from springs.axis import AxisSpring, Direction
 from springs.backends import NUMPY, Operations, Real, Vector
@@ -27,6 +30,9 @@ LARGEST_SINE = cos(radians(1.0))
 """Sine of the middle one of three angles, in size, at which a run ends: 1 deg from the pole."""
 
 _PERPENDICULAR = 1e-9
+
+_SURE = 0.99
+"""Share of half a turn, and of a quarter, within which an angle is surely the one that is read."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +143,17 @@ class ChainCoordinates:
         return CoordinatesAt(
             angles, (inner_half, (x, y, z), outer_half), sine, 1.0 / (cosine * cosine)
         )
+
+    def reads(self, displacements: NDArray[np.float64]) -> bool:
+        """Return whether orientations at displacements surely have these, shape (k, n) [rad].
+
+        They have where an outer angle is within half a turn of its middle, and the middle one of
+        three is off the pole.
+        """
+        centres, bounds = np.array(self.middles), np.full(len(self.middles), pi)
+        if len(centres) == 3:
+            centres[1], bounds[1] = 0.0, 0.5 * pi
+        return bool(np.all(np.abs(displacements.T - centres) < _SURE * bounds))
 
     def _angle(self, index: int, y: Real, x: Real, ops: Operations) -> Real:
         """Return the angle of a point within half a turn of the middle of the range."""

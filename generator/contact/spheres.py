@@ -8,7 +8,7 @@ error in height. Hollows of the segment do not enter: a plane does not reach the
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import lru_cache
 from math import pi
@@ -82,6 +82,16 @@ class SegmentSpheres:
     spheres: tuple[ContactSphere, ...]
     largest_error: float | None
     source: SphereSource
+
+
+def contact_spheres(figure: Figure) -> dict[str, tuple[ContactSphere, ...]]:
+    """Return the contact spheres of each moving segment that has some; see `fit_contact_spheres`.
+
+    Surfaces beside own spheres, of which only errors depend, are not read.
+    """
+    bare = [replace(one, psurf=None) for one in figure.bodies.values() if one.contact_spheres]
+    fits = fit_contact_spheres(figure.with_parts(*bare) if bare else figure)
+    return {name: fit.spheres for name, fit in fits.items() if fit.spheres}
 
 
 def fit_contact_spheres(figure: Figure) -> dict[str, SegmentSpheres]:

@@ -26,7 +26,7 @@ from generator.kinematics.placement import (
     forward_kinematics,
     initial_displacements,
 )
-from generator.kinematics.tree import Tree, build_tree
+from generator.kinematics.tree import Tree, build_tree, build_valid_tree
 from generator.rotations import Array, RotationSequence
 
 FREE_SITE = "free frame"
@@ -249,7 +249,7 @@ def tree_for_motion(figure: Figure, chains: JointChains) -> Tree:
     freed, _ = detach_root(figure, initial_displacements(tree))
     freed = _with_free_chains(freed, chains)
     if _has_chains(freed, chains):
-        return build_tree(freed)
+        return build_valid_tree(freed)
     for name in chains:
         if name not in figure.joints and name not in freed.joints:
             hint = spelling_hint(name, figure.joints)

@@ -206,6 +206,11 @@ def build_tree(figure: Figure) -> Tree:
     return _build_once(_SameFigure(figure))
 
 
+def build_valid_tree(figure: Figure) -> Tree:
+    """Return the tree of a figure that is valid, such as a part of one; see `build_tree`."""
+    return _build(figure)
+
+
 class _SameFigure:
     """A key that equals only keys of the same object, which does not change."""
 
@@ -222,8 +227,11 @@ class _SameFigure:
 @lru_cache(maxsize=8)
 def _build_once(key: _SameFigure) -> Tree:
     """Check a figure and build its tree."""
-    figure = key.figure
-    require_valid_figure(figure)
+    require_valid_figure(key.figure)
+    return _build(key.figure)
+
+
+def _build(figure: Figure) -> Tree:
     chains = {name: build_chain(joint.chain) for name, joint in figure.joints.items()}
     reached = set(figure.ground)
     branches: list[TreeJoint] = []

@@ -12,7 +12,7 @@ import numpy as np
 
 from generator.contact.box import Box
 from generator.contact.scene import NO_SCENE, Scene, add_floor
-from generator.contact.spheres import fit_contact_spheres
+from generator.contact.spheres import contact_spheres
 from generator.diagnostics import ModelError, NamedMapping, spelling_hint
 from generator.figure import ContactSphere, Figure, Joint
 from generator.input_files.scene import SCENE_FILE
@@ -238,8 +238,7 @@ def _turned(placement: Placement, root: Joint, rotation: Array) -> Array:
 
 
 def _spheres(placement: Placement) -> dict[str, tuple[ContactSphere, ...]]:
-    fits = fit_contact_spheres(placement.tree.figure)
-    return {name: fit.spheres for name, fit in fits.items()}
+    return contact_spheres(placement.tree.figure)
 
 
 def _swing_legs(placement: Placement, speed: float) -> dict[str, tuple[float, ...]]:

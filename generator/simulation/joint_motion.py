@@ -1,8 +1,8 @@
 """Motion, reactions, torques and energies of joints from the trace of a run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import assert_never
 
 import numpy as np
@@ -36,15 +36,22 @@ class JointMotion:
     Attributes:
         chain: displacements of the joint.
         pose_in_parent: pose of the child's site in the parent's, shape (n, 4, 4).
-        relative_velocity: (angular, linear) velocity of the child's site relative to the parent's,
-            in the parent's site axes, shape (n, 6).
+        read_velocity: function that returns `relative_velocity`.
         displacements: shape (n, dof) [rad or m].
     """
 
     chain: Chain
     pose_in_parent: Array
-    relative_velocity: Array
+    read_velocity: Callable[[], Array]
     displacements: Array
+
+    @cached_property
+    def relative_velocity(self) -> Array:
+        """Velocity of the child's site relative to the parent's, in the parent's site axes.
+
+        Angular, then linear, shape (n, 6).
+        """
+        return self.read_velocity()
 
     @cached_property
     def rates(self) -> Array:
@@ -113,18 +120,22 @@ class SegmentMotion:
         """Return the motion of a joint with the initial displacements `start`, shape (dof,)."""
         parent, child = self.site(joint.parent), self.site(joint.child)
         pose_in_parent = inverse_pose(parent) @ child
+        velocity = partial(self._relative_velocity, joint, parent, child)
+        chain = self._model.placement.tree.chains[joint.name]
+        displacements = self._trace.displacements.get(joint.name)
+        if displacements is None:
+            displacements = _continuous_displacements(chain, pose_in_parent, start)
+        return JointMotion(chain, pose_in_parent, velocity, displacements)
+
+    def _relative_velocity(self, joint: Joint, parent: Array, child: Array) -> Array:
+        """Return `JointMotion.relative_velocity` for the poses of both sites, shape (n, 4, 4)."""
         point = child[:, :3, 3]
         angular_velocity, velocity = self._velocity(joint.child.segment, point)
         parent_angular_velocity, parent_velocity = self._velocity(joint.parent.segment, point)
         to_parent = np.swapaxes(parent[:, :3, :3], -1, -2)
         angular = (to_parent @ (angular_velocity - parent_angular_velocity)[..., None])[..., 0]
         linear = (to_parent @ (velocity - parent_velocity)[..., None])[..., 0]
-        motion = np.concatenate([angular, linear], axis=1)
-        chain = self._model.placement.tree.chains[joint.name]
-        displacements = self._trace.displacements.get(joint.name)
-        if displacements is None:
-            displacements = _continuous_displacements(chain, pose_in_parent, start)
-        return JointMotion(chain, pose_in_parent, motion, displacements)
+        return np.concatenate([angular, linear], axis=1)
 
     def passive_torques(self, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
         """Torque of each joint's springs and damping on the child, parent's axes, (n, 3) [N m]."""

@@ -369,8 +369,10 @@ def _truncate_at_half_turn(
             law = connector.law
             if not isinstance(law, CoordinateLaw):
                 continue
-            read = law.angles(chain.rotation_axes, joints[name].rotation_vectors)
             moved = joints[name].displacements[:, list(chain.rotations)].T
+            if law.coordinates.reads(moved):
+                continue
+            read = law.angles(chain.rotation_axes, joints[name].rotation_vectors)
             matters = [spring is not None and bool(spring.elastic) for spring in law.springs]
             beyond = np.abs(np.array(read) - moved)[matters].max(axis=0, initial=0.0) > 1.0
             if np.any(beyond):

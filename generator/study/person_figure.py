@@ -7,13 +7,14 @@ from pathlib import Path
 
 from generator.contact_file.parts import BodyContact
 from generator.diagnostics import UsageError
-from generator.figure import ContactSphere
+from generator.figure import ContactSphere, Figure
 from generator.model import Model
-from generator.person.body import build_body
+from generator.person.body import Body, build_body
 from generator.person.joints import Neck, person_figure, resolve_neck
 from generator.person.measures import estimate_measures
 from generator.person.passive_joints import (
     PERSON_SPRINGS,
+    PassiveAxis,
     leg_springs,
     neck_slides,
     passive_axes,
@@ -55,26 +56,44 @@ def make_person(
     if person.springs not in PERSON_SPRINGS:
         known = ", ".join(PERSON_SPRINGS)
         raise UsageError(f"a person has no springs `{person.springs}`; there are {known}")
-    body = build_body(estimate_measures(person.sex, person.stature, person.mass, measured))
+    key = person.sex, person.stature, person.mass, tuple((measured or {}).items())
     neck = resolve_neck(person.neck, person.springs)
-    figure = person_figure(body, neck)
+    with_edges = stops_edges if with_spheres else None
+    body, figure, axes, contact = _make_body(*key, neck, with_edges)
     file, content = None, None
     if person.springs != "none":
-        axes = passive_axes(body)
         kind = "riener" if person.springs == "riener" else "published"
         leg = leg_springs(body, axes, kind, person.hip_datum)
         file = Path(f"person{SPRINGS_FILE.suffix}")
         slides = neck_slides(body) if neck is Neck.ELASTIC else ()
         content = person_springs(axes, leg, reach_springs(body, axes), slides)
     loaded = load_springs(figure, choice=file, law=law, content=content).require_value()
-    if not with_spheres:
-        return Model(figure, loaded.springs)
-    key = person.sex, person.stature, person.mass, tuple((measured or {}).items())
-    spheres, contact = _spheres_and_parts(*key, stops_edges)
+    return Model(figure, loaded.springs, contact)
+
+
+@lru_cache(maxsize=8)
+def _make_body(
+    sex: Sex,
+    stature: float,
+    mass: float,
+    measured: tuple[tuple[str, float], ...],
+    neck: Neck,
+    stops_edges: bool | None,
+) -> tuple[Body, Figure, tuple[PassiveAxis, ...], BodyContact | None]:
+    """Return the parts of a person that neither springs nor hip datum change.
+
+    They are the body, the figure, its passive laws, and the parts of the body, which come with
+    contact spheres; `stops_edges` is None without spheres.
+    """
+    body = build_body(estimate_measures(sex, stature, mass, dict(measured)))
+    figure, axes = person_figure(body, neck), passive_axes(body)
+    if stops_edges is None:
+        return body, figure, axes, None
+    spheres, contact = _spheres_and_parts(sex, stature, mass, measured, stops_edges)
     segments = (
         replace(figure.segments[name], contact_spheres=some) for name, some in spheres.items()
     )
-    return Model(figure.with_parts(*segments), loaded.springs, contact)
+    return body, figure.with_parts(*segments), axes, contact
 
 
 @lru_cache(maxsize=8)

@@ -2,6 +2,7 @@
 
 import weakref
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -13,7 +14,7 @@ from generator.contact.states import ContactModel
 from generator.contact_file.parts import BodyContact
 from generator.diagnostics import Diagnostic, ModelError, NamedMapping
 from generator.figure import ContactSphere, Figure
-from generator.figure_file.check import require_valid_figure
+from generator.figure_file.check import require_valid_figure, simulation_diagnostics
 from generator.kinematics.closures import independent_constraints, lock_all_axes
 from generator.kinematics.free_root import (
     detach_root,
@@ -32,7 +33,7 @@ from generator.kinematics.placement import (
     initial_displacements,
 )
 from generator.kinematics.prescribed import PrescribedMotion
-from generator.kinematics.tree import Tree, build_tree
+from generator.kinematics.tree import Tree, build_tree, build_valid_tree
 from generator.loads import TimedLoad
 from generator.model import Model
 from generator.rotations import Array, pose_matrix
@@ -164,7 +165,7 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
     placement = place(tree, displacements, fixed)
     if plan.free_root:
         freed, free_displacements = detach_root(figure, placement.displacements)
-        placement = place(build_tree(freed), free_displacements, set(free_displacements))
+        placement = place(build_valid_tree(freed), free_displacements, set(free_displacements))
         prescribed.check_free_root(freed.joints)
         prescribed = _build_prescribed_motion(placement.tree, plan, free_displacements)
     prescribed.check_loops(placement)
@@ -214,17 +215,16 @@ def contact_geometry(
     """
     if not plan.scene.props:
         return {}, {}
-    from generator.contact.spheres import fit_contact_spheres  # reads surfaces
+    from generator.contact.spheres import contact_spheres, fit_contact_spheres  # reads surfaces
 
-    fits = fit_contact_spheres(figure)
-    spheres = {name: fit.spheres for name, fit in fits.items() if fit.spheres}
+    spheres = contact_spheres(figure)
     if not spheres:
         raise ModelError("the figure cannot touch anything: no segment has a contact sphere")
     if not plan.self_contact:
         return spheres, {}
     from generator.contact.capsules import fit_capsules
 
-    return spheres, fit_capsules(figure, fits)
+    return spheres, fit_capsules(figure, fit_contact_spheres(figure))
 
 
 _MAX_START_DEPTH = 1e-6
@@ -366,7 +366,10 @@ def require_valid_model(model: Model) -> None:
         InputError: the figure is wrong, or moving segments have no mass; it holds all errors.
         MoverError: the figure cannot be simulated with the springs; the message says why.
     """
-    require_valid_figure(model.figure, to_simulate=True)
+    with suppress(ModelError):  # of chains, which are obstacles
+        build_tree(model.figure)  # checks a figure once
+    if simulation_diagnostics(model.figure):
+        require_valid_figure(model.figure, to_simulate=True)
     _require_none(model_obstacles(model))
 
 

@@ -30,7 +30,7 @@ from generator.kinematics.links import Links
 from generator.kinematics.loops import consistent_rates
 from generator.kinematics.placement import Placement
 from generator.kinematics.prescribed import PrescribedMotion
-from generator.kinematics.tree import build_tree
+from generator.kinematics.tree import build_valid_tree
 from generator.loads import LoadKind, constant_load
 from generator.model import Model
 from generator.recording import Ending, Outcome
@@ -492,7 +492,7 @@ class Stepper:
             self.unlock(*free)
             return
         freed, displacements = detach_root(figure, self.displacements)
-        tree = build_tree(freed)
+        tree = build_valid_tree(freed)
         drives = PrescribedMotion(setting.tree, Links(), {}, self._plan.drives)
         drives.check_free_root(freed.joints)
         locked = {name: value for name, value in setting.locked.items() if name in freed.joints}

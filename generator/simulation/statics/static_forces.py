@@ -8,6 +8,7 @@ beyond each joint, so that everything in the model contributes.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,7 @@ class StaticState:
                 continue
             joint_values = values[:, tree.kinematics.columns[name]]
             pose_in_parent = tree.chains[name].pose(joint_values)
-            at_rest_too = np.zeros((count, 6))
+            at_rest_too = partial(np.zeros, (count, 6))
             joints[name] = JointMotion(tree.chains[name], pose_in_parent, at_rest_too, joint_values)
         return cls(model, values, poses, joints, trace)
 
