@@ -259,7 +259,7 @@ def figure_of_plan(model: Model, plan: Plan) -> StartedFigure:
         ModelError: the figure cannot start so; see `initial_state`.
         InputError: a psurf cannot be read.
     """
-    from generator.simulation.exudyn_model.model import initial_state  # imports Exudyn
+    from generator.simulation.run_model import initial_state  # takes long
 
     state = initial_state(model.figure, plan, model.contact)
     figure = state.placement.tree.figure

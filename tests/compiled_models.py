@@ -100,7 +100,7 @@ class SettableModel:
             model.rates,
             model.spring_set,
             model.prescribed,
-            [load for load, *_ in model.loads],
+            model.loads,
             plan.gravity,
             (plan.start, plan.stop),
             plan.scene,

@@ -59,9 +59,9 @@ def warm_up(*, show_progress: bool = False) -> CommandResult:
         from generator.simulation.compiled_run import compile_model
     except ImportError as failure:
         raise NotInstalledError(f"numba cannot be loaded: {failure}") from None
-    from generator.simulation.exudyn_model.model import build_model
+    from generator.simulation.run_model import prepare_run
 
     floor = Scene.floor()
-    compile_model(build_model(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor)))
+    compile_model(prepare_run(read_figure(FIGURE), Plan(free_root=True, height=0.0, scene=floor)))
     import_module("generator.simulation.compiled.implicit")
     return WarmUp(was_compiled, cache_folder(), time.monotonic() - start)

@@ -234,13 +234,13 @@ class SpringsLaw:
     def _static_forces(self) -> tuple[Callable[[Array], Array], ...]:
         """Forces on displacements of the figure with its springs and without, without gravity."""
         # Imported here, since Exudyn takes a second and published laws do not need it.
-        from generator.simulation.exudyn_model.model import build_model
         from generator.simulation.plan import Plan
+        from generator.simulation.run_model import prepare_run
         from generator.simulation.statics.static_forces import StaticState
 
         figure, plan = self.motion.tree.figure, Plan(gravity=(0.0, 0.0, 0.0))
         springs = (self.springs.of_joints(figure.joints), SpringSet())
-        models = [build_model(Model(figure, some), plan) for some in springs]
+        models = [prepare_run(Model(figure, some), plan) for some in springs]
 
         def forces(model: int, values: Array) -> Array:
             return StaticState.from_displacements(models[model], values).forces()

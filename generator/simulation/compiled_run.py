@@ -66,6 +66,7 @@ from generator.simulation.compiled.refinement import (
 from generator.simulation.exudyn_model.agreement import BodyState, ExudynEquations
 from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.plan import WallLimit
+from generator.simulation.run_model import RunModel
 from generator.simulation.trace import (
     RefinedRun,
     Trace,
@@ -93,15 +94,15 @@ _SMALLEST_SCALE = 1.0
 """Scale of the difference where all accelerations are smaller [m/s2 or rad/s2]."""
 
 
-def compile_model(model: ExudynModel) -> CompiledModel:
-    """Compile the equations of an Exudyn model."""
+def compile_model(model: RunModel) -> CompiledModel:
+    """Compile the equations of a model."""
     plan = model.plan
     return build_compiled_model(
         model.placement,
         model.rates,
         model.spring_set,
         model.prescribed,
-        [load for load, *_ in model.loads],
+        model.loads,
         plan.gravity,
         (plan.start, plan.stop),
         plan.scene,
@@ -113,7 +114,7 @@ def compile_model(model: ExudynModel) -> CompiledModel:
 
 
 def run_compiled(
-    model: ExudynModel,
+    model: RunModel,
     times: Array,
     limit: WallLimit,
     watch: Watch | None,
@@ -175,7 +176,7 @@ def run_compiled(
 
 
 def _refined_run(
-    model: ExudynModel, compiled: CompiledModel, agreed: AgreedRun, wall_time: float
+    model: RunModel, compiled: CompiledModel, agreed: AgreedRun, wall_time: float
 ) -> RefinedRun:
     """Return the motion of a run, with what is known of its error."""
     run = agreed.run
@@ -194,7 +195,7 @@ def _refined_run(
     return RefinedRun(trace, _outcome(model, agreed, trace, accuracy), accuracy, wall_time)
 
 
-def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accuracy) -> Outcome:
+def _outcome(model: RunModel, agreed: AgreedRun, trace: Trace, accuracy: Accuracy) -> Outcome:
     """Return the ending of the run, with its sentence."""
     run = agreed.run
     last = float(run.times[-1])
@@ -220,12 +221,12 @@ def _outcome(model: ExudynModel, agreed: AgreedRun, trace: Trace, accuracy: Accu
 
 
 def build_trace(
-    model: ExudynModel, compiled: CompiledModel, times: Array, states: Array, links: Array
+    model: RunModel, compiled: CompiledModel, times: Array, states: Array, links: Array
 ) -> Trace:
     """Return the bodies' states and accelerations in f frames.
 
     Args:
-        model: the Exudyn model.
+        model: the model.
         compiled: its compiled equations.
         times: shape (f,) [s].
         states: shape (f, n).
@@ -287,7 +288,7 @@ def disturbed_start(compiled: CompiledModel, time: float) -> Array:
 
 
 def _contact_trace(
-    model: ExudynModel, compiled: CompiledModel, agreed: AgreedRun
+    model: RunModel, compiled: CompiledModel, agreed: AgreedRun
 ) -> ContactTrace | None:
     """Return the integrals of contact, and its forces after every step; None without props."""
     if model.contacts is None:
@@ -315,7 +316,7 @@ def _contact_trace(
     )
 
 
-def _contact_steps(model: ExudynModel, compiled: CompiledModel, run: CompiledRun) -> ContactSteps:
+def _contact_steps(model: RunModel, compiled: CompiledModel, run: CompiledRun) -> ContactSteps:
     """Return the contact after each recorded step of a run."""
     rows, links, groups = run.path_rows, len(compiled.mechanism.links), len(compiled.touching)
     sphere_numbers = 2 * len(compiled.mechanism.sphere_constants)
@@ -390,7 +391,7 @@ def agreement_with_exudyn(
         displacements: displacements of every joint in the frames [rad or m].
     """
     equations = ExudynEquations(model)
-    jumps = [time for load, *_ in model.loads for time in load.discontinuities]
+    jumps = [time for load in model.loads for time in load.discontinuities]
     near_jump = np.isclose(trace.times[:, None], jumps, rtol=0.0, atol=1e-9).any(axis=1)
     frames = np.flatnonzero(~near_jump) if not near_jump.all() else np.arange(len(trace))
     is_fast = model.plan.integrator is Integrator.IMPLICIT

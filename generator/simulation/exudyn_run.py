@@ -337,7 +337,7 @@ def _calls(
 
     A step with a discontinuity of a load inside it or at its end would be of first order.
     """
-    jumps = {time for load, *_ in model.loads for time in load.discontinuities}
+    jumps = {time for load in model.loads for time in load.discontinuities}
     sides = (-_DISCONTINUITY_HALF_WIDTH, _DISCONTINUITY_HALF_WIDTH)
     cuts = sorted(time + side for time in jumps for side in sides)
     for before, frame in pairwise(times.tolist()):

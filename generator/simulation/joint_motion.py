@@ -21,9 +21,10 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
+from generator.simulation.bound_springs import JointKind, generalized_force
 from generator.simulation.exudyn_model.constraints import RateTerm
 from generator.simulation.exudyn_model.model import ExudynModel
-from generator.simulation.exudyn_model.springs import JointKind, generalized_force
+from generator.simulation.run_model import RunModel
 from generator.simulation.trace import Trace
 from springs import NUMPY, JointSprings, rotation_law, total_energy
 from springs.tone.law import AxisTone, rotation_tone, vector_tone
@@ -66,10 +67,10 @@ class JointMotion:
         return rotation_vector_from_matrix(self.pose_in_parent[:, :3, :3])
 
 
-def coupled_motion(model: ExudynModel, joints: Mapping[str, JointMotion]) -> CoupledMotion:
+def coupled_motion(model: RunModel, joints: Mapping[str, JointMotion]) -> CoupledMotion:
     """Return the rotations of the joints of coupled laws."""
     rotations: dict[str, Array] = {}
-    for name in {axis.joint for coupled in model.coupled for axis in coupled.spring.axes}:
+    for name in {axis.joint for coupled in model.coupled for axis in coupled.axes}:
         rotation_indices = model.placement.tree.chains[name].rotations
         motion = joints[name]
         rotations[name] = (
@@ -84,7 +85,7 @@ def coupled_motion(model: ExudynModel, joints: Mapping[str, JointMotion]) -> Cou
 class SegmentMotion:
     """Poses and velocities of segments and joints over a trace."""
 
-    def __init__(self, model: ExudynModel, trace: Trace) -> None:
+    def __init__(self, model: RunModel, trace: Trace) -> None:
         """Compute the poses of the segments at every frame."""
         self._figure = model.figure
         self._trace = trace
@@ -146,7 +147,7 @@ class SegmentMotion:
         chains = self._model.placement.tree.chains
         for coupled in self._model.coupled:
             moved = coupled_motion(self._model, joints)
-            for name, torque in moved.torques(coupled.spring).items():
+            for name, torque in moved.torques(coupled).items():
                 if torque.ndim == 1:
                     torques[name] += np.outer(torque, unit_vector(chains[name].rotation_axes[0]))
                 else:
@@ -218,6 +219,7 @@ class SegmentMotion:
     def reaction(self, joint: Joint, joint_motion: JointMotion) -> Array:
         """Force and moment of the constraints on the child at its site, shape (n, 6) [N, N m]."""
         total = np.zeros((len(self._trace), 6))
+        assert isinstance(self._model, ExudynModel)
         constraints = self._model.joints.get(joint.name, ())
         for number, constraint in enumerate(constraints):
             multipliers = self._trace.multipliers[joint.name][:, number]
@@ -244,7 +246,7 @@ class SegmentMotion:
 
 
 def newton_euler_reactions(
-    model: ExudynModel,
+    model: RunModel,
     trace: Trace,
     joints: Mapping[str, JointMotion],
     motion: SegmentMotion,
@@ -290,7 +292,7 @@ def newton_euler_reactions(
     beside = np.where(
         trace.times < stop, np.nextafter(trace.times, np.inf), np.nextafter(trace.times, -np.inf)
     )
-    for load, *_ in model.loads:
+    for load in model.loads:
         pose = motion.site(load.site)
         value = load.components(beside)
         if load.kind.is_local:
@@ -349,7 +351,7 @@ def _add_wrench(wrench: Array, force: Array, point: Array) -> None:
     wrench[:, 3:] += np.cross(point, force)
 
 
-def _slide_spring_wrench(model: ExudynModel, joint: Joint, motion: JointMotion) -> Array:
+def _slide_spring_wrench(model: RunModel, joint: Joint, motion: JointMotion) -> Array:
     """Force and moment of the springs along a joint's translations on the child, (n, 6) [N, N m].
 
     At the child's site, in the parent's site axes. Where the translations are along axes of the
@@ -398,7 +400,7 @@ def _displacement_rates(
 
 
 def energy_by_kind(
-    model: ExudynModel,
+    model: RunModel,
     trace: Trace,
     joints: Mapping[str, JointMotion],
     contact: ContactStates | None,
@@ -436,7 +438,7 @@ def losses_by_kind(trace: Trace) -> dict[str, Array]:
     return energies
 
 
-def contact_of_trace(model: ExudynModel, trace: Trace) -> ContactStates | None:
+def contact_of_trace(model: RunModel, trace: Trace) -> ContactStates | None:
     """Contact of a model in the n frames of a trace; None without props."""
     if model.contacts is None:
         return None
@@ -450,7 +452,7 @@ def contact_of_trace(model: ExudynModel, trace: Trace) -> ContactStates | None:
     )
 
 
-def _spring_energy(model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
+def _spring_energy(model: RunModel, trace: Trace, joints: Mapping[str, JointMotion]) -> Array:
     stored = trace.spring_work.copy()
     for name, connectors in model.springs.items():
         motion = joints[name]
@@ -467,8 +469,8 @@ def _spring_energy(model: ExudynModel, trace: Trace, joints: Mapping[str, JointM
                 case _:
                     assert_never(connector.kind)
     for coupled in model.coupled:
-        if coupled.is_conservative:
-            stored += coupled_motion(model, joints).energy(coupled.spring)
+        if coupled.law.is_conservative:
+            stored += coupled_motion(model, joints).energy(coupled)
     return stored
 
 
@@ -494,7 +496,7 @@ def constraint_torques(
 
 
 def drive_torques(
-    model: ExudynModel, torques: Mapping[str, Array], joints: Mapping[str, JointMotion]
+    model: RunModel, torques: Mapping[str, Array], joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Torque of each drive about the axis of each displacement, whose power is torque times rate.
 

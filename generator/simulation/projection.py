@@ -17,6 +17,7 @@ from generator.recording import Outcome
 from generator.rotations import Array
 from generator.simulation.exudyn_model.model import ExudynModel
 from generator.simulation.joint_motion import JointMotion
+from generator.simulation.run_model import RunModel
 from generator.simulation.trace import Trace
 
 _RANK_TOLERANCE = 1e-7
@@ -30,7 +31,7 @@ _MIN_AXES_SINGULAR_VALUE = 0.15
 
 
 def constraint_drift(
-    model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
+    model: RunModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
     """Drift of each prescribed joint from its constraint, shape (n,) [rad or m]."""
     prescribed = model.prescribed
@@ -73,7 +74,7 @@ def explain_singularity(
 
 
 def explain_dead_point(
-    model: ExudynModel, outcome: Outcome, joints: Mapping[str, JointMotion]
+    model: RunModel, outcome: Outcome, joints: Mapping[str, JointMotion]
 ) -> Outcome:
     """Attribute a failure of the solver to a dead point of a driven loop.
 
@@ -109,7 +110,7 @@ def explain_dead_point(
 
 
 def project_to_constraints(
-    model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
+    model: RunModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> Trace:
     """Return the trace with all constraints satisfied.
 

@@ -29,7 +29,7 @@ from generator.recording import (
 from generator.rotations import Array
 from generator.run_options import Integrator
 from generator.simulation.compiled.code_cache import require_numba
-from generator.simulation.exudyn_model.model import ExudynModel, build_model
+from generator.simulation.exudyn_model.model import ExudynModel, build_exudyn
 from generator.simulation.exudyn_run import run_exudyn
 from generator.simulation.joint_motion import (
     JointMotion,
@@ -48,6 +48,7 @@ from generator.simulation.projection import (
     explain_singularity,
     project_to_constraints,
 )
+from generator.simulation.run_model import RunModel, prepare_run
 from generator.simulation.trace import RefinedRun, Trace, frame_times, mean_position
 from springs.coordinates import CoordinateLaw
 
@@ -127,14 +128,15 @@ def simulate(
             )
     times = frame_times(plan.start, plan.stop, plan.frame)
     runner = _Runner(model, plan, times, limit, watch, frozenset(record), threads)
-    obstacle = _compiled_obstacle(runner.model)
+    obstacle = _compiled_obstacle(plan)
     was_compiled = obstacle is None
+    runner.prepare(needs_exudyn=not was_compiled)
     if obstacle is None:
         recording = _try_compiled(runner)
         if isinstance(recording, Recording):
             return recording
         obstacle = recording
-    refined = run_exudyn(runner.model, runner.rebuild, times, limit.deadline, runner.report)
+    refined = run_exudyn(runner.exudyn, runner.rebuild, times, limit.deadline, runner.report)
     recording = _build_recording(runner, refined)
     if was_compiled and recording.outcome.ending is Ending.SOLVER_FAILED:
         # Exudyn's method was expected to be cheaper, but it fails: take all the steps.
@@ -144,13 +146,13 @@ def simulate(
     return replace(recording, integrator=Integrator.EXUDYN, integrator_reason=obstacle)
 
 
-def _compiled_obstacle(model: ExudynModel) -> str | None:
+def _compiled_obstacle(plan: Plan) -> str | None:
     """Return why Exudyn's integrator is used; None for the compiled one."""
-    if model.plan.integrator is Integrator.EXUDYN:
+    if plan.integrator is Integrator.EXUDYN:
         return "it was asked for"
-    if model.plan.step is not None:
+    if plan.step is not None:
         return "a fixed step was asked for"
-    if model.plan.python_torques:
+    if plan.python_torques:
         return "the torques are Python functions"
     try:
         require_numba()
@@ -191,7 +193,7 @@ def _try_compiled(runner: "_Runner", max_steps_per_second: float | None = None) 
     if RecordingPart.AGREEMENT not in runner.record:
         return replace(recording, integrator=integrator)
     trace = refined.trace.first_frames(len(recording.times))  # a recording may be cut
-    agreement = agreement_with_exudyn(runner.model, trace, recording.displacements)
+    agreement = agreement_with_exudyn(runner.exudyn, trace, recording.displacements)
     if not agreement <= MAX_DISAGREEMENT:
         return f"the compiled accelerations differ from Exudyn's by {agreement:.1e}"
     return replace(recording, agreement_with_exudyn=agreement, integrator=integrator)
@@ -213,13 +215,30 @@ class _Runner:
         self.record, self.threads = record, threads
         self.subject, self._plan = model, plan
         self.times, self.limit, self._watch = times, limit, watch
-        self.build_time = 0.0
-        self.model = self.rebuild(limit)
+        start = time.monotonic()
+        self.model = prepare_run(model, plan)
+        self.build_time = time.monotonic() - start
+
+    def prepare(self, *, needs_exudyn: bool) -> None:
+        """Build what a run needs within its wall-time limit: Exudyn's model only for some.
+
+        That is for Exudyn's integrator and the comparison with it, and to explain the failures of
+        links and drives.
+        """
+        if needs_exudyn or RecordingPart.AGREEMENT in self.record or self.model.prescribed:
+            self.model = self.rebuild(self.limit)
+
+    @property
+    def exudyn(self) -> ExudynModel:
+        """The model in Exudyn, built if it is not yet."""
+        if not isinstance(self.model, ExudynModel):
+            self.model = self.rebuild()
+        return self.model
 
     def rebuild(self, limit: WallLimit = NO_LIMIT) -> ExudynModel:
-        """Return a new model; a limit applies to the time of building."""
+        """Return a new model in Exudyn; a limit applies to the time of building."""
         start = time.monotonic()
-        model = build_model(self.subject, self._plan, limit=limit)
+        model = build_exudyn(prepare_run(self.subject, self._plan), limit=limit)
         self.build_time += time.monotonic() - start
         return model
 
@@ -252,7 +271,8 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
         joints = {name: motion.joint(joint, starts[name]) for name, joint in figure.joints.items()}
     outcome = refined.outcome
     if model.prescribed and outcome.ending is Ending.SOLVER_FAILED:
-        outcome = explain_singularity(model, explain_dead_point(model, outcome, joints), joints)
+        outcome = explain_dead_point(model, outcome, joints)
+        outcome = explain_singularity(runner.exudyn, outcome, joints)
     record, contact = runner.record, None
     if {RecordingPart.ENERGY, RecordingPart.REACTIONS, RecordingPart.CONTACT} & record:
         contact = contact_of_trace(model, trace)
@@ -269,7 +289,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
     if RecordingPart.REACTIONS not in record:
         pass
     elif trace.accelerations is None:
-        constraint_moments = constraint_torques(model, trace, joints)
+        constraint_moments = constraint_torques(runner.exudyn, trace, joints)
         reactions = {name: motion.reaction(j, joints[name]) for name, j in figure.joints.items()}
         for name, torque in constraint_moments.items():
             reactions[name][:, 3:] += torque
@@ -316,7 +336,7 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
 
 
 def _contact_record(
-    model: ExudynModel,
+    model: RunModel,
     trace: Trace,
     frames: ContactStates | None,
     poses: Mapping[str, Array],
@@ -338,7 +358,7 @@ def _contact_record(
     )
 
 
-def _joint_gaps(model: ExudynModel, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
+def _joint_gaps(model: RunModel, joints: Mapping[str, JointMotion]) -> dict[str, Array]:
     """Gap of each joint along its locked translations, shape (n,) [m]."""
     gaps: dict[str, Array] = {}
     for name, motion in joints.items():
@@ -356,7 +376,7 @@ def _max_over_joints(by_joint: Mapping[str, Array]) -> float:
 
 
 def _truncate_at_half_turn(
-    refined: RefinedRun, model: ExudynModel, joints: Mapping[str, JointMotion]
+    refined: RefinedRun, model: RunModel, joints: Mapping[str, JointMotion]
 ) -> RefinedRun | None:
     """Truncate a run where a law of coordinates passes half a turn from the middle of its range.
 

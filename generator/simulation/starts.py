@@ -16,9 +16,9 @@ from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.recording import Ending, Recording
 from generator.rotations import Array
-from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit
 from generator.simulation.run import simulate
+from generator.simulation.run_model import initial_state
 
 
 @dataclass(frozen=True)

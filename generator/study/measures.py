@@ -167,7 +167,7 @@ def motion_columns(
 
     Raises MoverError for a run that cannot start.
     """
-    from generator.simulation.exudyn_model.model import initial_state  # imports Exudyn
+    from generator.simulation.run_model import initial_state  # takes long
 
     start = initial_state(figure, plan, body)
     joints = start.placement.tree.figure.joints

@@ -13,7 +13,7 @@ from generator.diagnostics import ModelError
 from generator.figure import Figure, Joint, Segment, SiteRef
 from generator.kinematics.closures import FREE, LOCKED, LockedAxes
 from generator.kinematics.placement import Placement, segment_jacobians
-from generator.loads import TimedLoad, constant_load, site_loads
+from generator.loads import TimedLoad
 from generator.rotations import Array, inverse_pose, pose_matrix
 from generator.simulation.exudyn_model.exudyn_api import (
     Index,
@@ -25,19 +25,9 @@ from generator.simulation.exudyn_model.exudyn_api import (
     symbols,
     unused_name,
 )
+from generator.simulation.run_model import require_centre_of_mass
 
 Vector = tuple[float, float, float]
-
-
-def require_centre_of_mass(segment: Segment) -> Array:
-    """Position of the centre of mass in the segment frame [m], shape (3,)."""
-    centre = segment.centre_of_mass
-    if centre is None or segment.mass is None or segment.inertia is None or not segment.mass > 0.0:
-        raise ModelError(
-            f"segment {segment.name} cannot be simulated: "
-            "give it a positive mass, an inertia and a site CM"
-        )
-    return centre
 
 
 def body_pose(placement: Placement, segment: Segment) -> Array:
@@ -171,24 +161,6 @@ def _build_exudyn_joint(name: str, markers: list[Index], lock: LockedAxes) -> An
     )
 
 
-_LOAD_END_MARGIN = 1.0
-"""Time by which constant loads extend beyond the run [s], against early ends by rounding."""
-
-
-def constant_site_loads(figure: Figure, start: float, stop: float) -> list[TimedLoad]:
-    """Return the constant loads at a figure's sites, from `start` to `stop` [s]."""
-    loads: list[TimedLoad] = []
-    for name in figure.bodies:
-        for site in figure.segments[name].sites.values():
-            ref = SiteRef(name, site.name)
-            loads.extend(
-                constant_load(ref, kind, value, start - _LOAD_END_MARGIN, stop + _LOAD_END_MARGIN)
-                for kind, value in site_loads(site).items()
-                if any(value)
-            )
-    return loads
-
-
 def load_pose(figure: Figure, ref: SiteRef) -> Array:
     """Pose of a load in the segment frame: at the site, along the segment's axes; shape (4, 4)."""
     return pose_matrix(np.eye(3), figure.site(ref).pose_in_segment[:3, 3])
@@ -199,10 +171,10 @@ def add_loads(
     placement: Placement,
     bodies: Mapping[str, Index],
     loads: Iterable[TimedLoad],
-) -> tuple[tuple[TimedLoad, Index, Any], ...]:
-    """Add load items; return each load with its marker and the user function to keep alive."""
+) -> tuple[tuple[Index, Any], ...]:
+    """Add load items; return the marker of each and the user function to keep alive."""
     figure = placement.tree.figure
-    added: list[tuple[TimedLoad, Index, Any]] = []
+    added: list[tuple[Index, Any]] = []
     for load in loads:
         point = load_pose(figure, load.site)
         marker = add_marker(mbs, placement, bodies, load.site.segment, point)
@@ -216,7 +188,7 @@ def add_loads(
                 loadVectorUserFunction=function,
             )
         )
-        added.append((load, marker, function))
+        added.append((marker, function))
     return tuple(added)
 
 

@@ -45,13 +45,11 @@ class CoupledObject:
         item: the Exudyn object.
         spring: the law and its axes.
         functions: its user functions, which must outlive the system.
-        is_conservative: whether the law has an energy.
     """
 
     item: Index
     spring: CoupledSpring
     functions: tuple[Any, ...]
-    is_conservative: bool
 
 
 def add_coupled_spring(
@@ -113,7 +111,7 @@ def add_coupled_spring(
         )
     )
     functions = (user_functions.forces, user_functions.jacobian)
-    return CoupledObject(item, spring, functions, spring.law.is_conservative)
+    return CoupledObject(item, spring, functions)
 
 
 def rotation_connector(connectors: Sequence[Connector]) -> Connector:

@@ -63,8 +63,8 @@ class SensorLog:
             for joint, connector, *_ in self._springs
             if connector.frame is not None
         }
-        self._nonconservative = [one.spring for one in model.coupled if not one.is_conservative]
-        coupled = {axis.joint for one in model.coupled for axis in one.spring.axes}
+        self._nonconservative = [one for one in model.coupled if not one.law.is_conservative]
+        coupled = {axis.joint for one in model.coupled for axis in one.axes}
         self._half_turn_joints = {
             joint
             for joint, connector, *_ in self._springs
@@ -80,7 +80,7 @@ class SensorLog:
             and connector.law.singularity is Singularity.POLE
             and (joint in coupled or connector.springs)
         }
-        self._loads = [(load, self._add_load_sensor(load)) for load, *_ in model.loads]
+        self._loads = [(load, self._add_load_sensor(load)) for load in model.loads]
         self._constraints = [
             (constraint, self._add_constraint_sensor(constraint))
             for constraint in model.coordinate_constraints

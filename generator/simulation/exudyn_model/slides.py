@@ -17,16 +17,14 @@ from typing import Any
 import numpy as np
 
 from generator.figure import Joint, SiteRef
-from generator.joint_chain import Chain
 from generator.rotations import Array
+from generator.simulation.bound_springs import BoundSpring, generalized_force
 from generator.simulation.exudyn_model.exudyn_api import exu, items, unused_name
 from generator.simulation.exudyn_model.springs import (
     Connector,
-    JointKind,
     SlideFrame,
     SpringBuilder,
     add_wrench_connector,
-    generalized_force,
 )
 from springs import FLOATS, AxisSpring
 
@@ -38,7 +36,7 @@ _SLOPE_STEP = 1e-6
 
 
 def add_slide_springs(
-    builder: SpringBuilder, joint: Joint, springs: Sequence[AxisSpring]
+    builder: SpringBuilder, joint: Joint, springs: Sequence[BoundSpring]
 ) -> tuple[Connector, ...]:
     """Add the springs along the translations of a joint, a connector for each.
 
@@ -53,12 +51,8 @@ def add_slide_springs(
     ref = joint.parent if is_parent else joint.child
     body = None if ref.segment in figure.ground else builder.bodies[ref.segment]
     frame = SlideFrame(body, figure.site(ref).pose_in_segment[:3, :3], is_parent)
-    indices = [chain.translation_along(spring.direction) for spring in springs]
-    oriented = tuple(
-        spring.oriented_along(chain.joint_axes[k].axis)
-        for spring, k in zip(springs, indices, strict=True)
-    )
-    weights = _weights(chain, indices)
+    oriented = tuple(spring for bound in springs for spring in bound.springs)
+    weights = np.array([bound.output_weights for bound in springs])
     moving = [ref.segment for ref in joint.ends if ref.segment not in figure.ground]
     nodes = [builder.mbs.GetObject(builder.bodies[name])["nodeNumber"] for name in moving]
     places = {name: _COORDINATES_PER_BODY * k for k, name in enumerate(moving)}
@@ -74,19 +68,7 @@ def add_slide_springs(
         )
     )
     item, _ = add_wrench_connector(builder, joint, None)
-    return tuple(
-        Connector(
-            item, (spring,), JointKind.PRISMATIC, functions, index, tuple(row.tolist()), frame=frame
-        )
-        for spring, index, row in zip(oriented, indices, weights, strict=True)
-    )
-
-
-def _weights(chain: Chain, indices: Sequence[int]) -> Array:
-    """Weights of an offset in the displacements of translations, which may be oblique, (n, 3)."""
-    axes = np.array([chain.joint_axes[k].axis for k in chain.translations]).T
-    inverse: Array = np.linalg.pinv(axes)
-    return inverse[[chain.translations.index(k) for k in indices]]
+    return tuple(Connector.of(bound, item, functions, frame=frame) for bound in springs)
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,13 @@ torque on the child. The springs of a revolute are a torque of its unwrapped ang
 of several rotations a torque of its rotation vector in the half-way frame.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from enum import Enum
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, assert_never
 
 import numpy as np
 
-from generator.figure import Joint, is_rotation
+from generator.figure import Joint
 from generator.joint_chain import Chain
 from generator.kinematics.placement import Placement
 from generator.rotations import (
@@ -22,6 +21,7 @@ from generator.rotations import (
     pose_matrix,
     rotation_with_z_axis,
 )
+from generator.simulation.bound_springs import BoundSpring, JointKind, generalized_force
 from generator.simulation.exudyn_model.bodies import add_marker
 from generator.simulation.exudyn_model.exudyn_api import (
     SYMBOLIC,
@@ -36,28 +36,11 @@ from generator.simulation.muscle_tone import JointTones
 from springs import (
     FLOATS,
     AxisSpring,
-    JointSprings,
     Operations,
-    ReachLaw,
     Real,
-    RotationLaw,
-    SphericalLaw,
-    rotation_law,
-    total_torque,
 )
 from springs.spherical import VectorLaw
 from springs.tone.law import AxisTone, rotation_tone
-
-
-class JointKind(Enum):
-    """The kind of displacement that a connector acts on."""
-
-    REVOLUTE = "revolute"
-    """One angle."""
-    SPHERICAL = "spherical"
-    """A rotation vector."""
-    PRISMATIC = "prismatic"
-    """One translation."""
 
 
 def _screw_chord(displacement: Array, rotation: Array) -> Array:
@@ -108,36 +91,28 @@ class SlideFrame:
         return offset, speed - np.cross(spin @ self.site, offset)
 
 
-@dataclass(frozen=True)
-class Connector:
+@dataclass(frozen=True, kw_only=True)
+class Connector(BoundSpring):
     """A connector with springs, or one that only measures a rotation.
 
     Attributes:
         item: the Exudyn connector.
-        springs: its springs; empty if it only measures.
-        kind: kind of the displacement that it acts on.
         function: its user function, which must outlive the system; None if it only measures.
-        axis_index: axis index of a revolute or prismatic, the index of its axis in the joint's
-            chain.
-        output_weights: output weights of a revolute or prismatic, weights of the output in the
-            displacement.
         angle_node: angle node of a revolute, the node that stores its angle at the last step.
-        law: law of several rotations; None for a single displacement.
-        tone: tones about the axes of the rotations.
         frame: axes of a translation of several beside rotations; None where they are those half-way
             between the sites.
     """
 
     item: Index
-    springs: tuple[AxisSpring, ...]
-    kind: JointKind
     function: Any
-    axis_index: int = 0
-    output_weights: tuple[float, ...] = (1.0,)
     angle_node: Index | None = None
-    law: RotationLaw | None = None
-    tone: tuple[AxisTone, ...] = ()
     frame: SlideFrame | None = None
+
+    @classmethod
+    def of(cls, bound: BoundSpring, item: Index, function: Any, **more: Any) -> "Connector":
+        """Return the connector of a bound spring; `more` are its further attributes."""
+        own = {one.name: getattr(bound, one.name) for one in fields(BoundSpring)}
+        return cls(**own, item=item, function=function, **more)
 
 
 @dataclass(frozen=True)
@@ -173,10 +148,6 @@ class SpringBuilder:
             for ref in (joint.parent, joint.child)
         ]
 
-    def held_axes(self, joint: str) -> tuple[AxisTone, ...]:
-        """Return the tones that hold the angles of a joint."""
-        return () if self.tone is None else self.tone.hold.get(joint, ())
-
     def activation(self, time: Real, ops: Operations) -> Real:
         """Return the activation of muscles at a time [s]."""
         assert self.tone is not None
@@ -187,11 +158,6 @@ class SpringBuilder:
         if self.python_torques:
             return function
         return symbolic_user_function(self.mbs, function, field, item)
-
-
-def generalized_force(spring: AxisSpring, value: Real, rate: Real, ops: Operations) -> Real:
-    """Torque or force of a spring of one displacement on the child."""
-    return total_torque(spring.elastic, value, ops) + spring.resistance(value, rate, ops)
 
 
 _TORQUE_ROWS = np.vstack([np.zeros((3, 3)), -np.eye(3)])
@@ -271,11 +237,12 @@ def _scalar_user_function(
     return builder.function(user_function, field, item)
 
 
-def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw) -> Connector:
+def add_spherical_spring(builder: SpringBuilder, joint: Joint, bound: BoundSpring) -> Connector:
     """Add a torque of the rotation vector in the half-way frame; without axes, only measure it."""
+    law, tones = bound.law, bound.tone
+    assert law is not None
     # Expression trees share nothing: those of coordinates take five times as long as Python.
     own = builder if isinstance(law, VectorLaw) else replace(builder, python_torques=True)
-    tones = builder.held_axes(joint.name)
 
     def torque(time: Real, rotation: Any, rate: Any, ops: Operations) -> Any:
         passive = law.torque(rotation, ops) + law.damping(rotation, rate, ops)
@@ -289,42 +256,24 @@ def add_spherical_spring(builder: SpringBuilder, joint: Joint, law: RotationLaw)
             return _TORQUE_ROWS @ torque(time, np.asarray(rotation), np.asarray(rate), FLOATS)
         return symbols.Matrix(_TORQUE_ROWS.tolist()) * torque(time, rotation, rate, SYMBOLIC)
 
-    axes = tuple(law.axes)
-    acts = bool(axes or tones) or isinstance(law, ReachLaw)
-    item, function = add_wrench_connector(own, joint, wrench if acts else None)
-    return Connector(item, axes, JointKind.SPHERICAL, function, law=law, tone=tones)
+    item, function = add_wrench_connector(own, joint, wrench if bound.acts else None)
+    return Connector.of(bound, item, function)
 
 
 def add_revolute_spring(
-    builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring | None
+    builder: SpringBuilder, joint: Joint, chain: Chain, bound: BoundSpring
 ) -> Connector:
     """Add a torque about one axis; without a spring, only measure the angle."""
-    axis = chain.rotation_axes[0]
-    tones = tuple(tone.oriented_along(axis) for tone in builder.held_axes(joint.name))
-    if spring is None and not tones:
-        return _add_torsional_connector(builder, joint, chain, (), None)
-    spring = None if spring is None else spring.oriented_along(axis)
-    function = _scalar_user_function(
-        builder,
-        spring,
-        "springTorqueUserFunction",
-        "ObjectConnectorTorsionalSpringDamper",
-        *tones,
-    )
-    springs = () if spring is None else (spring,)
-    made = _add_torsional_connector(builder, joint, chain, springs, function)
-    return replace(made, tone=tones)
-
-
-def _add_torsional_connector(
-    builder: SpringBuilder,
-    joint: Joint,
-    chain: Chain,
-    springs: tuple[AxisSpring, ...],
-    function: Any,
-) -> Connector:
-    mbs = builder.mbs
-    start = float(builder.placement.displacements[joint.name][chain.rotations[0]])
+    mbs, function = builder.mbs, None
+    if bound.acts:
+        function = _scalar_user_function(
+            builder,
+            next(iter(bound.springs), None),
+            "springTorqueUserFunction",
+            "ObjectConnectorTorsionalSpringDamper",
+            *bound.tone,
+        )
+    start = float(builder.placement.displacements[joint.name][bound.axis_index])
     angle_node = mbs.AddNode(
         items.NodeGenericData(numberOfDataCoordinates=1, initialCoordinates=[start])
     )
@@ -336,26 +285,23 @@ def _add_torsional_connector(
             springTorqueUserFunction=0 if function is None else function,
         )
     )
-    return Connector(
-        item, springs, JointKind.REVOLUTE, function, chain.rotations[0], angle_node=angle_node
-    )
+    return Connector.of(bound, item, function, angle_node=angle_node)
 
 
 def add_prismatic_spring(
-    builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
+    builder: SpringBuilder, joint: Joint, chain: Chain, bound: BoundSpring
 ) -> Connector:
     """Add a force along a translation."""
     if len(chain.translations) == 1:
-        return _add_single_translation_spring(builder, joint, chain, spring)
-    return _add_multi_translation_spring(builder, joint, chain, spring)
+        return _add_single_translation_spring(builder, joint, chain, bound)
+    return _add_multi_translation_spring(builder, joint, bound)
 
 
 def _add_single_translation_spring(
-    builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
+    builder: SpringBuilder, joint: Joint, chain: Chain, bound: BoundSpring
 ) -> Connector:
     """Add a force along the only translation of a joint."""
-    index = chain.translation_along(spring.direction)
-    spring = spring.oriented_along(chain.joint_axes[index].axis)
+    (spring,) = bound.springs
     function = _scalar_user_function(
         builder, spring, "springForceUserFunction", "ObjectConnectorLinearSpringDamper"
     )
@@ -371,11 +317,11 @@ def _add_single_translation_spring(
             springForceUserFunction=function,
         )
     )
-    return Connector(item, (spring,), JointKind.PRISMATIC, function, index)
+    return Connector.of(bound, item, function)
 
 
 def _add_multi_translation_spring(
-    builder: SpringBuilder, joint: Joint, chain: Chain, spring: AxisSpring
+    builder: SpringBuilder, joint: Joint, bound: BoundSpring
 ) -> Connector:
     """Add a force along one of several translations of a joint without rotations.
 
@@ -383,12 +329,8 @@ def _add_multi_translation_spring(
     the parent's. Exudyn's intrinsic connector applies a wrench half-way between the sites, so the
     force has a moment about that point.
     """
-    index = chain.translation_along(spring.direction)
-    spring = spring.oriented_along(chain.joint_axes[index].axis)
+    (spring,), (x, y, z) = bound.springs, bound.output_weights
     ops = FLOATS if builder.python_torques else SYMBOLIC
-    axes = np.array([chain.joint_axes[k].axis for k in chain.translations]).T
-    # Row of the pseudo-inverse, because the axes may be oblique.
-    x, y, z = np.linalg.pinv(axes)[chain.translations.index(index)].tolist()
 
     def wrench(
         time: Any, displacement: Any, rotation: Any, velocity: Any, angular_velocity: Any
@@ -406,51 +348,39 @@ def _add_multi_translation_spring(
         return np.array(components) if builder.python_torques else symbols.Vector(components)
 
     item, function = add_wrench_connector(builder, joint, wrench)
-    return Connector(item, (spring,), JointKind.PRISMATIC, function, index, (x, y, z))
+    return Connector.of(bound, item, function)
 
 
 def add_joint_springs(
-    builder: SpringBuilder,
-    joint: Joint,
-    springs: JointSprings,
-    law: SphericalLaw,
-    *,
-    read_rotation: bool = False,
+    builder: SpringBuilder, joint: Joint, bound: Sequence[BoundSpring]
 ) -> tuple[Connector, ...]:
-    """Add the connectors of one joint's springs, which have no obstacles.
-
-    Args:
-        builder: the system to build into.
-        joint: joint of the figure.
-        springs: springs about its axes and along its translations.
-        law: law of spherical joints.
-        read_rotation: whether to measure the rotation also without springs, for coupled laws.
-    """
+    """Add the connectors of one joint's springs; see `needs_slide_object` for further ones."""
     chain = builder.placement.tree.chains[joint.name]
     connectors: list[Connector] = []
-    if springs.axes or springs.reach or read_rotation:
-        if sum(is_rotation(axis.kind) for axis in chain.joint_axes) == 1:
-            axis = springs.axes[0] if springs.axes else None
-            connectors.append(add_revolute_spring(builder, joint, chain, axis))
-        else:
-            made = rotation_law(springs, law, chain.rotation_axes)
-            connectors.append(add_spherical_spring(builder, joint, made))
-    if not needs_slide_object(builder.placement, joint, springs):
-        connectors.extend(
-            add_prismatic_spring(builder, joint, chain, spring) for spring in springs.translations
-        )
+    for spring in bound:
+        match spring.kind:
+            case JointKind.REVOLUTE:
+                connectors.append(add_revolute_spring(builder, joint, chain, spring))
+            case JointKind.SPHERICAL:
+                connectors.append(add_spherical_spring(builder, joint, spring))
+            case JointKind.PRISMATIC:
+                connectors.append(add_prismatic_spring(builder, joint, chain, spring))
+            case _:
+                assert_never(spring.kind)
     return tuple(connectors)
 
 
-def needs_slide_object(placement: Placement, joint: Joint, springs: JointSprings) -> bool:
+def needs_slide_object(
+    placement: Placement, joint: Joint, translations: Sequence[BoundSpring]
+) -> bool:
     """Return whether no connector has the force of the springs along a joint's translations.
 
     Exudyn's have it for one translation, and for several without a rotation; their velocity
     contains the spin of the parent.
     """
     chain = placement.tree.chains[joint.name]
-    if not springs.translations or len(chain.translations) < 2:
+    if not translations or len(chain.translations) < 2:
         return False
     is_between_bodies = not {ref.segment for ref in joint.ends} & placement.tree.figure.ground
-    is_damped = any(spring.is_damped for spring in springs.translations)
+    is_damped = any(spring.is_damped for bound in translations for spring in bound.springs)
     return bool(chain.rotations) or (is_between_bodies and is_damped)

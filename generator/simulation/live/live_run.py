@@ -43,7 +43,6 @@ from generator.recording import Accuracy, Ending, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation.compiled.runge_kutta import STEPS, TIME
 from generator.simulation.compiled_run import build_trace
-from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.falls import fall_plan
 from generator.simulation.joint_motion import (
     JointMotion,
@@ -54,6 +53,7 @@ from generator.simulation.joint_motion import (
 from generator.simulation.live.stepper import Stepper
 from generator.simulation.live.stepper_state import Setting, StepperState, evaluate
 from generator.simulation.plan import Plan
+from generator.simulation.run_model import RunModel, prepare_run
 from generator.simulation.trace import mean_position
 from generator.springs_file.edit import springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE
@@ -414,7 +414,7 @@ class _SpanBuilder:
             sites = {**segments[name].sites, site: Site(site, Location.at(*point))}
             segments[name] = replace(segments[name], sites=sites)
         self.tree = build_tree(replace(tree.figure, segments=segments))
-        self._models: dict[tuple[int, tuple[float, float]], ExudynModel] = {}
+        self._models: dict[tuple[int, tuple[float, float]], RunModel] = {}
 
     def build(self, frames: Sequence[_Frame], near: Mapping[str, Array]) -> _Span:
         """Return the span of frames.
@@ -449,7 +449,7 @@ class _SpanBuilder:
             mean_position(figure, trace.positions),
         )
 
-    def _model(self, setting: Setting) -> ExudynModel:
+    def _model(self, setting: Setting) -> RunModel:
         """Return the model of a setting, built once for all with the same springs."""
         key = id(setting.springs), setting.scales
         figure = self.tree.figure
@@ -458,7 +458,7 @@ class _SpanBuilder:
             start = self._plan.displacements.items()
             displacements = {name: row for name, row in start if name in figure.joints}
             plan = replace(self._plan, springs=springs, displacements=displacements)
-            self._models[key] = build_model(figure, plan)
+            self._models[key] = prepare_run(figure, plan)
         model, plan = self._models[key], self._plan
         loads = [
             constant_load(
@@ -473,7 +473,7 @@ class _SpanBuilder:
         return replace(
             model,
             plan=replace(model.plan, gravity=setting.gravity),
-            loads=(*model.loads, *((load, -1, None) for load in loads)),
+            loads=(*model.loads, *loads),
             contacts=setting.contacts,
         )
 

@@ -58,16 +58,7 @@ from generator.simulation.compiled.runge_kutta import (
 from generator.simulation.compiled.tableau import BS23, DOP853
 from generator.simulation.compiled_run import build_trace, frame_disagreement
 from generator.simulation.exudyn_model.agreement import ExudynEquations
-from generator.simulation.exudyn_model.bodies import constant_site_loads
-from generator.simulation.exudyn_model.model import (
-    InitialState,
-    build_model,
-    contact_geometry,
-    deepest_sphere,
-    initial_state,
-    require_defined_torques,
-    require_valid_model,
-)
+from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.live.stepper_state import (
     FIRST_STEP,
     Point,
@@ -78,6 +69,15 @@ from generator.simulation.live.stepper_state import (
     weighted_velocities,
 )
 from generator.simulation.plan import Plan, resolve_model
+from generator.simulation.run_model import (
+    InitialState,
+    constant_site_loads,
+    contact_geometry,
+    deepest_sphere,
+    initial_state,
+    require_defined_torques,
+    require_valid_model,
+)
 from generator.simulation.trace import half_turn_outcome, pole_outcome, solver_failure_outcome
 from springs import SpringSet
 

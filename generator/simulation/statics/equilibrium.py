@@ -25,9 +25,9 @@ from generator.kinematics.prescribed import loop_closure_jacobian
 from generator.loads import LoadKind
 from generator.model import Model
 from generator.rotations import Array
-from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
 from generator.simulation.preconditions import singular_orientation
+from generator.simulation.run_model import RunModel, prepare_run
 from generator.simulation.statics.static_forces import StaticState
 from generator.simulation.trace import pole_message
 from generator.units import AxisUnits
@@ -144,17 +144,17 @@ def find_equilibrium(
         raise ModelError(
             "find_equilibrium ignores props: call find_resting_pose for a pose on them"
         )
-    built = build_model(model, replace(plan, velocities={}))
+    built = prepare_run(model, replace(plan, velocities={}))
     reduced = _ReducedModel(built)
     start = reduced.static_state(reduced.start[None])
     z, force, steps = _minimise(reduced, plan.wall_limit, watch)
     rest, free, slope = reduced.static_state(z[None]), z.size > 0, reduced.stiffness(z)
     stores = built.spring_set.law is not SphericalLaw.WEIGHTED and all(
-        spring.is_conservative for spring in built.coupled
+        spring.law.is_conservative for spring in built.coupled
     )
     slowest, growth = None, None
     if free:
-        potential = stores and all(load.kind is LoadKind.GLOBAL_FORCE for load, *_ in built.loads)
+        potential = stores and all(load.kind is LoadKind.GLOBAL_FORCE for load in built.loads)
         slowest, growth = _small_motion_rates(slope, reduced.inertia(z), symmetric=potential)
     return Equilibrium(
         {name: moved.displacements[0] for name, moved in rest.joints.items()},
@@ -252,7 +252,7 @@ def _small_motion_rates(slope: Array, inertia: Array, *, symmetric: bool) -> tup
 class _ReducedModel:
     """A figure in its independent displacements, with prescriptions and closed loops."""
 
-    def __init__(self, model: ExudynModel) -> None:
+    def __init__(self, model: RunModel) -> None:
         self._model = model
         self._tree = model.placement.tree
         self._prescribed = model.prescribed
@@ -267,7 +267,7 @@ class _ReducedModel:
         self._free = np.linalg.pinv(self._prescribed.free_jacobian) @ self._values
         self._offset = self._values - self._prescribed.free_jacobian @ self._free
         self.start = self._free[self._leading]
-        coupled = {axis.joint for one in model.coupled for axis in one.spring.axes}
+        coupled = {axis.joint for one in model.coupled for axis in one.axes}
         self._joints_with_pole = [
             model.figure.joints[name]
             for name, connectors in model.springs.items()

@@ -28,10 +28,10 @@ from generator.kinematics.placement import (
 from generator.loads import LoadKind, TimedLoad
 from generator.model import Model
 from generator.rotations import Array, cross_product, matrix_from_rotation_vector
+from generator.simulation.bound_springs import JointKind
 from generator.simulation.exudyn_model.bodies import body_pose
 from generator.simulation.exudyn_model.exudyn_api import exu, rigid
-from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
-from generator.simulation.exudyn_model.springs import JointKind
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
@@ -40,6 +40,7 @@ from generator.simulation.joint_motion import (
 )
 from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.preconditions import singular_orientation
+from generator.simulation.run_model import RunModel, initial_state
 from generator.simulation.trace import Trace
 from springs import total_torque
 
@@ -56,14 +57,14 @@ class StaticState:
         trace: states of the bodies with zero velocities.
     """
 
-    model: ExudynModel
+    model: RunModel
     values: Array
     poses: Mapping[str, Array]
     joints: Mapping[str, JointMotion]
     trace: Trace
 
     @classmethod
-    def from_displacements(cls, model: ExudynModel, values: Array) -> "StaticState":
+    def from_displacements(cls, model: RunModel, values: Array) -> "StaticState":
         """Place a figure at displacements of its tree with closed loops, shape (n, m)."""
         tree, bodies = model.placement.tree, model.figure.bodies
         poses, count = tree.kinematics.poses(values), len(values)
@@ -130,7 +131,7 @@ class StaticState:
         for k, (name, body) in enumerate(self.model.figure.bodies.items()):
             assert body.mass is not None
             _add_force(wrenches[name], body.mass * gravity, self.trace.positions[:, k])
-        for load, *_ in self.model.loads:
+        for load in self.model.loads:
             self._add_load(load, wrenches[load.site.segment])
         forces = np.zeros_like(self.values)
         for name, wrench in wrenches.items():
@@ -168,7 +169,7 @@ class StaticState:
                     )
         moved = coupled_motion(self.model, self.joints)
         for coupled in self.model.coupled:
-            for name, torque in moved.torques(coupled.spring).items():
+            for name, torque in moved.torques(coupled).items():
                 if torque.ndim == 1:
                     forces[name][:, chains[name].rotations[0]] += torque
                 else:

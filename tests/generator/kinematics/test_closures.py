@@ -8,9 +8,9 @@ from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.rotations import matrix_from_xyz
-from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.run_model import initial_state
 from springs import SpringSet
 from tests.chains import BALL, SKEW, at, body, chain, figure, ground, joint, row
 from tests.runs import energy_error, integrate_angle

@@ -16,8 +16,8 @@ from generator.kinematics.placement import (
     segment_jacobians,
 )
 from generator.kinematics.tree import build_tree
-from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
+from generator.simulation.run_model import initial_state
 from tests.chains import BALL, at, body, figure, ground, joint, row
 
 PARTS = figure(

@@ -12,8 +12,8 @@ from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.prescribed import PrescribedMotion
 from generator.kinematics.tree import build_tree
-from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
+from generator.simulation.run_model import initial_state
 from tests.chains import BALL, chain, row
 
 MADE = row(4, (BALL, chain("Rz")), bend=0.3)

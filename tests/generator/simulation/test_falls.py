@@ -20,8 +20,8 @@ from generator.person.person import build_person
 from generator.recording import RecordingPart
 from generator.rotations import rotation_vector_from_matrix
 from generator.run_options import RUN_OPTIONS
-from generator.simulation.exudyn_model.model import InitialState, initial_state
 from generator.simulation.falls import FALLS, Range, fall_plan
+from generator.simulation.run_model import InitialState, initial_state
 
 MAN = read_figure("male50")
 TREE = build_tree(MAN)

@@ -22,9 +22,9 @@ from generator.kinematics.tree import build_tree
 from generator.recording import Ending, Outcome, Recording
 from generator.rotations import Array
 from generator.simulation import starts
-from generator.simulation.exudyn_model.model import initial_state
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.run_model import initial_state
 from generator.simulation.starts import study_starts, summarize_starts, vary_start
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE

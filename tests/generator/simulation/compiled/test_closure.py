@@ -29,10 +29,11 @@ from generator.simulation.compiled.projection import MAX_GAP, project_state
 from generator.simulation.compiled.refinement import have_same_breakpoints, run_once
 from generator.simulation.compiled_run import build_trace, compile_model
 from generator.simulation.exudyn_model.agreement import BodyState, ExudynEquations
-from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.joint_motion import SegmentMotion
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.run_model import initial_state
 from generator.simulation.trace import Trace
 from springs import AxisSpring, Damping, JointSprings, Linear, SpringSet, Stop
 from tests.chains import (

@@ -99,7 +99,7 @@ def passive_forces(pose: Pose, matrix):
 def load_forces(pose: Pose, matrix):
     """Generalized forces of loads."""
     model, forces = pose.model, np.zeros(matrix.shape[2])
-    for load, *_ in model.loads:
+    for load in model.loads:
         segment = pose.placement.poses[load.site.segment]
         point = (segment @ load_pose(model.figure, load.site))[:3, 3]
         value = load.components(pose.time)

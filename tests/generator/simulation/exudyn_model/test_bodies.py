@@ -7,9 +7,9 @@ import pytest
 
 from generator.figure import Site, SiteRef
 from generator.loads import LoadKind, TimedLoad, constant_load
-from generator.simulation.exudyn_model.bodies import constant_site_loads
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.run_model import constant_site_loads
 from springs import SpringSet
 from tests.chains import FREE, at, body, chain, free_body, one_body
 from tests.runs import energy_error

@@ -15,8 +15,9 @@ from generator.kinematics.loops import OpenLoopError
 from generator.loads import LoadKind, constant_load
 from generator.model import Model
 from generator.simulation.exudyn_model.exudyn_api import exu, items
-from generator.simulation.exudyn_model.model import ExudynModel, build_model, initial_state
+from generator.simulation.exudyn_model.model import ExudynModel, build_model
 from generator.simulation.plan import Plan
+from generator.simulation.run_model import initial_state
 from generator.springs_file.read import read_springs
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 from springs.contact import Surface
