@@ -133,6 +133,36 @@ def parse_source(source: Source, parse: Callable[[Source, Diagnostics], T | None
     return Parsed(None if diagnostics.has_errors else value, diagnostics.sorted_by_position())
 
 
+_KEPT_SOURCES, _KEPT_SIZE = 8, 2**20
+"""Number of texts whose content is kept, and largest number of characters of each."""
+
+
+def once_per_source(
+    parse: Callable[[Source, Diagnostics], T | None],
+) -> Callable[[Source, Diagnostics], T | None]:
+    """Return a parser that keeps the contents of its last texts without a diagnostic.
+
+    A file that is read again is not parsed again where its text is the same.
+
+    Args:
+        parse: parser whose result depends on the text alone, and does not change.
+    """
+    kept: dict[tuple[Source, Path | None], T] = {}
+
+    def parse_once(source: Source, diagnostics: Diagnostics) -> T | None:
+        key, is_clean = (source, source.path), not diagnostics.entries
+        if is_clean and (known := kept.get(key)) is not None:
+            return known
+        value = parse(source, diagnostics)
+        if value is not None and not diagnostics.entries and len(source.text) <= _KEPT_SIZE:
+            while len(kept) >= _KEPT_SOURCES:
+                kept.pop(next(iter(kept)), None)
+            kept[key] = value
+        return value
+
+    return parse_once
+
+
 def _decoding_error(data: bytes, name: str, offset: int) -> tuple[Source, Diagnostic]:
     """The text of a file that is not UTF-8, and an error at the first such byte."""
     if data.startswith(_UTF16_MARKS):

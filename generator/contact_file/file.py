@@ -5,6 +5,7 @@ from pathlib import Path
 from generator.contact_file.parts import BodyContact, BodyPart, Evidence
 from generator.diagnostics import Diagnostics, ModelError, Source
 from generator.file_kind import FileKind
+from generator.text_io import once_per_source
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Choice, Interval, Names, Number, Numbers, TableRows, Text
 from generator.toml_file.spans import locate_keys
@@ -114,7 +115,7 @@ def _parse_contact(source: Source, diagnostics: Diagnostics) -> BodyContact | No
         return None
 
 
-CONTACT_FILE = FileKind("contact", ".contact.toml", _parse_contact)
+CONTACT_FILE = FileKind("contact", ".contact.toml", once_per_source(_parse_contact))
 
 
 def _parse_part(table: TableReader) -> BodyPart | None:

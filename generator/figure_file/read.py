@@ -9,6 +9,7 @@ from generator.figure_file.check import check_figure
 from generator.figure_file.parser import parse_figure_block
 from generator.figure_file.resolve import resolve_figure
 from generator.file_kind import FileKind
+from generator.text_io import once_per_source
 
 
 def read_figure(path_or_name: str | Path) -> Figure:
@@ -19,8 +20,11 @@ def read_figure(path_or_name: str | Path) -> Figure:
     return FIGURE_FILE.read(path_or_name)
 
 
+_parse_block = once_per_source(parse_figure_block)
+
+
 def _parse_figure(source: Source, diagnostics: Diagnostics) -> Figure | None:
-    tree = parse_figure_block(source, diagnostics)
+    tree = _parse_block(source, diagnostics)
     if tree is None:
         return None
     folder = None if source.path is None else source.path.parent

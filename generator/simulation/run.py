@@ -213,10 +213,10 @@ class _Runner:
         threads: int,
     ) -> None:
         self.record, self.threads = record, threads
-        self.subject, self._plan = model, plan
+        self.subject = model
         self.times, self.limit, self._watch = times, limit, watch
         start = time.monotonic()
-        self.model = prepare_run(model, plan)
+        self.model = self._run = prepare_run(model, plan)
         self.build_time = time.monotonic() - start
 
     def prepare(self, *, needs_exudyn: bool) -> None:
@@ -238,7 +238,7 @@ class _Runner:
     def rebuild(self, limit: WallLimit = NO_LIMIT) -> ExudynModel:
         """Return a new model in Exudyn; a limit applies to the time of building."""
         start = time.monotonic()
-        model = build_exudyn(prepare_run(self.subject, self._plan), limit=limit)
+        model = build_exudyn(self._run, limit=limit)
         self.build_time += time.monotonic() - start
         return model
 

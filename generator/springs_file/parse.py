@@ -34,6 +34,7 @@ from generator.springs_file.laws import (
 )
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.reach import ReachEntry, parse_reach_entry
+from generator.text_io import once_per_source
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import (
     ENERGY_HINT,
@@ -224,7 +225,7 @@ def _parse_springs(source: Source, diagnostics: Diagnostics) -> SpringsFile | No
     return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
 
 
-SPRINGS_FILE = FileKind("springs", ".springs.toml", _parse_springs)
+SPRINGS_FILE = FileKind("springs", ".springs.toml", once_per_source(_parse_springs))
 
 
 def _parse_content(

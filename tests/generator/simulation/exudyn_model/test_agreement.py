@@ -326,7 +326,7 @@ def test_a_stiff_hinge_turned_beyond_half_turns(angle) -> None:
 
 def test_a_coupled_law_of_a_hinge_turned_beyond_half_turns() -> None:
     model = build("prototype, coupled")
-    names = {axis.joint for one in model.coupled for axis in one.spring.axes}
+    names = {axis.joint for one in model.coupled for axis in one.axes}
     hinges = [name for name in names if model.figure.joints[name].degrees_of_freedom == 1]
     assert hinges
     pose = random_pose(model, 2)
