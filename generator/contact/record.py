@@ -7,7 +7,7 @@ Car Crash Conf., SAE 710881) with the window of 49 CFR 571.208 (FMVSS 208), S6.2
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import nan
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -265,6 +265,7 @@ def summarize_steps(
     depths: Array,
     speeds: Array,
     impulses: Array,
+    touches: "Touches | None" = None,
 ) -> dict[str, SegmentContact]:
     """Return the contact of B segments with S spheres over n steps.
 
@@ -280,8 +281,9 @@ def summarize_steps(
         depths: depths of each sphere, negative outside, shape (n, S) [m].
         speeds: rate of each depth, shape (n, S) [m/s].
         impulses: impulses on each segment over the run, world axes, shape (B, 3) [N s].
+        touches: result of `first_touches`, where it is known.
     """
-    touch_times, touch_speeds, touch_depths = _first_touches(times, depths, speeds)
+    touch_times, touch_speeds, touch_depths = touches or first_touches(times, depths, speeds)
     sizes = np.linalg.norm(forces, axis=-1)
     contacts: dict[str, SegmentContact] = {}
     for index, name in enumerate(segments):
@@ -301,8 +303,12 @@ def summarize_steps(
     return contacts
 
 
-def _first_touches(times: Array, depths: Array, speeds: Array) -> tuple[Array, Array, Array]:
-    """Time (infinite without), speed and depth at the next step of each sphere's first touch."""
+Touches: TypeAlias = tuple[Array, Array, Array]
+"""Time (infinite without), speed and depth at the next step of each sphere's first touch."""
+
+
+def first_touches(times: Array, depths: Array, speeds: Array) -> Touches:
+    """Return the first touches of S spheres; the arguments are those of `summarize_steps`."""
     count = int(depths.shape[1])
     spheres = np.arange(count)
     touches = depths >= 0.0

@@ -14,8 +14,10 @@ from generator.contact.record import (
     HeadImpact,
     PartContact,
     SegmentContact,
+    Touches,
     extremes_of,
     first_impact,
+    first_touches,
     head_injury_criterion,
     head_segments,
     mean_at_end,
@@ -57,8 +59,9 @@ def build_contact_record(
     ground_forces = steps.forces.sum(axis=1)
     total = np.linalg.norm(ground_forces, axis=-1)
     impulses = contact.impulses[-1]
+    touches = first_touches(times, steps.depths, steps.rates)
     segments = summarize_steps(
-        names, owners, times, steps.forces, steps.depths, steps.rates, impulses
+        names, owners, times, steps.forces, steps.depths, steps.rates, impulses, touches
     )
     weight = _weight(figure, gravity)
     max_force_time, max_force = peak_of(times, total)
@@ -81,7 +84,7 @@ def build_contact_record(
         impact_shift=_impact_shift(names, owners, segments, contact),
         head_injury=_head_injury(figure, contact) if model.laws else {},
         extreme_forces=np.array([extremes_of(times, along) for along in ground_forces.T]),
-        parts={} if body is None else _part_contacts(model, contact, body, weight),
+        parts={} if body is None else _part_contacts(model, contact, body, weight, touches),
         heads=_head_impacts(figure, contact, segments),
         pressed_layers=tuple(pressed_layers(model, steps, poses, frame_times)),
     )
@@ -104,7 +107,7 @@ def build_contact_record(
 
 
 def _part_contacts(
-    model: ContactModel, contact: ContactTrace, body: BodyContact, weight: float
+    model: ContactModel, contact: ContactTrace, body: BodyContact, weight: float, touches: Touches
 ) -> dict[str, PartContact]:
     """Contact of each part of a body of some weight [N] over all steps."""
     steps, names = contact.steps, list(model.laws)
@@ -119,6 +122,7 @@ def _part_contacts(
             steps.depths,
             steps.rates,
             impulses=np.full((len(names), 3), np.nan),
+            touches=touches,
         )
         for own in ([one.part for one in spheres], [one.region for one in spheres])
     )

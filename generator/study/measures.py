@@ -24,7 +24,7 @@ injury criterion depends on the assumed stiffness: compare runs of one model onl
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from math import nan
 from typing import TypeVar, assert_never
 
@@ -173,7 +173,7 @@ def motion_columns(
     joints = start.placement.tree.figure.joints
     chains = {name: joint.chain for name, joint in joints.items()}
     parts = _part_names(body) if start.spheres else ()
-    columns = _columns_by_title(chains, start.spheres, plan.up, parts)
+    columns = {**_columns_by_title(chains, start.spheres, plan.up, parts)}
     for name in joints.keys() - figure.joints.keys():  # of free segments, which transmit nothing
         for column in _load_columns(name, chains[name]):
             del columns[column.title]
@@ -185,8 +185,20 @@ def _columns_by_title(
     contact_segments: Iterable[str],
     up: Vector = (0.0, 1.0, 0.0),
     parts: Iterable[str] = (),
-) -> dict[str, Column]:
-    segments = tuple(contact_segments)
+) -> Mapping[str, Column]:
+    by_joint = tuple((name, tuple(chain)) for name, chain in chains.items())
+    return _made_columns(by_joint, tuple(contact_segments), up, tuple(parts))
+
+
+@lru_cache(maxsize=8)
+def _made_columns(
+    by_joint: tuple[tuple[str, tuple[JointAxis, ...]], ...],
+    segments: tuple[str, ...],
+    up: Vector,
+    parts: tuple[str, ...],
+) -> Mapping[str, Column]:
+    """Return the columns by title; all runs of a study have the same."""
+    chains = dict(by_joint)
     kinds = (*ENERGY_KINDS, *(CONTACT_ENERGY_KINDS if segments else ()))
     columns = [
         *table_columns(chains, kinds, segments),
