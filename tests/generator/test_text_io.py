@@ -9,11 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from generator.diagnostics import Diagnostics, Source
 from generator.text_io import (
     csv_cell,
     csv_value,
     format_csv_comment,
     format_csv_rows,
+    make_source,
+    once_per_source,
     read_csv_rows,
     unwritable_reason,
     write_atomic,
@@ -143,3 +146,48 @@ def test_numbers_of_a_table_stay_numbers():
 
 def test_a_comment_has_no_formula_between_its_commas():
     assert format_csv_comment("gravity 0,-9.81,0 of x,=1+1") == "# gravity 0,-9.81,0 of x,'=1+1\n"
+
+
+def word_parser(parsed: list[str]):
+    """Parser of the words of a text, which warns of a `?` and tells what it parsed."""
+
+    def parse(source: Source, diagnostics: Diagnostics) -> tuple[str, ...] | None:
+        parsed.append(source.text)
+        if "?" in source.text:
+            diagnostics.warning("a question", None)
+        return tuple(source.text.split())
+
+    return once_per_source(parse)
+
+
+def test_a_text_is_parsed_once_until_it_changes():
+    parsed: list[str] = []
+    parse = word_parser(parsed)
+    first = parse(make_source("a b"), Diagnostics())
+    assert parse(make_source("a b"), Diagnostics()) is first
+    assert parse(make_source("a c"), Diagnostics()) == ("a", "c")
+    assert parse(make_source("a b", "other"), Diagnostics()) == first
+    assert parse(make_source("a b", path=Path("other")), Diagnostics()) == first
+    assert parsed == ["a b", "a c", "a b", "a b"]
+
+
+def test_a_text_with_a_diagnostic_is_parsed_each_time():
+    parsed: list[str] = []
+    parse = word_parser(parsed)
+    for _ in range(2):
+        diagnostics = Diagnostics()
+        assert parse(make_source("why?"), diagnostics) == ("why?",)
+        assert len(diagnostics.entries) == 1
+    assert parsed == ["why?"] * 2
+
+
+def test_few_texts_are_kept_and_no_large_ones():
+    parsed: list[str] = []
+    parse = word_parser(parsed)
+    for number in (*range(100), 0):
+        parse(make_source(f"{number}"), Diagnostics())
+    assert parsed[-1] == "0"
+    large = "a" * 2**21
+    for _ in range(2):
+        parse(make_source(large), Diagnostics())
+    assert parsed[-2:] == [large, large]
