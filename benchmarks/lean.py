@@ -99,7 +99,7 @@ def _parts(work: Callable[[], object], repeats: int) -> tuple[float, float, floa
     """CPU time of a call, of the build of Exudyn's model in it, and of the comparison [s]."""
     build, comparison = Clock(), Clock()
     with (
-        patch.object(run_module, "build_model", _with_clock(run_module.build_model, build)),
+        patch.object(run_module, "build_exudyn", _with_clock(run_module.build_exudyn, build)),
         patch.object(
             compiled_run,
             "agreement_with_exudyn",

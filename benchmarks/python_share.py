@@ -22,7 +22,7 @@ COMMAND = "python -m benchmarks python-share"
 ROUNDS = 15
 
 PARTS = {
-    "Exudyn's model": (run_module, "build_model"),
+    "Exudyn's model": (run_module, "build_exudyn"),
     "equations": (compiled_run, "compile_model"),
     "compiled runs": (compiled_run, "run_until_agreed"),
     "recording": (run_module, "_build_recording"),

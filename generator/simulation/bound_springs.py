@@ -82,8 +82,8 @@ def bind_springs(
         axes = chain.rotation_axes
         if len(axes) == 1:
             own = tuple(spring.oriented_along(axes[0]) for spring in springs.axes[:1])
-            held = tuple(tone.oriented_along(axes[0]) for tone in tones)
-            bound.append(BoundSpring(own, JointKind.REVOLUTE, chain.rotations[0], tone=held))
+            oriented = tuple(tone.oriented_along(axes[0]) for tone in tones)
+            bound.append(BoundSpring(own, JointKind.REVOLUTE, chain.rotations[0], tone=oriented))
         else:
             made = rotation_law(springs, law, axes)
             own = tuple(made.axes)
@@ -95,8 +95,8 @@ def bind_springs(
         inverse = np.linalg.pinv(np.array([chain.joint_axes[k].axis for k in chain.translations]).T)
         weights = [tuple(inverse[chain.translations.index(k)].tolist()) for k in indices]
     for spring, k, row in zip(springs.translations, indices, weights, strict=True):
-        oriented = spring.oriented_along(chain.joint_axes[k].axis)
-        bound.append(BoundSpring((oriented,), JointKind.PRISMATIC, k, row))
+        along = spring.oriented_along(chain.joint_axes[k].axis)
+        bound.append(BoundSpring((along,), JointKind.PRISMATIC, k, row))
     return tuple(bound)
 
 

@@ -17,7 +17,7 @@ from generator.simulation import compiled_run, plan, run, starts
 from generator.simulation.compiled import refinement
 from generator.simulation.plan import NO_LIMIT, WallLimit
 from generator.study.run_case import run_case
-from generator.study.study import Design, DesignKind, Study
+from generator.study.study import Design, DesignKind, RunMethod, Study
 from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE
 from tests.command import mover
@@ -73,7 +73,8 @@ def test_building_ends_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(WallLimitError, match="at prop box 98, while the model was built"):
         simulate(ball(0.2), plan)
     plan = replace(plan, springs=None)
-    study = Study("boxes", Model.of(ball(0.2)), plan, {}, Design(DesignKind.LIST), {})
+    model, design = Model.of(ball(0.2)), Design(DesignKind.LIST)
+    study = Study("boxes", model, plan, {}, design, {}, method=RunMethod.TIGHT)
     result = run_case(study, ())
     assert result.outcome == Ending.TOO_LONG.value
     assert "while the model was built" in result.message

@@ -193,7 +193,7 @@ def test_a_pose_that_opens_a_loop_is_refused_with_the_gap() -> None:
 def test_loads_have_a_marker_at_their_site() -> None:
     load = constant_load(SiteRef("link", "near"), LoadKind.LOCAL_FORCE, (1.0, 0.0, 0.0), 0.0, 1.0)
     assembly = build_model(Model(one_body(BALL)), Plan(loads=[load]))
-    ((kept, marker, _),) = assembly.loads
+    (kept,), ((marker, _),) = assembly.loads, assembly.load_items
     assert kept is load
     found = assembly.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)
     assert np.allclose(found, 0.0)
