@@ -60,6 +60,7 @@ from generator.motion_files.motion import (
     motion_from_figure,
     unrepresented,
 )
+from generator.motion_files.opensim_table import follows
 from generator.motion_files.resample import resample
 from generator.recording import Recording
 from generator.simulation.plan import STANDARD_GRAVITY, Plan
@@ -349,7 +350,7 @@ def _write_checked(
     missing = [
         name
         for name, at in displacement_columns(motion.chains, coordinates).items()
-        if at.joint in moving and at.curve is None and name not in known
+        if at.joint in moving and name not in known and not follows(motion.figure, at)
     ]
     if missing:
         message = f"the model has no coordinates {', '.join(missing[:6])}, which the motion moves"

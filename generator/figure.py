@@ -25,6 +25,7 @@ from generator.diagnostics import (
     format_count,
     shorten,
 )
+from generator.follower_curve import FollowerCurve
 from generator.notebook import PageView, html_table
 from generator.rotations import Array, matrix_from_xyz, pose_matrix, unit_vector
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
@@ -307,6 +308,21 @@ class JointAxis:
                 assert_never(self.kind)
 
 
+@dataclass(frozen=True)
+class Follower:
+    """Rule by which a displacement of a joint follows another.
+
+    Attributes:
+        joint: Name of the joint whose displacement it follows.
+        index: Place of that displacement in the joint's chain, from 0.
+        curve: Displacement as a function of that one [rad or m].
+    """
+
+    joint: str
+    index: int
+    curve: FollowerCurve
+
+
 @short_repr
 @dataclass(frozen=True)
 class Joint:
@@ -316,7 +332,9 @@ class Joint:
     the root. The chain's first factor is innermost, next to the child.
     `displacement` has a value for each factor [rad or m], zeros when it is left out; `stiff`
     [N m/rad or N/m], `rest` [rad or m], `damp` [N m s/rad or N s/m] and the limits [rad or m] have
-    one for each factor, or are None. Raises ModelError for another number of values.
+    one for each factor, or are None. `followers` tells for each factor what its displacement
+    follows, None for nothing; it is empty where all are free. Raises ModelError for another number
+    of values.
     """
 
     name: str
@@ -329,10 +347,19 @@ class Joint:
     damp: tuple[float, ...] | None = None
     lower_limit: tuple[float, ...] | None = None
     upper_limit: tuple[float, ...] | None = None
+    followers: tuple[Follower | None, ...] = ()
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the number of values of each field, and that they are finite."""
+        if not any(self.followers):
+            object.__setattr__(self, "followers", ())
+        elif len(self.followers) != len(self.chain):
+            raise ModelError(
+                f"joint `{shorten(self.name)}`: `followers` has "
+                f"{format_count(len(self.followers), 'value')}, but the joint has "
+                f"{format_count(len(self.chain), 'degree')} of freedom"
+            )
         if not self.displacement:
             object.__setattr__(self, "displacement", (0.0,) * len(self.chain))
         for name in ("displacement", "stiff", "rest", "damp", "lower_limit", "upper_limit"):
@@ -363,12 +390,21 @@ class Joint:
         """Number of factors in the chain."""
         return len(self.chain)
 
+    @property
+    def free_places(self) -> tuple[int, ...]:
+        """Places of the displacements that follow nothing, from 0."""
+        followers = self.followers or (None,) * len(self.chain)
+        return tuple(k for k, one in enumerate(followers) if one is None)
+
     def axes_of(self, count: int) -> tuple[JointAxis, ...]:
-        """Return the factors to which so many values belong: all, or those of rotations alone.
+        """Return the factors to which so many values belong: all, or some.
 
         An elastic joint, such as a neck, has three rotations and three translations that are zero
-        in the figure; three values are those of its rotations.
+        in the figure; three values are those of its rotations. Of a joint with displacements that
+        follow others they may be those of the others.
         """
+        if self.followers and count == len(self.free_places) > 0:
+            return tuple(self.chain[k] for k in self.free_places)
         turns = tuple(factor for factor in self.chain if is_rotation(factor.kind))
         pairs = zip(self.chain, self.displacement, strict=True)
         is_elastic = not any(value for factor, value in pairs if factor not in turns)
@@ -383,6 +419,8 @@ class Joint:
         if self.axes_of(len(values)) == self.chain:
             return tuple(values)
         turns = iter(values)
+        if self.followers:
+            return tuple(next(turns) if one is None else 0.0 for one in self.followers)
         return tuple(next(turns) if is_rotation(one.kind) else 0.0 for one in self.chain)
 
 

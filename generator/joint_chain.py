@@ -102,6 +102,11 @@ class Chain:
 
         return min(self.translations, key=deviation)
 
+    def translation_gradient(self, index: int) -> Array:
+        """Gradient of a translation by the child's offset, (3,); axes may be oblique."""
+        axes = np.array([unit_vector(self.joint_axes[k].axis) for k in self.translations])
+        return np.asarray(np.linalg.pinv(axes.T)[self.translations.index(index)])
+
     def pose(self, displacements: ArrayLike) -> Array:
         """Return the child's site in the parent's frame, (..., n) [rad or m] to (..., 4, 4)."""
         values = np.asarray(displacements, dtype=float)

@@ -77,6 +77,6 @@ def random_pose(model: ExudynModel, seed=0, size=0.4, speed=2.0, moment=0.35) ->
     displacements = prescribed.impose_displacements(displacements, moment)
     placement = close_loops(start.tree, displacements, fixed=prescribed.fixed_joints)
     rates = {n: speed * rng.normal(size=j.degrees_of_freedom) for n, j in figure.joints.items()}
-    rates = prescribed.impose_rates(rates, moment)
+    rates = prescribed.impose_rates(rates, moment, placement.displacements)
     moving = consistent_rates(placement, rates, fixed=prescribed.fixed_joints)
     return Pose(model, placement, moving, moment)

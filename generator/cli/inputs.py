@@ -504,7 +504,7 @@ class KinematicConstraints:
         for name in set_values:
             if not all(
                 isclose(one, other, rel_tol=AGREEMENT_TOLERANCE, abs_tol=AGREEMENT_TOLERANCE)
-                for one, other in zip(asked[name], put[name], strict=True)
+                for one, other in zip(*_free_parts(figure, name, asked, put), strict=True)
             ):
                 option = "--scale pose." if name in scaled["pose"] else "--set "
                 raise UsageError(
@@ -516,7 +516,13 @@ class KinematicConstraints:
         except ModelError as failure:
             raise UsageError(str(failure)) from None
         rates = velocities_from_options(velocities, figure, free_root=free_root)
-        _check_rates(prescribed, {**rates, **scaled["velocity"]}, start, scaled["velocity"])
+        _check_rates(prescribed, {**rates, **scaled["velocity"]}, start, scaled["velocity"], put)
+
+
+def _free_parts(figure: Figure, joint: str, *parts: Displacements) -> list[Array]:
+    """Return values of a joint without those of displacements that follow in the figure's file."""
+    places = list(figure.joints[joint].free_places)
+    return [part[joint][places] for part in parts]
 
 
 def _check_rates(
@@ -524,17 +530,17 @@ def _check_rates(
     velocities: Mapping[str, Sequence[float]],
     start: float,
     scaled: Container[str],
+    displacements: Displacements,
 ) -> None:
     """Raise UsageError for velocities other than what is prescribed at the start [s]."""
     asked = {
         name: np.array(velocities.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
         for name, joint in prescribed.tree.figure.joints.items()
     }
-    put = prescribed.impose_rates(asked, start)
+    put = prescribed.impose_rates(asked, start, displacements)
     for name in velocities.keys() & asked.keys():
-        if not np.allclose(
-            asked[name], put[name], rtol=AGREEMENT_TOLERANCE, atol=AGREEMENT_TOLERANCE
-        ):
+        one, other = _free_parts(prescribed.tree.figure, name, asked, put)
+        if not np.allclose(one, other, rtol=AGREEMENT_TOLERANCE, atol=AGREEMENT_TOLERANCE):
             option = "--scale velocity." if name in scaled else "--velocity "
             raise UsageError(
                 f"{option}{name}: the joint is locked, linked or driven, and starts with "

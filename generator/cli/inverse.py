@@ -396,14 +396,11 @@ def frequency_from_option(option: str, text: str) -> float:
     return value
 
 
-def load_body(
-    source: str, *, curves: bool = True
-) -> tuple[Figure, Coordinates, tuple[Diagnostic, ...]]:
+def load_body(source: str) -> tuple[Figure, Coordinates, tuple[Diagnostic, ...]]:
     """Load a figure, or a model as one, with coordinates and warnings. Raises InputError.
 
     Args:
         source: Path or name of a figure, or path of a model.
-        curves: Let axes of a model that follow a coordinate by a curve follow it.
     """
     from generator.conversion import check_no_macros, is_model  # imports all formats of models
     from generator.model_files.formats import read_model
@@ -411,7 +408,7 @@ def load_body(
 
     check_no_macros(source)
     if is_model(source):
-        imported = read_model(source, curves=curves)
+        imported = read_model(source)
         lost = [loss for loss in imported.losses.entries if loss.what == FIXED_CURVES]
         found = tuple(
             warning(f"{source}: {loss}", hint="their moments are those of the fixed axes")

@@ -39,9 +39,6 @@ from generator.motion_files import FigureMotion
 from generator.motion_files.motion import motion_from_figure
 from generator.rotations import Array
 
-COORDINATE_SUFFIXES = (".mot", ".sto")
-"""Tables of coordinates, which have no columns of axes that follow others."""
-
 MAX_RMS_MM = 50.0
 """Distance of markers from their sites, rms, above which the motion is in doubt; an estimate."""
 
@@ -134,9 +131,7 @@ def track(
     outputs.check_motion_formats(output)
     if up not in ("y", "z"):
         raise UsageError(f"--up {up}: y or z")
-    # Figure files do not have axes that follow coordinates by curves, nor motions of them.
-    are_tables = all(path.suffix.lower() in COORDINATE_SUFFIXES for path in output)
-    figure, coordinates, warnings = load_body(model, curves=are_tables)
+    figure, coordinates, warnings = load_body(model)
     outputs.check_writable(output, (figure.path, model, markers, tasks, links))
     tree = _tree(figure, model, free_root=free_root)
     followers, more = _links(links, tree.figure)
@@ -144,7 +139,7 @@ def track(
     sites = find_marker_sites(measured.names, tree.figure)
     weights = _weights(measured, weight or (), tasks)
     try:
-        tracked = track_markers(tree, measured, sites, weights, followers, coordinates)
+        tracked = track_markers(tree, measured, sites, weights, followers)
     except InputError as failure:
         faults = [error(f"{markers}: {one.message}", hint=one.hint) for one in failure.diagnostics]
         raise InputError(faults) from None

@@ -250,6 +250,7 @@ def _check_joint(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> 
             f"a lower limit of `{shorten(joint.name)}` is above its upper limit",
             origin_span(joint.origins, "llimit"),
         )
+    _check_followers(joint, draft, diagnostics)
     for word, values in (("stiff", joint.stiff), ("damp", joint.damp)):
         if min(values or (0.0,)) < 0.0:
             diagnostics.warning(
@@ -257,6 +258,21 @@ def _check_joint(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> 
                 origin_span(joint.origins, word),
                 "a passive joint has none below zero",
             )
+
+
+def _check_followers(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics) -> None:
+    """Check that displacements follow free ones of joints that are there."""
+    for place, one in enumerate(joint.followers, 1):
+        if one is None:
+            continue
+        control, span = draft.joints.get(one.joint), origin_span(joint.origins, "follow")
+        follower = f"displacement {place} of `{shorten(joint.name)}`"
+        if control is None or not 0 <= one.index < len(control.chain):
+            message = f"{follower} follows one that the figure does not have"
+            diagnostics.error(message, span, spelling_hint(one.joint, draft.joints))
+        elif control.followers and control.followers[one.index] is not None:
+            message = f"{follower} follows one of `{shorten(one.joint)}` that is not free"
+            diagnostics.error(message, span, "let both follow the same displacement")
 
 
 def _check_site(

@@ -24,7 +24,17 @@ BLOCK_FIELDS: Final[dict[str, tuple[str, ...]]] = {
     "attribute": (),
     "segment": ("psurf", "attribute", "mass", "inertia", "contact"),
     "site": ("location", "globalforce", "localforce", "globalmoment", "localmoment"),
-    "joint": ("connect", "type", "displacement", "stiff", "rest", "damp", "llimit", "ulimit"),
+    "joint": (
+        "connect",
+        "type",
+        "displacement",
+        "stiff",
+        "rest",
+        "damp",
+        "llimit",
+        "ulimit",
+        "follow",
+    ),
 }
 """For each kind of block, its fields. An attribute's fields are free."""
 

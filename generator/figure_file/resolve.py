@@ -1,12 +1,21 @@
 """From the syntax tree to the parts of a figure, in SI."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TypeGuard
 
-from generator.diagnostics import Diagnostics, Span, closest_match, shorten, spelling_hint
+from generator.diagnostics import (
+    Diagnostics,
+    ModelError,
+    Span,
+    closest_match,
+    shorten,
+    spelling_hint,
+)
 from generator.figure import (
     Attribute,
     Figure,
+    Follower,
     Joint,
     JointAxis,
     Location,
@@ -19,13 +28,18 @@ from generator.figure_file import values
 from generator.figure_file.lexer import BLOCK_FIELDS, block_parent, keywords_in
 from generator.figure_file.parser import (
     Block,
+    Call,
     Connect,
     Field,
+    ItemList,
+    Number,
     SiteReference,
     Statement,
     String,
+    Value,
     Word,
 )
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.units import Dimension
 
 
@@ -72,8 +86,10 @@ _LOAD_DIMENSIONS: Mapping[str, Dimension] = {
     "localmoment": Dimension.MOMENT,
 }
 
+_DISPLACEMENT = Dimension.ANGLE, Dimension.LENGTH
+
 _JOINT_FIELD_DIMENSIONS: Mapping[str, tuple[Dimension, Dimension]] = {
-    "displacement": (Dimension.ANGLE, Dimension.LENGTH),
+    "displacement": _DISPLACEMENT,
     "stiff": (Dimension.ANGULAR_STIFFNESS, Dimension.LINEAR_STIFFNESS),
     "rest": (Dimension.ANGLE, Dimension.LENGTH),
     "damp": (Dimension.ANGULAR_DAMPING, Dimension.LINEAR_DAMPING),
@@ -90,6 +106,7 @@ def resolve_figure(tree: Block, diagnostics: Diagnostics) -> FigureDraft:
     draft.name = tree.name.text if tree.name else None
     draft.origins["name"] = place
     taken: dict[tuple[str, str], Word] = {}
+    followers: dict[str, Value | None] = {}
     for block in _blocks(tree.body):
         if block.name is None or not _is_new(taken, block.kind.text, block.name, diagnostics):
             continue
@@ -104,6 +121,11 @@ def resolve_figure(tree: Block, diagnostics: Diagnostics) -> FigureDraft:
                 joint = _resolve_joint(block, block.name, diagnostics)
                 if joint is not None:
                     draft.joints[block.name.text] = joint
+                    written = [one.value for one in block.body if _is_follow(one)]
+                    followers |= dict.fromkeys([joint.name], next(filter(None, written), None))
+    for name, written in followers.items():
+        if written is not None:
+            draft.joints[name] = _with_followers(draft.joints[name], written, draft, diagnostics)
     fields = _collect_fields(tree, diagnostics, draft.origins)
     if "root" in fields:
         draft.root = _resolve_root(fields["root"], diagnostics)
@@ -294,6 +316,76 @@ def _resolve_joint(block: Block, name: Word, diagnostics: Diagnostics) -> Joint 
         upper_limit=rows.get("ulimit"),
         origins=origins,
     )
+
+
+def _is_follow(statement: Statement) -> TypeGuard[Field]:
+    return isinstance(statement, Field) and statement.name.text == "follow"
+
+
+_CURVE_FORM = (
+    "`free`, `polynomial(JOINT, 1, c0, c1, ...)` in rad and m, or `simm_spline(JOINT, 1, x, y, x, "
+    "y, ...)`"
+)
+
+
+def _with_followers(
+    joint: Joint, node: Value, draft: FigureDraft, diagnostics: Diagnostics
+) -> Joint:
+    """Return a joint with what its displacements follow, once all joints are known."""
+    items = node.items if isinstance(node, ItemList) else (node,)
+    if len(items) != len(joint.chain):
+        if "type" not in joint.origins or joint.chain:
+            diagnostics.error(
+                f"{len(items)} entries instead of {len(joint.chain)}",
+                node.span,
+                "`follow` has one for each degree of freedom",
+            )
+        return joint
+    followers = tuple(
+        _resolve_follower(item, axis, draft, diagnostics)
+        for item, axis in zip(items, joint.chain, strict=True)
+    )
+    return replace(joint, followers=followers)
+
+
+def _resolve_follower(
+    node: Value, axis: JointAxis, draft: FigureDraft, diagnostics: Diagnostics
+) -> Follower | None:
+    """Return the rule of a follower; None for a free one, or with an error reported."""
+    if isinstance(node, Word) and node.text == "free":
+        return None
+    if not isinstance(node, Call) or node.name.text not in tuple(CurveKind):
+        diagnostics.error("this is not what a displacement follows", node.span, _CURVE_FORM)
+        return None
+    control, place, *_ = (*node.arguments.items, node, node)
+    if not isinstance(control, Word) or not isinstance(place, Number):
+        diagnostics.error("a curve names the joint that it follows", node.span, _CURVE_FORM)
+        return None
+    joint = draft.joints.get(control.text)
+    if joint is None:
+        hint = spelling_hint(control.text, draft.joints)
+        diagnostics.error(f"there is no joint `{shorten(control.text)}`", control.span, hint)
+        return None
+    count = len(joint.chain)
+    if not place.text.isdecimal() or not 1 <= int(place.text) <= count or place.unit:
+        what = f"`{shorten(joint.name)}` has {count} displacements"
+        diagnostics.error(what, place.span, "counted from 1, in the order of its `type`")
+        return None
+    index, kind = int(place.text) - 1, CurveKind(node.name.text)
+    written = ItemList(tuple(node.arguments.items[2:]), node.span)
+    dimensions = [Dimension.NUMBER] * len(written.items)
+    if kind is not CurveKind.POLYNOMIAL:
+        pair = (joint.chain[index], axis)
+        both = [values.axis_dimension(one.kind, *_DISPLACEMENT) for one in pair]
+        dimensions = [both[k % 2] for k in range(len(written.items))]
+    read = values.resolve_numbers(written, dimensions, "", diagnostics)
+    if read is None:
+        return None
+    try:
+        return Follower(joint.name, index, FollowerCurve(kind, read))
+    except ModelError as failure:
+        diagnostics.error(str(failure), node.span, _CURVE_FORM)
+        return None
 
 
 def _find_connect(block: Block, name: Word, diagnostics: Diagnostics) -> Connect | None:

@@ -7,6 +7,7 @@ from generator.figure import (
     Attribute,
     AxisKind,
     Figure,
+    Follower,
     Joint,
     JointAxis,
     Location,
@@ -18,6 +19,7 @@ from generator.figure import (
 from generator.figure_file.check import require_valid_figure
 from generator.figure_file.lexer import MAX_WORD_LENGTH
 from generator.figure_file.values import axis_dimension
+from generator.follower_curve import CurveKind
 from generator.units import Dimension, format_quantities, format_quantity
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -40,7 +42,7 @@ def write_figure(figure: Figure) -> str:
     for segment in figure.segments.values():
         lines += _block(f"segment {_checked_name(segment.name)}", _segment(segment))
     for joint in figure.joints.values():
-        lines += _block(f"joint {_checked_name(joint.name)}", _joint(joint))
+        lines += _block(f"joint {_checked_name(joint.name)}", _joint(joint, figure.joints))
     return "\n".join([*lines, f"  root = {_site_ref(figure.root)};", "}", ""])
 
 
@@ -130,7 +132,7 @@ def _location(location: Location) -> str:
     )
 
 
-def _joint(joint: Joint) -> list[str]:
+def _joint(joint: Joint, joints: Mapping[str, Joint]) -> list[str]:
     rows = (
         ("stiff", joint.stiff, Dimension.ANGULAR_STIFFNESS, Dimension.LINEAR_STIFFNESS),
         ("rest", joint.rest, Dimension.ANGLE, Dimension.LENGTH),
@@ -153,7 +155,25 @@ def _joint(joint: Joint) -> list[str]:
         for key, row, about, along in rows
         if row is not None
     ]
+    if joint.followers:
+        pairs = zip(joint.followers, joint.chain, strict=True)
+        texts = [_follower(one, axis, joints) for one, axis in pairs]
+        lines.append(f"follow = {_format_list(texts)};")
     return lines
+
+
+def _follower(follower: Follower | None, axis: JointAxis, joints: Mapping[str, Joint]) -> str:
+    """Format what a displacement follows; a spline with the units of both."""
+    if follower is None:
+        return "free"
+    curve, control = follower.curve, joints[follower.joint].chain[follower.index]
+    numbers = format_quantities(curve.numbers, Dimension.NUMBER)
+    if curve.kind is not CurveKind.POLYNOMIAL:
+        for k, one in enumerate((control, axis)):
+            dimension = axis_dimension(one.kind, Dimension.ANGLE, Dimension.LENGTH)
+            numbers[k::2] = format_quantities(curve.numbers[k::2], dimension)
+    place = [_checked_name(follower.joint), str(follower.index + 1)]
+    return curve.kind + _format_list([*place, *numbers])
 
 
 def _format_joint_values(

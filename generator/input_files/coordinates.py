@@ -8,23 +8,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain as joined
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from generator.diagnostics import Diagnostics, Source, shorten, spelling_hint
 from generator.figure import Figure, JointAxis
 from generator.file_kind import FileKind
 from generator.identifiers import coordinate_names, plain_name, reserve_name
-from generator.rotations import Array
 from generator.text_io import path_exists
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Integer, Number, TableRows, Text
 from generator.toml_file.spans import locate_keys
 from generator.toml_file.writer import document_to_toml
-
-if TYPE_CHECKING:  # slow to import
-    from scipy.interpolate import PPoly
 
 COORDINATE_TABLE = "coordinate"
 
@@ -55,55 +49,21 @@ COORDINATE_ROWS = TableRows(
 _NOUN = "coordinates file"
 
 
-@dataclass(frozen=True, eq=False)
-class CoordinateCurve:
-    """A displacement as a function of a coordinate: piecewise polynomials.
-
-    Attributes:
-        pieces: Polynomials of the coordinate [rad or m].
-        is_straight_beyond: Whether it continues along its tangents beyond both ends.
-        scale: Factor of all values.
-    """
-
-    pieces: "PPoly"
-    is_straight_beyond: bool
-    scale: float = 1.0
-
-    def at(self, values: Array, derivative: int = 0) -> Array:
-        """Return the displacement, or its first or second derivative, at coordinates, (n,)."""
-        inside = values
-        if self.is_straight_beyond:
-            inside = np.clip(values, self.pieces.x[0], self.pieces.x[-1])
-        found = np.asarray(self.pieces(inside, derivative), dtype=float)
-        if derivative == 0:
-            found = found + self.pieces(inside, 1) * (values - inside)
-        elif derivative == 2:
-            found = np.where(values == inside, found, 0.0)
-        return self.scale * found
-
-
 @dataclass(frozen=True)
 class CoordinateMapping:
     """The displacement of the figure that a coordinate of the model became.
-
-    An axis of the model that follows a coordinate is a displacement too, with a curve. Tables of
-    motions have no columns of such ones.
 
     Attributes:
         joint: Name of the joint.
         index: Index of the displacement among the joint's, from 0.
         offset: Value of the coordinate where the displacement is zero [rad or m].
         scale: Slope of the coordinate by the displacement, which is positive.
-        control: Coordinate that it follows; "" for none.
-        curve: Displacement as a function of that coordinate; None for none.
     """
 
     joint: str
     index: int
     offset: float = 0.0
     scale: float = 1.0
-    control: str = ""
-    curve: CoordinateCurve | None = None
 
 
 Coordinates = Mapping[str, CoordinateMapping]
@@ -247,7 +207,7 @@ def names_in_models(
     kept = {
         name: at
         for name, at in coordinates.items()
-        if plain_name(name) == name and (at.scale, at.offset) == (1.0, 0.0) and at.curve is None
+        if plain_name(name) == name and (at.scale, at.offset) == (1.0, 0.0)
     }
     columns = iter(displacement_columns(chains, kept))
     return {joint: tuple(next(columns) for _ in chain) for joint, chain in chains.items()}

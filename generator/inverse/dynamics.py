@@ -13,11 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.diagnostics import ModelError, shorten
-from generator.input_files.coordinates import (
-    CoordinateCurve,
-    CoordinateMapping,
-    Coordinates,
-)
+from generator.follower_curve import FollowerCurve
 from generator.kinematics.tree import Tree
 from generator.rotations import Array
 
@@ -122,13 +118,13 @@ def _momentum_rate(
     return np.hstack([moment + np.cross(arm, force), force])
 
 
-def follow_curves(tree: Tree, motion: Motion, coordinates: Coordinates) -> Motion:
-    """Return the motion with displacements that follow coordinates by curves set by these."""
+def follow_curves(tree: Tree, motion: Motion) -> Motion:
+    """Return the motion with the displacements set that follow others in the figure's file."""
     values, rates, accelerations = (
         part.copy() for part in (motion.values, motion.rates, motion.accelerations)
     )
-    for own, control, at, curve in curve_columns(tree, coordinates):
-        y, y1, y2 = _of_coordinate(motion, control, at)
+    for own, control, curve in curve_columns(tree):
+        y, y1, y2 = (part[:, control] for part in (values, rates, accelerations))
         slope, bend = curve.at(y, 1), curve.at(y, 2)
         values[:, own] = curve.at(y)
         rates[:, own] = slope * y1
@@ -136,33 +132,18 @@ def follow_curves(tree: Tree, motion: Motion, coordinates: Coordinates) -> Motio
     return Motion(motion.times, values, rates, accelerations)
 
 
-def add_followers_forces(
-    tree: Tree, motion: Motion, forces: Array, coordinates: Coordinates
-) -> Array:
+def add_followers_forces(tree: Tree, motion: Motion, forces: Array) -> Array:
     """Return the forces with those of followers added to their controls, by the chain rule."""
     total = forces.copy()
-    for own, control, at, curve in curve_columns(tree, coordinates):
-        y, _, _ = _of_coordinate(motion, control, at)
-        total[:, control] += curve.at(y, 1) * forces[:, own] * at.scale
+    for own, control, curve in curve_columns(tree):
+        total[:, control] += curve.at(motion.values[:, control], 1) * forces[:, own]
     return total
 
 
-def _of_coordinate(
-    motion: Motion, column: int, at: CoordinateMapping
-) -> tuple[Array, Array, Array]:
-    parts = (motion.values, motion.rates, motion.accelerations)
-    value, rate, acceleration = (at.scale * part[:, column] for part in parts)
-    return value + at.offset, rate, acceleration
-
-
-def curve_columns(
-    tree: Tree, coordinates: Coordinates
-) -> Iterator[tuple[int, int, CoordinateMapping, CoordinateCurve]]:
-    """Yield columns of displacements that follow, and of their controls, with these and curves."""
+def curve_columns(tree: Tree) -> Iterator[tuple[int, int, FollowerCurve]]:
+    """Yield columns of displacements that follow, and of their controls, with the curves."""
     starts = {name: columns.start for name, columns in tree.kinematics.columns.items()}
-    for at in coordinates.values():
-        control = coordinates.get(at.control)
-        if at.curve is None or control is None or at.joint not in starts:
-            continue
-        own, column = starts[at.joint] + at.index, starts[control.joint] + control.index
-        yield own, column, control, at.curve
+    for name, start in starts.items():
+        for k, one in enumerate(tree.figure.joints[name].followers):
+            if one is not None:
+                yield start + k, starts[one.joint] + one.index, one.curve

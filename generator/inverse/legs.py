@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from generator.input_files.coordinates import Coordinates
-from generator.kinematics.placement import forward_kinematics
+from generator.kinematics.placement import forward_kinematics, with_followers
 from generator.kinematics.tree import Tree, TreeJoint
 from generator.rotations import Array
 
@@ -61,11 +61,8 @@ def _find_leg(tree: Tree, coordinates: Coordinates, side: tuple[str, ...]) -> Le
     joints = {word: _joints_called(tree, word, side) for word in MOTIONS}
     if not all(joints.values()):
         return {}
-    zeros = {name: np.zeros(len(one.chain)) for name, one in tree.figure.joints.items()}
-    for at in coordinates.values():
-        control = coordinates.get(at.control)
-        if at.curve is not None and control is not None:
-            zeros[at.joint][at.index] = at.curve.at(np.array([control.offset]))[0]
+    joints_at_zero = {name: np.zeros(len(one.chain)) for name, one in tree.figure.joints.items()}
+    zeros = with_followers(tree.figure, joints_at_zero)
     poses = forward_kinematics(tree, zeros).poses
     hip, knee, ankle = (_position(tree, poses, found[-1]) for found in joints.values())
     foot = tree.figure.segments[joints["ankle"][-1].outboard]

@@ -179,15 +179,15 @@ def joint_moments(
     }
     _check_units(motion, columns)
     times = common_times(motion.times, forces)
-    smooth = follow_curves(tree, smooth_motion(tree, motion, cutoff, times), columns)
+    smooth = follow_curves(tree, smooth_motion(tree, motion, cutoff, times))
     poses = tree.kinematics.poses(smooth.values)
     wrenches = wrenches_of_forces(forces, times, poses, tree.figure)
     needed = generalized_forces(tree, smooth, wrenches, gravity)
-    needed = add_followers_forces(tree, smooth, needed, columns)
+    needed = add_followers_forces(tree, smooth, needed)
     found: dict[str, CoordinateForce] = {}
     roots = set(_root_joints(tree))
     for name, at in columns.items():
-        if at.curve is not None:
+        if at.index not in tree.figure.joints[at.joint].free_places:
             continue
         k = tree.kinematics.columns[at.joint].start + at.index
         found[name] = CoordinateForce(

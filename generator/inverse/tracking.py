@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generator.diagnostics import InputError, error
-from generator.input_files.coordinates import NO_COORDINATES, Coordinates
 from generator.inverse.dynamics import curve_columns
 from generator.inverse.markers import Markers, MarkerSite
 from generator.inverse.moments import body_height
@@ -88,7 +87,6 @@ class _Problem:
         sites: Sequence[MarkerSite],
         weights: Array,
         links: Links,
-        coordinates: Coordinates,
     ) -> None:
         kinematics = tree.kinematics
         self.tree, self.sites, self.roots = tree, sites, np.sqrt(weights)
@@ -99,7 +97,7 @@ class _Problem:
             for joint, columns in kinematics.columns.items()
             for k in range(columns.start, columns.stop)
         ]
-        self.curves = list(curve_columns(tree, coordinates))
+        self.curves = list(curve_columns(tree))
         curved = {self.freedoms[own] for own, *_ in self.curves}
         self.matrix, self.offset = _free_matrix(self.freedoms, links, curved)
         self.is_plain = not links.links and not curved
@@ -130,8 +128,8 @@ class _Problem:
     def values(self, free: Array) -> Array:
         """Return all displacements, shape (n, m), of free ones, shape (n, f) [rad or m]."""
         values = free @ self.matrix.T + self.offset
-        for own, control, at, curve in self.curves:
-            values[:, own] = curve.at(at.scale * values[:, control] + at.offset)
+        for own, control, curve in self.curves:
+            values[:, own] = curve.at(values[:, control])
         return values
 
     def residuals(self, free: Array, targets: Array) -> Array:
@@ -171,8 +169,8 @@ class _Problem:
             arms = np.stack(rows, axis=2).reshape(len(free), -1, 6)
             arms = arms * np.repeat(seen[:, places], 3, axis=1)[:, :, None]
             slopes = twists * kinematics.motion_masks[segment][None, :, None]
-            for own, control, at, curve in self.curves:
-                slope = at.scale * curve.at(at.scale * values[:, control] + at.offset, 1)
+            for own, control, curve in self.curves:
+                slope = curve.at(values[:, control], 1)
                 slopes[:, control] += slope[:, None] * slopes[:, own]
             slopes = slopes if self.is_plain else np.einsum("nma,mf->nfa", slopes, self.matrix)
             slopes = slopes @ np.swapaxes(arms, 1, 2)
@@ -247,7 +245,6 @@ def track_markers(
     sites: Mapping[str, MarkerSite],
     weights: Mapping[str, float] | None = None,
     links: Links = NO_LINKS,
-    coordinates: Coordinates = NO_COORDINATES,
 ) -> Tracked:
     """Return the displacements whose sites are nearest to markers.
 
@@ -256,9 +253,7 @@ def track_markers(
         markers: Trajectories of markers; those without a site are left out.
         sites: Sites by the names of markers.
         weights: Weights of squared distances by marker; 1 by default, 0 leaves one out.
-        links: Displacements that follow others.
-        coordinates: Coordinates of the model that the figure is from, with curves of displacements
-            that follow them.
+        links: Displacements that follow others, beside those of the figure's file.
 
     Raises:
         InputError: The markers do not determine the position of the figure, or have other units.
@@ -277,7 +272,6 @@ def track_markers(
         [sites[n] for n in used],
         np.array([chosen.get(n, 1.0) for n in used]),
         links,
-        coordinates,
     )
     free = _solve_frames(problem, targets)
     values = problem.values(free)

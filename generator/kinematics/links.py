@@ -11,7 +11,7 @@ What a links file means for a figure: links of degrees of freedom, or faults wit
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import assert_never
 
@@ -27,6 +27,7 @@ from generator.diagnostics import (
 )
 from generator.figure import AxisKind, Figure, Joint, JointAxis
 from generator.file_kind import FileKind
+from generator.follower_curve import FollowerCurve
 from generator.input_files.links import LINK_ENTRIES, MAX_LINK_FACTOR, LinkEntry, LinksFile
 from generator.kinematics.placement import Displacements, Placement, forward_kinematics, site_pose
 from generator.kinematics.tree import build_tree
@@ -194,13 +195,15 @@ class Coordinate:
 class Link:
     """follower = factor * control + offset, with displacements in rad or m.
 
-    Raises ModelError for a factor of zero and for numbers that are not finite.
+    With a curve it is factor * curve(control) + offset. Raises ModelError for a factor of zero and
+    for numbers that are not finite.
     """
 
     follower: Coordinate
     control: Coordinate
     factor: float = 1.0
     offset: float = 0.0
+    curve: FollowerCurve | None = None
 
     def __post_init__(self) -> None:
         """Check the factor and the offset."""
@@ -212,10 +215,38 @@ class Link:
     def compose(self, earlier: "Link") -> "Link":
         """Return this link with its control replaced by the control of `earlier`.
 
-        Raises ModelError when the product of the factors is beyond the floats.
+        Raises ModelError when the product of the factors is beyond the floats, and for a curve of a
+        curve.
         """
+        if self.curve is not None:
+            if earlier.curve is not None:
+                raise ModelError(f"{self.follower} follows {self.control}, both by a curve")
+            inner = self.curve.of_line(earlier.factor, earlier.offset)
+            return replace(self, control=earlier.control, curve=inner)
         offset = self.factor * earlier.offset + self.offset
-        return Link(self.follower, earlier.control, self.factor * earlier.factor, offset)
+        factor = self.factor * earlier.factor
+        return Link(self.follower, earlier.control, factor, offset, earlier.curve)
+
+    def at(self, control: Array, derivative: int = 0) -> Array:
+        """Return the follower's displacement, or a derivative of it by the control's.
+
+        Args:
+            control: Displacements of the control, of any shape [rad or m].
+            derivative: Order of the derivative.
+        """
+        if self.curve is not None:
+            values = self.factor * self.curve.at(control, derivative)
+            return values if derivative else values + self.offset
+        if derivative == 0:
+            return self.factor * control + self.offset
+        return np.full_like(control, self.factor if derivative == 1 else 0.0, dtype=float)
+
+    @property
+    def as_curve(self) -> FollowerCurve:
+        """The displacement of the follower as a curve."""
+        if self.curve is None:
+            return FollowerCurve.line(self.factor, self.offset)
+        return self.curve.scaled(self.factor, self.offset)
 
 
 @dataclass(frozen=True)
@@ -274,14 +305,21 @@ class Links:
                     raise ModelError(f"there is no displacement of {freedom}")
             control = moved[link.control.joint][..., link.control.index]
             with np.errstate(over="ignore"):
-                followed = link.factor * control + link.offset
+                followed = link.at(control)
             if not np.all(np.abs(followed) <= MAX_LINK_VALUE):
                 raise ModelError(f"the displacement of {link.follower} is not finite")
             moved[link.follower.joint][..., link.follower.index] = followed
         return moved
 
+    def beside(self, earlier: "Links") -> "Links":
+        """Return these links and others.
+
+        Raises ModelError as for links of one file.
+        """
+        return Links((*earlier.links, *self.links)) if earlier.links else self
+
     def constraints(self, coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
-        """Return C and d of the constraints `C q = d` on displacements q [rad or m].
+        """Return C and d of the constraints `C q = d` of links without curves [rad or m].
 
         Args:
             coordinates: which displacement stands at each place of q.
@@ -323,6 +361,17 @@ def cycles(links: Iterable[Link]) -> tuple[tuple[Coordinate, ...], ...]:
 
 NO_LINKS = Links()
 """Links of nothing."""
+
+
+def figure_links(figure: Figure) -> Links:
+    """Return the links of the displacements that follow others in a figure's own file."""
+    links = tuple(
+        Link(Coordinate(name, k), Coordinate(one.joint, one.index), curve=one.curve)
+        for name, joint in figure.joints.items()
+        for k, one in enumerate(joint.followers)
+        if one is not None and one.joint in figure.joints
+    )
+    return Links(links) if links else NO_LINKS
 
 
 def cycle_message(cycle: Sequence[Coordinate]) -> str:

@@ -11,6 +11,7 @@ from generator.kinematics.placement import (
     forward_kinematics,
     relative_jacobian,
     segment_jacobians,
+    with_followers,
 )
 from generator.kinematics.tree import Tree
 from generator.rotations import Array, wrap_angle
@@ -26,7 +27,7 @@ class OpenLoopError(MoverError):
 def close_loops(
     tree: Tree, displacements: Displacements, fixed: Set[str] = frozenset()
 ) -> Placement:
-    """Return the placement at `displacements` with its loops closed.
+    """Return the placement at `displacements`, and what follows them, with its loops closed.
 
     Without loops that is the requested pose. Otherwise the joints that are not `fixed` change as
     little as possible; the displacements of the closing joints follow from the pose.
@@ -39,6 +40,7 @@ def close_loops(
     Raises:
         OpenLoopError: no pose nearby closes the loops; the message names the joint and the gap.
     """
+    displacements = with_followers(tree.figure, displacements)
     placement = forward_kinematics(tree, displacements)
     if not tree.closures:
         return placement

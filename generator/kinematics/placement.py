@@ -43,8 +43,25 @@ class Placement:
 
 
 def initial_displacements(tree: Tree) -> dict[str, Array]:
-    """Return the displacements in the figure file, shape (n,) per joint."""
-    return {name: np.array(joint.displacement) for name, joint in tree.figure.joints.items()}
+    """Return the displacements in the figure file, shape (n,) per joint, after the followers'."""
+    written = {name: np.array(joint.displacement) for name, joint in tree.figure.joints.items()}
+    return with_followers(tree.figure, written)
+
+
+def with_followers(figure: Figure, displacements: Displacements) -> dict[str, Array]:
+    """Return displacements with those set that follow others in the figure's file.
+
+    Args:
+        figure: Figure whose joints they are.
+        displacements: Displacements by joint, shape (..., n) [rad or m].
+    """
+    moved = dict(displacements)
+    for name in displacements.keys() & figure.joints.keys():
+        for k, one in enumerate(figure.joints[name].followers):
+            if one is not None and one.joint in displacements:
+                moved[name] = np.array(moved[name], dtype=float)
+                moved[name][..., k] = one.curve.at(displacements[one.joint][..., one.index])
+    return moved
 
 
 def checked_joint_values(figure: Figure, values: Mapping[str, ArrayLike]) -> dict[str, Array]:

@@ -14,7 +14,7 @@ import numpy as np
 from generator.diagnostics import ModelError, spelling_hint
 from generator.drive import Drive
 from generator.figure import AxisKind, Joint
-from generator.kinematics.links import Coordinate, Link, Links
+from generator.kinematics.links import Coordinate, Link, Links, figure_links
 from generator.kinematics.placement import (
     Displacements,
     Placement,
@@ -34,7 +34,7 @@ class PrescribedMotion:
 
     Attributes:
         tree: tree whose joints they are.
-        links: links between rotations of joints.
+        links: links between rotations of joints, beside those of the figure.
         locked: constant displacements, by joint [rad or m].
         drives: drives by joint; of rotations only.
 
@@ -65,7 +65,8 @@ class PrescribedMotion:
                         f"joint {joint.name} has {len(joint.chain)} degrees of freedom: "
                         f"{freedom} cannot be linked"
                     )
-                self._check_is_rotation(joint, freedom.index, "linked")
+                if link.curve is None:
+                    self._check_is_rotation(joint, freedom.index, "linked")
             if link.follower.joint in self.locked:
                 raise ModelError(f"{link.follower} follows {link.control} and is locked")
             if link.follower in driven:
@@ -73,12 +74,21 @@ class PrescribedMotion:
 
     def __bool__(self) -> bool:
         """Return whether anything is prescribed."""
-        return bool(self.links.links or self.locked or self.drives)
+        return bool(self.all_links.links or self.locked or self.drives)
+
+    @cached_property
+    def all_links(self) -> Links:
+        """The links and those of the figure's own followers."""
+        return self.links.beside(figure_links(self.tree.figure))
 
     @cached_property
     def resolved_links(self) -> tuple[Link, ...]:
-        """Links of single degrees of freedom; none without links."""
-        return self.links.resolved if self.links.links else ()
+        """Links of single degrees of freedom; none within what is locked as the figure has it."""
+        return tuple(
+            link
+            for link in (self.all_links.resolved if self.all_links.links else ())
+            if link.curve is None or not {link.follower.joint, link.control.joint} <= {*self.locked}
+        )
 
     @property
     def _driven_coordinates(self) -> frozenset[Coordinate]:
@@ -153,15 +163,19 @@ class PrescribedMotion:
         linked = {f.joint for one in self.resolved_links for f in (one.follower, one.control)}
         return frozenset({*self.locked, *self.drives, *linked})
 
-    @cached_property
-    def free_jacobian(self) -> Array:
-        """Jacobian of the tree's displacements by the free ones, shape (m, number of free ones)."""
+    def free_jacobian(self, displacements: Displacements) -> Array:
+        """Jacobian of the tree's displacements by the free ones, shape (m, number of free ones).
+
+        Args:
+            displacements: Displacements by joint, shape (n,) [rad or m].
+        """
         places = {freedom: k for k, freedom in enumerate(self.coordinates)}
         matrix = np.zeros((len(places), len(self.free_coordinates)))
         for column, freedom in enumerate(self.free_coordinates):
             matrix[places[freedom], column] = 1.0
         for link in self.resolved_links:
-            matrix[places[link.follower]] = link.factor * matrix[places[link.control]]
+            control = displacements[link.control.joint][link.control.index]
+            matrix[places[link.follower]] = link.at(control, 1) * matrix[places[link.control]]
         return matrix
 
     def impose_displacements(
@@ -179,18 +193,28 @@ class PrescribedMotion:
             result[name][...] = values
         for name, drive in self.drives.items():
             result[name][..., list(self._driven_indices(name))] = drive.displacements(times)
-        return self.links.follow(result) if self.links.links else result
+        return self.all_links.follow(result) if self.all_links.links else result
 
-    def impose_rates(self, rates: Displacements, times: float | Array) -> dict[str, Array]:
-        """Return the rates with the prescribed values inserted, as `impose_displacements` does."""
+    def impose_rates(
+        self, rates: Displacements, times: float | Array, displacements: Displacements
+    ) -> dict[str, Array]:
+        """Return the rates with the prescribed values inserted, as `impose_displacements` does.
+
+        Args:
+            rates: Rates by joint, shape (..., n) [rad/s or m/s].
+            times: Times, shape (...) [s].
+            displacements: Displacements that have been imposed, in the shape of the rates.
+        """
         result = {name: np.array(values, dtype=float) for name, values in rates.items()}
         for name in self.locked:
             result[name][...] = 0.0
         for name, drive in self.drives.items():
             result[name][..., list(self._driven_indices(name))] = drive.rates(times)
         for link in self.resolved_links:
-            control = result[link.control.joint][..., link.control.index]
-            result[link.follower.joint][..., link.follower.index] = link.factor * control
+            at = (..., link.control.index)
+            slope = link.at(displacements[link.control.joint][at], 1)
+            rate = slope * result[link.control.joint][at]
+            result[link.follower.joint][..., link.follower.index] = rate
         return result
 
     def _driven_indices(self, name: str) -> tuple[int, ...]:
@@ -210,7 +234,7 @@ class PrescribedMotion:
         if not self.tree.closures or not self:
             return
         loops = loop_closure_jacobian(placement)
-        if _rank(loops @ self.free_jacobian) < _rank(loops):
+        if _rank(loops @ self.free_jacobian(placement.displacements)) < _rank(loops):
             closing = ", ".join(joint.name for joint in self.tree.closures)
             raise ModelError(
                 f"the loop closed by {closing} is over-constrained: it leaves fewer motions than "

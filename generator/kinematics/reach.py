@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import ModelError
 from generator.figure import Joint
-from generator.kinematics.links import Coordinate, Links
+from generator.kinematics.links import Coordinate, Links, figure_links
 from generator.kinematics.loops import (
     MAX_LOOP_GAP,
     OpenLoopError,
@@ -32,6 +32,7 @@ from generator.kinematics.placement import (
     forward_kinematics,
     relative_jacobian,
     segment_jacobians,
+    with_followers,
 )
 from generator.kinematics.tree import Tree
 from generator.rotations import Array, cross_matrix, rotation_vector_from_matrix
@@ -126,7 +127,7 @@ def reach(
         raise ModelError(f"the figure has no segment `{target.segment}`")
     if not np.all(np.isfinite(np.concatenate([target.point, target.position]))):
         raise ModelError("the target must be finite")
-    space = _Space(tree, links, frozenset(locked))
+    space = _Space(tree, links, frozenset(locked), displacements)
     return _Search(space, target, space.consistent(displacements)).run()
 
 
@@ -147,19 +148,22 @@ def follow_and_close(
     Raises:
         OpenLoopError: no pose nearby closes the loops.
     """
-    return _Space(tree, links, frozenset(fixed)).consistent(displacements)
+    return _Space(tree, links, frozenset(fixed), displacements).consistent(displacements)
 
 
 class _Space:
     """The displacements of a tree that are independent of each other: no followers, not locked.
 
     Attributes:
-        basis: change of the m displacements of the tree by the k independent ones, shape (m, k).
+        basis: change of the m displacements of the tree by the k independent ones, shape (m, k), at
+            the start.
         lower: limits of the m displacements [rad or m]; infinite where there is none.
         upper: the same.
     """
 
-    def __init__(self, tree: Tree, links: Links, locked: frozenset[str]) -> None:
+    def __init__(
+        self, tree: Tree, links: Links, locked: frozenset[str], start: Displacements
+    ) -> None:
         """Number the independent displacements."""
         self.tree, self.links, self.locked = tree, links, locked
         self.coordinates = [
@@ -172,7 +176,8 @@ class _Space:
             link for link in links.resolved if link.control in columns and link.follower in columns
         ]
         self.closing_links = [link for link in links.resolved if link not in of_tree]
-        followers = {link.follower for link in of_tree}
+        own = [one for one in figure_links(tree.figure).links if one.follower in columns]
+        followers = {link.follower for link in (*of_tree, *own)}
         groups = {
             coordinate: np.eye(len(columns))[k]
             for coordinate, k in columns.items()
@@ -183,6 +188,10 @@ class _Space:
             groups[link.control][columns[link.follower]] = link.factor
             if link.follower.joint in locked:
                 blocked.add(link.control)
+        for link in own:
+            slope = link.at(start[link.control.joint][link.control.index], 1)
+            for group in groups.values():
+                group[columns[link.follower]] = slope * group[columns[link.control]]
         free = [group for coordinate, group in groups.items() if coordinate not in blocked]
         self.basis = np.array(free).reshape(-1, len(columns)).T
         joints = [branch.joint for branch in tree.joints]
@@ -203,7 +212,7 @@ class _Space:
 
     def consistent(self, displacements: Displacements) -> Placement:
         """Return the placement with links followed and loops closed. Raises OpenLoopError."""
-        followed = self.links.follow(displacements)
+        followed = with_followers(self.tree.figure, self.links.follow(displacements))
         if not self.tree.closures:
             return forward_kinematics(self.tree, followed)
         start = self.place(self.tree.kinematics.displacement_vector(followed), followed)
@@ -221,6 +230,7 @@ class _Space:
         """Return the placement at displacements of the tree, closing joints nearest to `near`."""
         tree = self.tree
         rows = {name: values[columns] for name, columns in tree.kinematics.columns.items()}
+        rows = with_followers(tree.figure, rows)
         rigid = {name: np.zeros(0) for name, joint in tree.figure.joints.items() if not joint.chain}
         placement = forward_kinematics(tree, {**rigid, **rows})
         ordered = {**rigid, **rows, **closing_displacements(placement, near)}

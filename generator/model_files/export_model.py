@@ -5,7 +5,7 @@ displacements; the joints that close loops as point constraints.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from generator.figure import Figure, Joint, Segment, SiteRef, Vector
 from generator.figure_file.resolve import origin_span
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain
+from generator.kinematics.links import figure_links
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements, Placement, initial_displacements
 from generator.kinematics.tree import Tree, TreeJoint, build_tree
@@ -111,7 +112,14 @@ class ExportModel:
     def laws(self, joint: str) -> "JointLaws":
         """Springs of a joint by their arguments; raises as `split_joint_laws`."""
         chain = self.tree.chains[joint]
-        return split_joint_laws(chain, self.joint_springs(joint), self.springs.law)
+        laws = split_joint_laws(chain, self.joint_springs(joint), self.springs.law)
+        return replace(laws, keeps_angles=joint in self.linked_joints)
+
+    @cached_property
+    def linked_joints(self) -> frozenset[str]:
+        """Joints with displacements that follow others, or that are followed."""
+        links = figure_links(self.figure).links
+        return frozenset(end.joint for one in links for end in (one.follower, one.control))
 
     def is_in_tree(self, spring: CoupledSpring) -> bool:
         """Return True for a law over joints of which none closes a loop."""
@@ -178,6 +186,7 @@ class JointLaws:
             by index in the chain; under a law of coordinates all are.
         combined: springs of several rotations, which are functions of the rotation vector.
         reach: reach of the limb below the joint; `combined` has its damping.
+        keeps_angles: whether the joint is of single displacements, as some follow others.
     """
 
     chain: Chain
@@ -185,6 +194,7 @@ class JointLaws:
     uncoupled: Mapping[int, AxisSpring]
     combined: tuple[AxisSpring, ...]
     reach: Reach | None = None
+    keeps_angles: bool = False
 
     @property
     def of_vector(self) -> VectorLaw:
@@ -199,7 +209,8 @@ class JointLaws:
         functions of its displacements stays a ball.
         """
         turns = self.chain.rotations
-        return len(turns) == 3 and not any(k in self.uncoupled for k in turns)
+        are_apart = self.keeps_angles or any(k in self.uncoupled for k in turns)
+        return len(turns) == 3 and not are_apart
 
     @property
     def combined_resist(self) -> bool:
@@ -267,6 +278,8 @@ def has_friction(spring: AxisSpring) -> bool:
     return any(isinstance(law, Frictional) for law in spring.elastic)
 
 
+FREE_FOLLOWERS = "curves by which displacements follow others: they are free"
+
 REACH_LOSS = (
     "the reach of limbs: their directions and turns have no ends in the file, whose motion is that "
     "of the figure until a limb comes to one (`.osim` holds them)"
@@ -281,13 +294,18 @@ def add_common_losses(
     has_loops: bool = False,
     has_reaches: bool = False,
     has_contact: bool = False,
+    has_followers: bool = False,
 ) -> None:
     """Report the parts that no format holds, laws over several joints and springs of loops.
 
     `has_coupled` is True for a model with the laws over several joints of the tree, `has_loops`
     for one whose writer reports the springs that close loops, `has_reaches` for one with the
-    reaches of the tree's joints, `has_contact` for one with the contact spheres.
+    reaches of the tree's joints, `has_contact` for one with the contact spheres, `has_followers`
+    for one with the displacements that follow others, or whose writer reports them.
     """
+    if not has_followers:
+        for link in figure_links(model.figure).links:
+            losses.add(FREE_FOLLOWERS, str(link.follower))
     for name, segment in model.figure.segments.items():
         if segment.contact_spheres and not has_contact:
             losses.add("contact spheres", name)

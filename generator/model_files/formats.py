@@ -80,14 +80,12 @@ READERS: Mapping[str, Callable[..., Imported | None]] = {
 """Readers by root element."""
 
 
-def read_model(path: str | Path, *, separate: bool = False, curves: bool = False) -> Imported:
+def read_model(path: str | Path, *, separate: bool = False) -> Imported:
     """Read a model in MJCF, URDF, OpenSim's format or DYSPAM's.
 
     Args:
         path: the file, or the folder of DYSPAM's input files.
         separate: make each revolute with springs, damping or limits a joint of its own.
-        curves: make axes of OpenSim's models that follow a coordinate by a curve displacements with
-            this curve, for kinematics and inverse dynamics; a simulation would not hold them.
 
     Raises:
         InputError: with all diagnostics.
@@ -98,7 +96,7 @@ def read_model(path: str | Path, *, separate: bool = False, curves: bool = False
     if fault is not None:
         raise InputError([fault])
     folder = Path(path).parent
-    return parse_model(source, folder, separate=separate, curves=curves).require_value()
+    return parse_model(source, folder, separate=separate).require_value()
 
 
 def parse_model(
@@ -106,7 +104,6 @@ def parse_model(
     directory: Path | None = None,
     *,
     separate: bool = False,
-    curves: bool = False,
 ) -> Parsed[Imported]:
     """Parse the text of a model; included files are looked for in `directory`."""
     collector = Diagnostics()
@@ -122,8 +119,7 @@ def parse_model(
                 message = f"`{shorten(root.tag)}` is not a model that can be read"
                 collector.error(message, root.span, hint)
             else:
-                more = {"curves": True} if curves and reader is figure_from_osim else {}
-                imported = reader(root, directory, collector, separate=separate, **more)
+                imported = reader(root, directory, collector, separate=separate)
     diagnostics = collector.sorted_by_position()
     return Parsed(None if collector.has_errors else imported, diagnostics)
 

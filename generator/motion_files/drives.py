@@ -14,7 +14,7 @@ from generator.diagnostics import (
     warning,
 )
 from generator.drive import Drive
-from generator.figure import Figure, JointAxis, is_rotation
+from generator.figure import Figure, Joint, JointAxis, is_rotation
 from generator.input_files.coordinates import coordinates_of_figure
 from generator.input_files.drives import DRIVES_FILE, OVERSHOOT_HINT, describe_overshoot
 from generator.motion_files.action import ActionFile, read_action
@@ -115,11 +115,24 @@ class _Columns(NamedTuple):
     values: Array
 
 
+def _without_followers(columns: _Columns, joint: Joint | None) -> _Columns:
+    """Return columns without displacements that follow others in the figure's file."""
+    if joint is None or not joint.followers or joint.chain != columns.chain:
+        return columns
+    own = range(len(columns.chain)) if columns.coordinates is None else columns.coordinates
+    kept = [k for k, place in enumerate(own) if place in joint.free_places]
+    return _Columns(columns.chain, tuple(own[k] for k in kept), columns.values[:, kept])
+
+
 def _drives(
     times: Array, columns: Mapping[str, _Columns], figure: Figure, joints: Sequence[str], name: str
 ) -> Mapping[str, Drive]:
     """Return the drives of the joints asked for, or of all; raises InputError."""
-    selected = {joint: some for joint, some in columns.items() if not joints or joint in joints}
+    selected = {
+        joint: _without_followers(some, figure.joints.get(joint))
+        for joint, some in columns.items()
+        if not joints or joint in joints
+    }
     diagnostics: list[Diagnostic] = []
     if len(times) < 2:
         diagnostics.append(error(f"{name}: a motion of one frame drives nothing"))

@@ -36,6 +36,7 @@ from generator.file_kind import FileKind
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.input_files.coordinates import (
     NO_COORDINATES,
+    CoordinateMapping,
     Coordinates,
     coordinates_of_figure,
     displacement_columns,
@@ -45,7 +46,7 @@ from generator.kinematics.free_root import (
     free_joints,
     tree_for_motion,
 )
-from generator.kinematics.placement import initial_displacements
+from generator.kinematics.placement import initial_displacements, with_followers
 from generator.kinematics.tree import build_tree
 from generator.losses import Loss, Losses
 from generator.motion_files.action import DIGEST, format_chain, parse_chain, words_of_line
@@ -117,6 +118,11 @@ def point_wrench(ground_reaction: Array) -> Array:
     )
 
 
+def follows(figure: Figure, at: CoordinateMapping) -> bool:
+    """Return whether a displacement follows another in the figure's file: it has no column."""
+    return at.joint in figure.joints and at.index not in figure.joints[at.joint].free_places
+
+
 def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
     labels = [TIME_LABEL]
     columns = [motion.times]
@@ -124,7 +130,7 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
     if coordinates is None:
         coordinates = coordinates_of_figure(motion.figure)
     for label, at in displacement_columns(motion.chains, coordinates).items():
-        if at.curve is not None:
+        if follows(motion.figure, at):
             continue
         values = motion.displacements[at.joint][:, at.index]
         if (at.scale, at.offset) != (1.0, 0.0):
@@ -145,9 +151,8 @@ def _coordinate_lines(motion: FigureMotion, in_degrees: bool) -> Iterator[str]:
         name, _, value = line.partition(" ")
         yield f"{name}={value}"
     plain = plain_names(motion.chains)
-    if all(at.curve is None for at in coordinates.values()):  # else a figure file has other chains
-        for name, chain in motion.chains.items():
-            yield f"{CHAIN_KEY}{plain[name]}={format_chain(chain)}"
+    for name, chain in motion.chains.items():
+        yield f"{CHAIN_KEY}{plain[name]}={format_chain(chain)}"
     yield END_OF_HEADER
     yield "\t".join(labels)
     for row in np.stack(columns, axis=1).tolist():
@@ -540,8 +545,6 @@ def _build_motion(
     try:
         coordinates = coordinates_of_figure(figure) if coordinates is None else coordinates
         chains = table.chains(figure)
-        if any(at.curve is not None for at in coordinates.values()):  # which no file states
-            chains = {name: joint.chain for name, joint in figure.joints.items()}
         own = initial_displacements(tree_for_motion(figure, chains))
     except InputError as failure:
         for each in failure.diagnostics:
@@ -559,10 +562,11 @@ def _build_motion(
     values = {name: np.tile(own[name], (len(table.times), 1)) for name in chains}
     for (name, k), column in columns.items():
         values[name][:, k] = column
+    values = with_followers(figure, values)
     missing = [
         name
         for name, at in displacement_columns(chains, coordinates).items()
-        if (at.joint, at.index) not in columns and at.curve is None
+        if (at.joint, at.index) not in columns and not follows(figure, at)
     ]
     free = [name for name in chains if name not in figure.joints]
     if free and not any(key.startswith(CHAIN_KEY) for key in table.entries):

@@ -431,6 +431,9 @@ def frame_disagreement(
         trace.angular_velocities[frame],
         {name: float(displacements[name][frame, i]) for name, i in revolutes.items()},
     )
+    for constraint in model.coordinate_constraints:
+        rows = {name: rows[frame] for name, rows in displacements.items()}
+        constraint.rate_constraint.set_near(rows)
     exact = equations.accelerations(state)
     scale = max(float(np.max(np.abs(exact))), _SMALLEST_SCALE)
     return float(np.max(np.abs(trace.accelerations[frame] - exact))) / scale

@@ -474,25 +474,27 @@ def _spring_energy(model: RunModel, trace: Trace, joints: Mapping[str, JointMoti
     return stored
 
 
-def constraint_torques(
+def constraint_wrenches(
     model: ExudynModel, trace: Trace, joints: Mapping[str, JointMotion]
 ) -> dict[str, Array]:
-    """Torque of all links and drives on the child of each constrained joint.
+    """Force and moment of all links and drives on the child of each constrained joint, at its site.
 
     Returns:
-        Torques in the parent's site axes, shape (n, 3) [N m].
+        Wrenches in the parent's site axes, shape (n, 6) [N, N m].
     """
-    torques: dict[str, Array] = {}
+    wrenches: dict[str, Array] = {}
     column = 0
     for constraint in model.coordinate_constraints:
         for row in constraint.equations:
             for term in row:
                 size = -term.factor * trace.coordinate_multipliers[:, column]
-                chain = model.placement.tree.chains[term.joint]
-                torque = size[:, None] * _rate_axis(term, chain, joints[term.joint].displacements)
-                torques[term.joint] = torques.get(term.joint, 0.0) + torque
+                chain, motion = model.placement.tree.chains[term.joint], joints[term.joint]
+                if term.curve is not None and isinstance(term.component, int):
+                    size = size * term.curve.at(motion.displacements[:, term.component], 1)
+                wrench = size[:, None] * _rate_wrench(term, chain, motion)
+                wrenches[term.joint] = wrenches.get(term.joint, 0.0) + wrench
             column += 1
-    return torques
+    return wrenches
 
 
 def drive_torques(
@@ -502,7 +504,7 @@ def drive_torques(
 
     Args:
         model: the simulated model.
-        torques: the result of `constraint_torques`, or the moments of the reactions.
+        torques: moments of `constraint_wrenches`, or of the reactions, shape (n, 3) [N m].
         joints: motion of every joint.
 
     Returns:
@@ -515,10 +517,20 @@ def drive_torques(
     return about_axes
 
 
-def _rate_axis(term: RateTerm, chain: Chain, displacements: Array) -> Array:
-    """Vector whose product with the angular velocity is the rate, parent's axes, (n, 3) or (3,)."""
+def _rate_wrench(term: RateTerm, chain: Chain, motion: JointMotion) -> Array:
+    """Force and moment on the child at its site whose power is the rate, parent's axes, (n, 6)."""
+    wrenches = np.zeros((len(motion.displacements), 6))
     if not isinstance(term.component, int):
-        return np.asarray(term.component)
-    axes = chain.twists(displacements)[:, list(chain.rotations), :3]
-    duals = np.linalg.pinv(np.swapaxes(axes, -1, -2))
-    return np.asarray(duals[:, chain.rotations.index(term.component)], dtype=float)
+        wrenches[:, 3:] = term.component
+    elif term.component in chain.translations:
+        force = chain.translation_gradient(term.component)
+        if chain.translations_are_outer:
+            wrenches[:, :3] = force
+        else:
+            wrenches[:, :3] = motion.pose_in_parent[:, :3, :3] @ force
+            wrenches[:, 3:] = np.cross(-motion.pose_in_parent[:, :3, 3], wrenches[:, :3])
+    else:
+        axes = chain.twists(motion.displacements)[:, list(chain.rotations), :3]
+        duals = np.linalg.pinv(np.swapaxes(axes, -1, -2))
+        wrenches[:, 3:] = duals[:, chain.rotations.index(term.component)]
+    return wrenches

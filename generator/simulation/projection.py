@@ -91,11 +91,10 @@ def explain_dead_point(
         return outcome
     squared_slopes: list[float] = []
     for k in (count - 2, count - 1):
-        rows = loop_closure_jacobian(
-            forward_kinematics(tree, {name: rows[k] for name, rows in displacements.items()})
-        )
+        at = {name: rows[k] for name, rows in displacements.items()}
+        rows = loop_closure_jacobian(forward_kinematics(tree, at))
         rank = int(np.linalg.matrix_rank(rows, _RANK_TOLERANCE))
-        slopes = np.linalg.svd(rows @ prescribed.free_jacobian, compute_uv=False)
+        slopes = np.linalg.svd(rows @ prescribed.free_jacobian(at), compute_uv=False)
         squared_slopes.append(float(slopes[rank - 1]) ** 2 if 0 < rank <= len(slopes) else 0.0)
     before, last = squared_slopes
     if last > _MAX_FRAMES_TO_DEAD_POINT * (before - last):
@@ -124,7 +123,7 @@ def project_to_constraints(
         {name: moved.displacements for name, moved in joints.items()}, trace.times
     )
     rates = prescribed.impose_rates(
-        {name: moved.rates for name, moved in joints.items()}, trace.times
+        {name: moved.rates for name, moved in joints.items()}, trace.times, displacements
     )
     kinematics = prescribed.tree.kinematics
     values, speeds = (

@@ -34,7 +34,7 @@ from generator.simulation.exudyn_run import run_exudyn
 from generator.simulation.joint_motion import (
     JointMotion,
     SegmentMotion,
-    constraint_torques,
+    constraint_wrenches,
     contact_of_trace,
     drive_torques,
     energy_by_kind,
@@ -289,10 +289,11 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
     if RecordingPart.REACTIONS not in record:
         pass
     elif trace.accelerations is None:
-        constraint_moments = constraint_torques(runner.exudyn, trace, joints)
+        wrenches = constraint_wrenches(runner.exudyn, trace, joints)
+        constraint_moments = {name: wrench[:, 3:] for name, wrench in wrenches.items()}
         reactions = {name: motion.reaction(j, joints[name]) for name, j in figure.joints.items()}
-        for name, torque in constraint_moments.items():
-            reactions[name][:, 3:] += torque
+        for name, wrench in wrenches.items():
+            reactions[name] += wrench
     else:
         reactions = newton_euler_reactions(model, trace, joints, motion, passive_torques, contact)
         constraint_moments = {name: wrench[:, 3:] for name, wrench in reactions.items()}

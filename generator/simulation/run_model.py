@@ -224,9 +224,10 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
     if spheres:
         _check_start_outside(placement, plan.scene, spheres)
     rates = _initial_rates(placement, plan.velocities)
-    imposed = prescribed.impose_rates(rates, plan.start)
+    imposed = prescribed.impose_rates(rates, plan.start, placement.displacements)
     for name in plan.velocities:
-        if not np.allclose(rates[name], imposed[name], rtol=1e-9, atol=1e-9):
+        free = list(placement.tree.figure.joints[name].free_places)
+        if not np.allclose(rates[name][free], imposed[name][free], rtol=1e-9, atol=1e-9):
             raise ModelError(
                 f"joint {name} is locked, linked or driven and cannot start with another velocity"
             )

@@ -14,11 +14,9 @@ PAGE = (DOCS / "inverse.md").read_text(encoding="utf-8")
 
 def test_markers_of_the_example_are_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (text,) = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
-    (stated,) = re.findall(r"within ([\d.]+) mm", PAGE)
     monkeypatch.chdir(tmp_path)
     Path("walk.mot").write_bytes(MOTION.read_bytes())
     run("convert", MODEL, "gait10.fig")
     exec(compile(text, "inverse.md", "exec"), {})
-    assert answer("track", "gait10.fig", "walk.trc", "-o", "tracked.mot")["rms_mm"] < 1e-9
-    of_model = answer("track", MODEL, "walk.trc", "-o", "model.mot")
-    assert f"{of_model['rms_mm']:.3g}" == stated
+    for body in ("gait10.fig", MODEL):
+        assert answer("track", body, "walk.trc", "-o", "tracked.mot")["rms_mm"] < 1e-9

@@ -16,6 +16,7 @@ from generator.diagnostics import Diagnostics, shorten
 from generator.figure import (
     CENTRE_OF_MASS_SITE,
     Figure,
+    Follower,
     Joint,
     Location,
     Rotation,
@@ -26,9 +27,12 @@ from generator.figure import (
     Vector,
 )
 from generator.figure_file.lexer import KEYWORDS, MAX_WORD_LENGTH
+from generator.follower_curve import FollowerCurve
 from generator.identifiers import free_name, plain_name
 from generator.inertia import MassProperties
 from generator.input_files.coordinates import CoordinateMapping
+from generator.kinematics.placement import initial_displacements, pose_figure
+from generator.kinematics.tree import build_tree
 from generator.losses import Losses
 from generator.model_files.body_tree.joints import (
     JointGroup,
@@ -173,6 +177,8 @@ class _FigureDraft:
         hinged: joints of several hinges with laws of each angle.
         balls: joints of several rotations whose laws are not of each angle.
         near_pole: joints of `hinged` of which nothing keeps the middle one of three from 90 deg.
+        followers: joints and places of displacements that follow coordinates, with these and the
+            curves.
         reaches: tables of the reaches of limbs.
         segment_frames: segment frames by body of the model (None is the world), the name of its
             segment and the rotation of the segment's axes in the body's frame.
@@ -190,6 +196,9 @@ class _FigureDraft:
     hinged: list[str] = field(default_factory=list[str])
     balls: list[str] = field(default_factory=list[str])
     near_pole: list[str] = field(default_factory=list[str])
+    followers: list[tuple[str, int, str, FollowerCurve]] = field(
+        default_factory=list[tuple[str, int, str, FollowerCurve]]
+    )
     reaches: list[ReachEntry] = field(default_factory=list[ReachEntry])
     segment_names: Names = field(default_factory=Names)
     joint_names: Names = field(default_factory=Names)
@@ -315,6 +324,7 @@ def figure_from_tree(
     draft.segment_frames[None] = ground, turn
     for body in whole.bodies:
         _add_body(draft, body)
+    _add_followers(draft)
     _add_name_losses(draft)
     name = None if tree.name is None else Names().assign(tree.name)
     springs = _springs_file(draft, tree)
@@ -325,7 +335,18 @@ def figure_from_tree(
         shapes[segment] = tuple(shape.transformed(pose) for shape in body.shapes)
     surfaces, colours = join_shapes(shapes, losses)
     figure = with_colours(draft.build_figure(SiteRef(ground, root), name), colours)
+    if draft.followers:
+        figure = pose_figure(figure, initial_displacements(build_tree(figure)))
     return Imported(figure, springs, losses, draft.coordinates, surfaces)
+
+
+def _add_followers(draft: _FigureDraft) -> None:
+    """Let displacements follow those that the coordinates of the model became."""
+    for name, place, control, curve in draft.followers:
+        joint, at = draft.joints[name], draft.coordinates[control]
+        followers = list(joint.followers or (None,) * len(joint.chain))
+        followers[place] = Follower(at.joint, at.index, curve.of_line(at.scale, at.offset))
+        draft.joints[name] = replace(joint, followers=tuple(followers))
 
 
 def _springs_file(draft: _FigureDraft, tree: BodyTree) -> SpringsFile | None:
@@ -441,8 +462,11 @@ def _add_joint(
         draft.joints[name] = joint
         return
     for place, freedom in enumerate(reversed(group.dofs)):
+        if freedom.curve is not None:
+            draft.followers.append((name, place, freedom.control, freedom.curve))
+            continue
         draft.coordinates[freedom.name] = CoordinateMapping(
-            name, place, freedom.offset, freedom.scale, freedom.control, freedom.curve
+            name, place, freedom.offset, freedom.scale
         )
     if reach is not None and len(group.rotations) > 1:
         draft.reaches.append(replace(reach.table, joints=(name,)))
@@ -499,7 +523,7 @@ def _add_name_losses(draft: _FigureDraft) -> None:
     if renamed:
         add_new_names(draft.losses, renamed)
     for name, joint in draft.joints.items():
-        if len(joint.chain) > 1:
+        if len(joint.free_places) > 1:
             own = {at.index: key for key, at in draft.coordinates.items() if at.joint == name}
             draft.losses.add(
                 "coordinates that form one joint, in the order of its displacements",

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from generator.diagnostics import Span, shorten
 from generator.figure import AxisKind, Vector
+from generator.follower_curve import FollowerCurve
 from generator.identifiers import free_name
 from generator.inertia import MassProperties
-from generator.input_files.coordinates import CoordinateCurve
 from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
@@ -79,7 +79,7 @@ class DegreeOfFreedom:
             None.
         joint: degrees of freedom with the same name form one joint.
         control: coordinate that it follows by `curve`; "" for none.
-        curve: displacement as a function of that coordinate; None for none.
+        curve: displacement as a function of that coordinate, which is free; None for none.
     """
 
     name: str
@@ -100,7 +100,7 @@ class DegreeOfFreedom:
     expected_range: tuple[float, float] | None = None
     joint: str = ""
     control: str = ""
-    curve: CoordinateCurve | None = None
+    curve: FollowerCurve | None = None
 
     @property
     def is_passive(self) -> bool:

@@ -29,7 +29,9 @@ from numpy.typing import ArrayLike
 
 from generator.diagnostics import Diagnostics, Source
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
+from generator.follower_curve import CurveKind
 from generator.identifiers import reserve_name
+from generator.kinematics.links import figure_links
 from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
@@ -178,6 +180,13 @@ _FIT_SAMPLES = 721
 _ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
 _DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 _REACH_DAMPING = "unequal damping of joints with a reach"
+_SOFT_FOLLOWERS = "exact curves of displacements that follow others: MuJoCo holds them softly"
+_HELD_FOLLOWERS = (
+    "curves by which displacements follow others, other than polynomials of degree 4: they are "
+    "held where they are in the file"
+)
+MAX_POWERS = 5
+"""Number of coefficients of the polynomial of MuJoCo's equality of two joints."""
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
 
 
@@ -230,6 +239,7 @@ def format_mjcf(
     if start is not None and start.contact is not None:
         add_contact(model, start.contact, root, builder.bodies, losses)
     add_loops(model, sections["equality"], builder.bodies, losses)
+    builder.add_followers(sections["equality"])
     add_loads(model, sections["actuator"])
     key = add_element(
         sections["keyframe"], "key", name="start", qpos=format_numbers(builder.initial_positions)
@@ -243,7 +253,8 @@ def format_mjcf(
     left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     builder.report_fits()
     rest = replace(model, springs=replace(model.springs, coupled=left))
-    add_common_losses(rest, losses, has_contact=start is not None and start.contact is not None)
+    has_contact = start is not None and start.contact is not None
+    add_common_losses(rest, losses, has_contact=has_contact, has_followers=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
 
@@ -315,6 +326,24 @@ class _BodyWriter:
             self._add_body(branch)
             add_sites(model, self.bodies[branch.outboard], branch.outboard, np.eye(4))
 
+    def add_followers(self, equality: Element) -> None:
+        """Constrain the displacements that follow others by polynomials of degree four or less."""
+        for link in figure_links(self._model.figure).links:
+            follower, control, curve = link.follower, link.control, link.curve
+            if not {follower.joint, control.joint} <= self._names.keys() or curve is None:
+                continue
+            powers, ends = curve.numbers, (follower, control)
+            one, other = (self._names[end.joint][end.index] for end in ends)
+            if curve.kind is CurveKind.POLYNOMIAL and not any(powers[MAX_POWERS:]):
+                self._losses.add(_SOFT_FOLLOWERS, str(follower))
+                joints = {"joint1": one, "joint2": other}
+            else:
+                self._losses.add(_HELD_FOLLOWERS, str(follower))
+                start = self._model.placement.displacements[follower.joint][follower.index]
+                powers, joints = (float(start),), {"joint1": one}
+            polynomial = format_numbers((*powers, *(0.0,) * MAX_POWERS)[:MAX_POWERS])
+            add_element(equality, "joint", **joints, polycoef=polynomial)
+
     def report_fits(self) -> None:
         """Report the springs that are approximated."""
         self._fits.report(self._losses)
@@ -330,7 +359,7 @@ class _BodyWriter:
         free = (
             len(chain.rotations) == len(chain.translations) == 3
             and branch.inboard in model.figure.ground
-            and not (springs.axes or springs.translations)
+            and not (springs.axes or springs.translations or joint.name in model.linked_joints)
         )
         if free:  # MuJoCo's own start of a free body is its place in the file
             pose = model.placement.poses[branch.outboard]

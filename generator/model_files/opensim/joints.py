@@ -5,11 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.diagnostics import Diagnostics, ModelError, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
-from generator.input_files.coordinates import CoordinateCurve
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom
 from generator.model_files.xml import XmlElement, parse_numbers, unit_direction
@@ -109,6 +108,44 @@ def evaluate_function(
 def _evaluate_points(
     function: XmlElement, coordinate: float, diagnostics: Diagnostics
 ) -> AxisMotion | None:
+    curve = _curve_of_points(function, diagnostics)
+    if curve is None and not diagnostics.has_errors:
+        x, y = (np.array(_list(function, word, diagnostics)) for word in ("x", "y"))
+        place = int(np.clip(np.searchsorted(x, coordinate) - 1, 0, len(x) - 2))
+        slope = (y[place + 1] - y[place]) / (x[place + 1] - x[place])
+        return AxisMotion(None, float(y[place] + slope * (coordinate - x[place])))
+    if curve is None:
+        return None
+    slope = curve.numbers[1] if curve.kind is CurveKind.POLYNOMIAL else None
+    return AxisMotion(slope, float(curve.at(coordinate)))
+
+
+def parse_curve(function: XmlElement, diagnostics: Diagnostics) -> FollowerCurve | None:
+    """Parse a function of a coordinate; None for one whose slope jumps, or with an error."""
+    match function.tag:
+        case "Constant":
+            numbers = _list(function, "value", diagnostics)[:1]
+            return FollowerCurve(CurveKind.POLYNOMIAL, numbers or (0.0,))
+        case "LinearFunction":
+            slope, constant = (*_list(function, "coefficients", diagnostics), 0.0, 0.0)[:2]
+            return FollowerCurve.line(slope, constant)
+        case "PolynomialFunction":
+            powers = _list(function, "coefficients", diagnostics)[::-1] or (0.0,)
+            return _curve(function, CurveKind.POLYNOMIAL, powers, diagnostics)
+        case "MultiplierFunction":
+            below = (one for one in function.walk() if one is not function)
+            inner = next((one for one in below if one.tag in FUNCTION_TAGS), None)
+            curve = None if inner is None else parse_curve(inner, diagnostics)
+            scale = (*_list(function, "scale", diagnostics), 1.0)[0]
+            return None if curve is None else curve.scaled(scale)
+        case "PiecewiseLinearFunction" | "NaturalCubicSpline" | "SimmSpline":
+            return _curve_of_points(function, diagnostics)
+        case _:
+            return None
+
+
+def _curve_of_points(function: XmlElement, diagnostics: Diagnostics) -> FollowerCurve | None:
+    """Return the curve of points; a line where they are on one."""
     x, y = (np.array(_list(function, word, diagnostics)) for word in ("x", "y"))
     if len(x) != len(y) or len(x) < 2 or not bool(np.all(np.diff(x) > 0.0)):
         diagnostics.error(
@@ -118,80 +155,23 @@ def _evaluate_points(
         )
         return None
     slopes = np.diff(y) / np.diff(x)
-    straight = bool(np.ptp(slopes) < 1e-12 * max(1.0, float(np.abs(slopes).max())))
-    if straight or function.tag == "PiecewiseLinearFunction":
-        place = int(np.clip(np.searchsorted(x, coordinate) - 1, 0, len(slopes) - 1))
-        value = float(y[place] + slopes[place] * (coordinate - x[place]))
-    elif function.tag == "NaturalCubicSpline":
-        value = _evaluate_extrapolated(x, coordinate, CubicSpline(x, y, bc_type="natural"))
-    else:
-        value = _evaluate_extrapolated(x, coordinate, _simm_spline(x, y))
-    return AxisMotion(float(slopes[0]) if straight else None, value)
+    if np.ptp(slopes) < 1e-12 * max(1.0, float(np.abs(slopes).max())):
+        return FollowerCurve.line(float(slopes[0]), float(y[0] - slopes[0] * x[0]))
+    if function.tag == "PiecewiseLinearFunction":
+        return None
+    # The name of the other one was older; OpenSim 4 takes it for the same.
+    points = tuple(np.stack([x, y], axis=1).ravel().tolist())
+    return _curve(function, CurveKind.SIMM_SPLINE, points, diagnostics)
 
 
-def _simm_spline(x: Array, y: Array) -> PPoly:
-    """The cubic spline of SIMM (Forsythe, Malcolm & Moler 1977).
-
-    Its third derivatives at the ends are those of the cubics through the first and the last four
-    points.
-    """
-    count, steps = len(x), np.diff(x)
-    slopes = np.diff(y) / steps
-    matrix, aims = np.zeros((count, count)), np.zeros(count)
-    for k in range(1, count - 1):
-        matrix[k, k - 1 : k + 2] = steps[k - 1], 2.0 * (steps[k - 1] + steps[k]), steps[k]
-        aims[k] = 6.0 * (slopes[k] - slopes[k - 1])
-    for row, inner, step, points in (
-        (0, 1, steps[0], slice(0, 4)),
-        (-1, -2, steps[-1], slice(-4, None)),
-    ):
-        matrix[row, row], matrix[row, inner] = -1.0, 1.0
-        if count > 3:
-            third = 6.0 * _divided_difference(x[points], y[points])
-            aims[row] = step * third if row == 0 else -step * third
-    bends = np.linalg.solve(matrix, aims) if count > 2 else aims  # two points: a line
-    starts = slopes - steps * (2.0 * bends[:-1] + bends[1:]) / 6.0
-    thirds = np.diff(bends) / steps
-    return PPoly(np.stack([thirds / 6.0, bends[:-1] / 2.0, starts, y[:-1]]), x)
-
-
-def parse_curve(function: XmlElement, diagnostics: Diagnostics) -> CoordinateCurve | None:
-    """Parse a function of a coordinate that `evaluate_function` has accepted; None if constant."""
-    match function.tag:
-        case "LinearFunction" | "PolynomialFunction":
-            powers = np.array([_list(function, "coefficients", diagnostics)]).T
-            return CoordinateCurve(PPoly(powers, [0.0, 1.0]), is_straight_beyond=False)
-        case "MultiplierFunction":
-            below = (one for one in function.walk() if one is not function)
-            inner = next(one for one in below if one.tag in FUNCTION_TAGS)
-            curve = parse_curve(inner, diagnostics)
-            scale = (*_list(function, "scale", diagnostics), 1.0)[0]
-            return None if curve is None else replace(curve, scale=scale * curve.scale)
-        case "PiecewiseLinearFunction" | "NaturalCubicSpline" | "SimmSpline":
-            x, y = (np.array(_list(function, word, diagnostics)) for word in ("x", "y"))
-            if function.tag == "PiecewiseLinearFunction":
-                pieces = PPoly(np.stack([np.diff(y) / np.diff(x), y[:-1]]), x)
-            elif function.tag == "NaturalCubicSpline":
-                pieces = CubicSpline(x, y, bc_type="natural")
-            else:
-                pieces = _simm_spline(x, y)
-            return CoordinateCurve(pieces, is_straight_beyond=True)
-        case _:
-            return None
-
-
-def _divided_difference(x: Array, y: Array) -> float:
-    """The divided difference of all points."""
-    values = y.copy()
-    for width in range(1, len(x)):
-        values = np.diff(values) / (x[width:] - x[:-width])
-    return float(values[0])
-
-
-def _evaluate_extrapolated(x: Array, coordinate: float, curve: PPoly) -> float:
-    """The value of a spline, which goes straight on beyond its ends."""
-    inside = float(np.clip(coordinate, x[0], x[-1]))
-    return float(curve(inside) + curve(inside, 1) * (coordinate - inside))
+def _curve(
+    function: XmlElement, kind: CurveKind, numbers: tuple[float, ...], diagnostics: Diagnostics
+) -> FollowerCurve | None:
+    try:
+        return FollowerCurve(kind, numbers)
+    except ModelError as failure:
+        diagnostics.error(str(failure), function.span)
+        return None
 
 
 def _list(function: XmlElement, name: str, diagnostics: Diagnostics) -> tuple[float, ...]:
@@ -222,8 +202,8 @@ BALLS: Final = ("BallJoint", "FreeJoint")
 
 CUSTOM = "CustomJoint"
 
-FIXED_CURVES = "axes that follow a coordinate by a curve or a second time are fixed"
-"""Loss of joints such as a knee that slides as it bends."""
+FIXED_CURVES = "axes that follow a coordinate that does not move, or a polygon, are fixed"
+"""Loss of axes whose slope jumps, or whose coordinate no axis follows linearly."""
 
 _TRANSFORMS = tuple(f"{word}{k}" for word in ("translation", "rotation") for k in (1, 2, 3))
 """The axes of a CustomJoint from the parent outwards."""
@@ -265,17 +245,50 @@ class DofChain:
         self.dofs = [one.in_frame(inverse_pose(fixed)) for one in self.dofs]
 
 
-def parse_joint(
-    joint: XmlElement, diagnostics: Diagnostics, losses: Losses, *, curves: bool = False
-) -> DofChain:
-    """Parse the degrees of freedom of a joint.
+@dataclass(frozen=True)
+class Followed:
+    """The coordinates of a model that axes may follow.
 
-    With `curves` axes that follow a coordinate are degrees of freedom as well.
+    Attributes:
+        free: Names of those that move and follow nothing.
+        coupled: What others follow by constraints, a free one and a curve.
     """
+
+    free: frozenset[str] = frozenset()
+    coupled: Mapping[str, tuple[str, FollowerCurve]] = field(
+        default_factory=dict[str, tuple[str, FollowerCurve]]
+    )
+
+    def resolve(self, name: str, curve: FollowerCurve) -> tuple[str, FollowerCurve] | None:
+        """Return the free coordinate and the curve of it of what follows a coordinate by a curve.
+
+        None where there is no such one.
+        """
+        lead, inner = self.coupled.get(name, (name, FollowerCurve.line(1.0, 0.0)))
+        if lead not in self.free:
+            return None
+        if is_line(inner):
+            constant, slope = (*inner.numbers, 0.0)[:2]
+            return (lead, curve.of_line(slope, constant)) if slope else None
+        if is_line(curve):
+            constant, slope = (*curve.numbers, 0.0)[:2]
+            return lead, inner.scaled(slope, constant)
+        return None
+
+
+def is_line(curve: FollowerCurve) -> bool:
+    """Return whether a curve is a straight line."""
+    return curve.kind is CurveKind.POLYNOMIAL and not any(curve.numbers[2:])
+
+
+def parse_joint(
+    joint: XmlElement, diagnostics: Diagnostics, losses: Losses, followed: Followed
+) -> DofChain:
+    """Parse the degrees of freedom of a joint; those that follow others have curves."""
     name, row = joint.get("name") or joint.tag, DofChain()
     coordinates = _coordinates(joint, diagnostics, losses)
     if joint.tag == CUSTOM:
-        _custom(joint, name, coordinates, row, diagnostics, losses, curves=curves)
+        _custom(joint, name, coordinates, row, diagnostics, losses, followed)
         return row
     if joint.tag not in ROWS:
         diagnostics.error(
@@ -289,8 +302,11 @@ def parse_joint(
         if number < len(coordinates):
             one = coordinates[number]
         freedom = DegreeOfFreedom(one.name, kind, axis, value=one.default, expected_range=one.range)
+        follows = followed.resolve(one.name, FollowerCurve.line(1.0, 0.0))
         if one.locked:
             row.add_fixed(freedom)
+        elif one.name in followed.coupled and follows is not None:
+            row.dofs.append(replace(freedom, control=follows[0], curve=follows[1]))
         else:
             row.dofs.append(freedom)
     return row
@@ -347,13 +363,9 @@ def _custom(
     row: DofChain,
     diagnostics: Diagnostics,
     losses: Losses,
-    *,
-    curves: bool,
+    followed: Followed,
 ) -> None:
-    """The row of a CustomJoint: straight functions of a coordinate move, all else is fixed.
-
-    With `curves` functions of a coordinate that moves are degrees of freedom that follow it.
-    """
+    """The row of a CustomJoint: straight functions of a coordinate move, others follow it."""
     known = {one.name: one for one in coordinates}
     moves = _moves(joint, known, diagnostics)
     leading: dict[str, str] = {}
@@ -369,19 +381,25 @@ def _custom(
         kind = R if which in _TRANSFORMS[3:] else T
         freedom = DegreeOfFreedom("", kind, move.axis, value=move.motion.value)
         one, slope = move.coordinate, move.motion.slope
-        if one is not None and not one.locked and slope and leading[one.name] == which:
-            _add_coordinate_dof(row, freedom, one, slope)
+        moves_it = one is not None and not one.locked and slope != 0.0
+        follows = None
+        if one is not None and moves_it and move.curve is not None:
+            follows = followed.resolve(one.name, move.curve)
+        if one is not None and moves_it and leading.get(one.name) == which:
+            if one.name not in followed.coupled:
+                _add_coordinate_dof(row, freedom, one, slope or 0.0)
+                continue
+            freedom = replace(freedom, name=one.name)
+        if follows is not None:
+            name_of_axis = freedom.name or f"{name}_{which}"
+            lead, curve = follows
+            row.dofs.append(replace(freedom, name=name_of_axis, control=lead, curve=curve))
             continue
-        curve = move.curve if curves and one is not None and one.name in leading else None
-        if one is not None and not one.locked and slope != 0.0 and curve is not None:
-            name_of_axis = f"{name}_{which}"
-            row.dofs.append(replace(freedom, name=name_of_axis, control=one.name, curve=curve))
-            continue
-        if one is not None and not one.locked and slope != 0.0:
+        if one is not None and moves_it:
             losses.add(FIXED_CURVES, f"{name} {which} ({one.name})")
         row.add_fixed(freedom)
     for one in coordinates:
-        if one.name not in leading and not one.locked:
+        if one.name not in (*leading, *followed.coupled) and not one.locked:
             losses.add("coordinates without an axis that follows them linearly are fixed", one.name)
 
 
@@ -411,7 +429,7 @@ class _TransformAxis:
     axis: Vector
     coordinate: OsimCoordinate | None
     motion: AxisMotion
-    curve: CoordinateCurve | None
+    curve: FollowerCurve | None
 
 
 def _moves(

@@ -6,14 +6,16 @@ A socket names a frame by its path among the components of the model, either fro
 
 from collections import deque
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten
+from generator.diagnostics import Diagnostics, TooManyErrors, shorten
 from generator.figure import is_rotation
+from generator.follower_curve import FollowerCurve
 from generator.inertia import MassProperties
 from generator.losses import Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
@@ -32,7 +34,12 @@ from generator.model_files.opensim.bushings import apply_bushings
 from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.joints import (
     BALLS,
+    FUNCTION_TAGS,
+    Followed,
+    child_number,
     child_numbers,
+    child_text,
+    parse_curve,
     parse_joint,
 )
 from generator.model_files.opensim.passive_forces import apply_forces
@@ -53,6 +60,8 @@ GRAVITY = (0.0, -9.80665, 0.0)
 OPENSIM_4 = 40000
 """Version of the first files of OpenSim 4, in which joints stand beside bodies."""
 
+COUPLER = "CoordinateCouplerConstraint"
+
 _LOST: Final = {
     "ConstraintSet": "constraints",
     "ControllerSet": "controllers",
@@ -69,7 +78,6 @@ def figure_from_osim(
     diagnostics: Diagnostics,
     *,
     separate: bool = False,
-    curves: bool = False,
 ) -> Imported | None:
     """Convert an OpenSim model into a figure; None, with diagnostics, if that is impossible.
 
@@ -78,7 +86,6 @@ def figure_from_osim(
         directory: directory of the model's file, from which mesh files are looked for.
         diagnostics: collects errors.
         separate: see `figure_from_tree`.
-        curves: make axes that follow a coordinate by a curve displacements, for kinematics.
     """
     losses = Losses("OpenSim model")
     (version,) = root.numbers("Version", diagnostics, 1) or (OPENSIM_4,)
@@ -100,7 +107,8 @@ def figure_from_osim(
         if first is not body:
             diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
     frames = FrameIndex.from_model(element, diagnostics)
-    bodies = _build_bodies(_links(frames, element, losses, curves), known, diagnostics)
+    followed = _followed(element)
+    bodies = _build_bodies(_links(frames, element, losses, followed), known, diagnostics)
     balls = {each.get("name") for each in _set_objects(element, "JointSet") if each.tag in BALLS}
     forces = list(_set_objects(element, "ForceSet"))
     bodies, forces = find_reaches(bodies, forces, carried_model(root))
@@ -115,14 +123,12 @@ def figure_from_osim(
     sites = _add_markers(frames, element, bodies)
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
-    _add_part_losses(element, losses)
+    _add_part_losses(element, losses, followed)
     gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
     up = rotation_to_y_up(gravity, losses)
     name, ground = element.get("name"), shapes.get(GROUND, ())
     tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
-    carried = (
-        None if diagnostics.has_errors or curves else imported_from_embedded(root, tree, losses)
-    )
+    carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
     return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
 
 
@@ -163,6 +169,37 @@ def _set_objects(model: XmlElement, name: str) -> Iterator[XmlElement]:
         yield from () if objects is None else objects.children
 
 
+def _followed(model: XmlElement) -> Followed:
+    """Return the coordinates that axes may follow; what is wrong with them is reported later."""
+    diagnostics = Diagnostics()
+    found: dict[str, tuple[str, FollowerCurve]] = {}
+    moving: set[str] = set()
+    with suppress(TooManyErrors):
+        for joint in _set_objects(model, "JointSet"):
+            row = parse_joint(joint, diagnostics, Losses(""), Followed())
+            moving |= {dof.name for dof in row.dofs}
+        for constraint in _set_objects(model, "ConstraintSet"):
+            coupling = _coupling(constraint, diagnostics)
+            if coupling is not None:
+                found[child_text(constraint, "dependent_coordinate_name")] = coupling
+    free = frozenset(moving - found.keys())
+    coupled = {name: one for name, one in found.items() if one[0] in free}
+    return Followed(free | (found.keys() & moving) - coupled.keys(), coupled)
+
+
+def _coupling(constraint: XmlElement, diagnostics: Diagnostics) -> tuple[str, FollowerCurve] | None:
+    """Return what a coordinate follows by a constraint; None for another one."""
+    names = child_text(constraint, "independent_coordinate_names").split()
+    function = next((one for one in constraint.walk() if one.tag in FUNCTION_TAGS), None)
+    is_idle = child_text(constraint, "isEnforced").lower() == "false"
+    if constraint.tag != COUPLER or len(names) != 1 or function is None or is_idle:
+        return None
+    curve = parse_curve(function, diagnostics)
+    has_scale = constraint.find("scale_factor") is not None
+    scale = child_number(constraint, "scale_factor", diagnostics) if has_scale else 1.0
+    return None if curve is None else (names[0], curve.scaled(scale))
+
+
 @dataclass(frozen=True)
 class _BodyJoint:
     """A joint between two bodies, from `inboard` to `outboard`.
@@ -187,14 +224,14 @@ class _BodyJoint:
 
 
 def _links(
-    frames: FrameIndex, element: XmlElement, losses: Losses, curves: bool
+    frames: FrameIndex, element: XmlElement, losses: Losses, followed: Followed
 ) -> Iterator[_BodyJoint]:
     """The joints of a model."""
     for joint in _set_objects(element, "JointSet"):
         parent, child = (
             frames.resolve(joint, f"socket_{end}_frame") for end in ("parent", "child")
         )
-        row = parse_joint(joint, frames.diagnostics, losses, curves=curves)
+        row = parse_joint(joint, frames.diagnostics, losses, followed)
         if parent is None or child is None:
             continue
         (base, base_pose), (tip, tip_pose) = parent, child
@@ -298,13 +335,14 @@ def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) ->
     return grounded
 
 
-def _add_part_losses(model: XmlElement, losses: Losses) -> None:
+def _add_part_losses(model: XmlElement, losses: Losses, followed: Followed) -> None:
     """Report the parts that a figure does not have."""
     for section in model.children:
         if section.tag in _LOST:
             objects = section.find("objects") or section
             for part in objects.children:
-                if part.tag not in ("objects", "groups"):
+                coupled = child_text(part, "dependent_coordinate_name") in followed.coupled
+                if part.tag not in ("objects", "groups") and not coupled:
                     losses.add(_LOST[section.tag], part.get("name") or part.tag)
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.figure import AxisKind, Figure, Joint, SiteRef, Vector, is_rotation
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.identifiers import plain_names, renaming_loss, reserve_name
 from generator.input_files.coordinates import coordinates_of_figure, names_in_models
 from generator.kinematics.free_root import FREE_SITE
@@ -54,6 +55,8 @@ from springs import AxisSpring, JointSprings, SphericalLaw, SpringSet, total_tor
 from springs.elastic import Range
 
 VERSION = "40000"
+
+COUPLER = "CoordinateCouplerConstraint"
 
 GRAVITY = (0.0, -9.81, 0.0)
 
@@ -106,8 +109,11 @@ def format_osim(
     force_writer.add_loads()
     loops = _LoopWriter(model, frames, losses)
     loops.add_constraints(constraints)
+    builder.add_couplings(constraints)
     loops.add_springs(force_writer)
-    add_common_losses(model, losses, has_coupled=True, has_loops=True, has_reaches=True)
+    add_common_losses(
+        model, losses, has_coupled=True, has_loops=True, has_reaches=True, has_followers=True
+    )
     used = {name for names in model.coordinates.values() for name in names}
     if renamed := [name for name in own_names if name not in used]:
         what = "names of coordinates that are scaled, shifted or not plain: here they are JOINT_k"
@@ -201,13 +207,17 @@ def _body_and_pose(model: ExportModel, ref: SiteRef) -> tuple[str, Array]:
 
 @dataclass(frozen=True)
 class _Coordinate:
-    """A coordinate of a joint: `axis` is a unit vector in the frame of the joint's parent."""
+    """A coordinate of a joint: `axis` is a unit vector in the frame of the joint's parent.
+
+    With a curve the axis follows another coordinate, `name`, and is none of its own.
+    """
 
     name: str
     kind: AxisKind
     axis: Array
     value: float
     limits: Range | None
+    curve: FollowerCurve | None = None
 
 
 _MIN_TRIPLE_PRODUCT = 1e-3
@@ -236,6 +246,7 @@ class _JointWriter:
         self._model, self._frames = model, frames
         self._bodies, self._joints = bodies, joints
         self.coordinate_paths: dict[str, str] = {}
+        self.coupled: dict[str, tuple[str, FollowerCurve]] = {}
         self._body_names = set(model.segments.values())
         self._joint_names = set(model.joints.values())
 
@@ -268,8 +279,27 @@ class _JointWriter:
         value = float(self._model.placement.displacements[joint.name][index])
         name = self._model.coordinates[joint.name][index]
         springs = self._model.joint_springs(joint.name)
-        ends = coordinate_range(joint, springs, index, value)
-        return _Coordinate(name, factor.kind, sign * unit_vector(factor.axis), value, ends)
+        ends, axis = coordinate_range(joint, springs, index, value), sign * unit_vector(factor.axis)
+        follower = joint.followers[index] if joint.followers else None
+        if follower is None:
+            return _Coordinate(name, factor.kind, axis, value, ends)
+        control = self._model.coordinates[follower.joint][follower.index]
+        laws = self._model.laws(joint.name)
+        is_resisted = index in laws.uncoupled or (is_rotation(factor.kind) and laws.combined)
+        if follower.joint == joint.name and not is_resisted:
+            return _Coordinate(control, factor.kind, axis, value, ends, follower.curve)
+        self.coupled[name] = control, follower.curve
+        return _Coordinate(name, factor.kind, axis, value, ends)
+
+    def add_couplings(self, constraints: Element) -> None:
+        """Add the constraints of coordinates that follow those of other joints, or have forces."""
+        for name, (control, curve) in self.coupled.items():
+            constraint = add_element(constraints, COUPLER, name=f"{name}_follows_{control}")
+            add_element(constraint, "isEnforced", "true")
+            function = add_element(constraint, "coupled_coordinates_function")
+            _add_function(function, curve)
+            add_element(constraint, "independent_coordinate_names", control)
+            add_element(constraint, "dependent_coordinate_name", name)
 
     def _add_joint_element(
         self, name: str, parent: str, child: str, coordinates: Sequence[_Coordinate]
@@ -292,7 +322,8 @@ class _JointWriter:
         if coordinates:
             _add_coordinates(element, coordinates)
             for one in coordinates:
-                self.coordinate_paths[one.name] = f"/jointset/{name}/{one.name}"
+                if one.curve is None:
+                    self.coordinate_paths[one.name] = f"/jointset/{name}/{one.name}"
         if turned is not None:
             frames = add_element(element, "frames")
             pose = pose_matrix(rotation_with_z_axis(coordinates[0].axis)[:, turned], np.zeros(3))
@@ -329,7 +360,9 @@ def coordinate_range(joint: Joint, springs: JointSprings, index: int, start: flo
 def _add_coordinates(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
     parent = add_element(joint, "coordinates")
     # A CustomJoint counts its coordinates in the order in which its axes name them.
-    for one in sorted(coordinates, key=lambda each: each.kind):
+    order = dict.fromkeys(one.name for one in sorted(coordinates, key=lambda each: each.kind))
+    own = {one.name: one for one in coordinates if one.curve is None}
+    for one in (own[name] for name in order):
         coordinate = add_element(parent, "Coordinate", name=one.name)
         add_element(coordinate, "default_value", format_numbers(one.value))
         if one.limits is not None:
@@ -348,11 +381,26 @@ def _add_transform(joint: Element, coordinates: Sequence[_Coordinate]) -> None:
             element = add_element(transform, "TransformAxis", name=f"{word}{k + 1}")
             add_element(element, "coordinates", used[k].name if k < len(used) else "")
             add_element(element, "axis", format_numbers(axis))
-            if k < len(used):
-                function = add_element(element, "LinearFunction", name="function")
-                add_element(function, "coefficients", "1 0")
-            else:
-                add_element(add_element(element, "Constant", name="function"), "value", "0")
+            curve = used[k].curve if k < len(used) else FollowerCurve.line(0.0, 0.0)
+            _add_function(element, FollowerCurve.line(1.0, 0.0) if curve is None else curve)
+
+
+def _add_function(place: Element, curve: FollowerCurve) -> None:
+    """Add a curve as OpenSim's function."""
+    numbers = curve.numbers
+    if curve.kind is not CurveKind.POLYNOMIAL:
+        function = add_element(place, "SimmSpline", name="function")
+        add_element(function, "x", format_numbers(numbers[::2]))
+        add_element(function, "y", format_numbers(numbers[1::2]))
+    elif not any(numbers[1:]):
+        function = add_element(place, "Constant", name="function")
+        add_element(function, "value", format_numbers(numbers[0]))
+    elif not any(numbers[2:]):
+        function = add_element(place, "LinearFunction", name="function")
+        add_element(function, "coefficients", format_numbers(numbers[1::-1]))
+    else:
+        function = add_element(place, "PolynomialFunction", name="function")
+        add_element(function, "coefficients", format_numbers(numbers[::-1]))
 
 
 def _complementary_axes(axes: Sequence[Array]) -> list[Array]:

@@ -20,6 +20,7 @@ import numpy as np
 from generator.figure import Figure, Joint, is_rotation
 from generator.geometry.appearance import Colour
 from generator.identifiers import reserve_name
+from generator.joint_chain import Chain
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
@@ -109,6 +110,11 @@ def _add_visual(link: Element, mesh: MeshFile, material: str) -> None:
     add_element(visual, "material", name=material)
 
 
+_FIXED_FOLLOWERS = (
+    "curves by which displacements follow others: they are fixed where the others are 0"
+)
+
+
 class _LinkWriter:
     """Links and joints, from the world outwards."""
 
@@ -158,6 +164,14 @@ class _LinkWriter:
                 own = reserve_name(model.coordinates[joint.name][place], self._joints)
             spring = laws.uncoupled.get(place)
             kind = _joint_type(joint, place, spring)
+            follower = joint.followers[place] if joint.followers else None
+            if follower is not None:
+                step = Chain((joint.chain[place],)).pose([follower.curve.at(0.0)])
+                pose = pose @ (step if branch.parent_is_inboard else inverse_pose(step))
+                self._add_joint(own, "fixed", link, self._add_link(below), pose)
+                self._losses.add(_FIXED_FOLLOWERS, f"{joint.name} {place + 1}")
+                link, pose = below, np.eye(4)
+                continue
             element = self._add_joint(own, kind, link, self._add_link(below), pose)
             sign = 1.0 if branch.parent_is_inboard else -1.0
             axis = sign * unit_vector(joint.chain[place].axis)
@@ -276,7 +290,7 @@ def _add_losses(model: ExportModel, losses: Losses) -> None:
             losses.add("limits of several rotations", name)
         else:
             losses.add("the stiffness of stops: the limits of the file are rigid", name)
-    add_common_losses(model, losses)
+    add_common_losses(model, losses, has_followers=True)
     add_tree_losses(model, losses)
     losses.add("sites other than those of joints")
 

@@ -1,4 +1,4 @@
-"""Constraints beyond the tree: joints that close loops, and linked hinges.
+"""Constraints beyond the tree: joints that close loops, and linked displacements.
 
 Each scalar constraint is a row of `Mechanism.rows`: a displacement g of two links that stays zero.
 Its second derivative is linear in the accelerations, g'' = G a + b. The row acts on the links by
@@ -54,7 +54,6 @@ from generator.simulation.compiled.layout import (
     DIRECTION,
     DRIVE,
     EXTERNAL,
-    FACTOR,
     FIRST_ARM,
     FIXED,
     HINGE,
@@ -80,6 +79,7 @@ from generator.simulation.compiled.layout import (
     ROW_SECOND,
     SCRATCH,
     SECOND_ARM,
+    SLOPE,
     SPIN_RATE,
     Mechanism,
     Scratch,
@@ -100,7 +100,7 @@ def _row_response(mechanism: Mechanism, scratch: Scratch, r: int, unit_row: int)
         )
     total = responses[mechanism.rows[r, ROW_SECOND], RESPONSE_JOINT]
     if control >= 0 and mechanism.links[control, DRIVE] < 0:
-        total -= mechanism.row_constants[r, FACTOR] * responses[control, RESPONSE_JOINT]
+        total -= scratch.row_work[r, SLOPE] * responses[control, RESPONSE_JOINT]
     return total
 
 
@@ -115,7 +115,7 @@ def _row_acceleration(mechanism: Mechanism, scratch: Scratch, r: int, rates: Arr
         )
     total += rates[links[mechanism.rows[r, ROW_SECOND], RATE]]
     if control >= 0 and links[control, DRIVE] < 0:
-        total -= mechanism.row_constants[r, FACTOR] * rates[links[control, RATE]]
+        total -= scratch.row_work[r, SLOPE] * rates[links[control, RATE]]
     return total
 
 
@@ -128,7 +128,7 @@ def _apply_unit(mechanism: Mechanism, scratch: Scratch, r: int) -> None:
     if kind == LINKED:
         own[second, RESPONSE_EFFORT] = 1.0
         if first >= 0:
-            own[first, RESPONSE_EFFORT] = -mechanism.row_constants[r, FACTOR]
+            own[first, RESPONSE_EFFORT] = -found[r, SLOPE]
         return
     moment = other_moment = vector(found, r, DIRECTION)
     if kind == ALONG:

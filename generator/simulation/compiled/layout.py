@@ -98,19 +98,18 @@ LOAD_LINK, LOAD_IS_FORCE, LOAD_IS_LOCAL = range(3)
 """Columns of `loads`: the link, and 1 or 0 for what acts and along which axes."""
 
 LINKED, ALONG, ACROSS = range(3)
-"""Kinds of constraint rows: a hinge follows another one, the second link's site has no displacement
-along an axis of the first, an axis of the second stays perpendicular to one of the first."""
+"""Kinds of constraint rows: a hinge or slide follows another one, the second link's site has no
+displacement along an axis of the first, an axis of the second stays perpendicular to one of the
+first."""
 
-ROW_KIND, ROW_FIRST, ROW_SECOND = range(3)
-"""Columns of `rows`: the kind and two links, -1 for the ground; of linked hinges the control, which
-is -1 where it is locked, then the follower."""
-
-FACTOR, OFFSET = 0, 1
-"""Columns of `row_constants` of linked hinges: follower = factor * control + offset [rad]."""
+ROW_KIND, ROW_FIRST, ROW_SECOND, ROW_PIECE, ROW_PIECES_END = range(5)
+"""Columns of `rows`: the kind and two links, -1 for the ground; of linked displacements the
+control, which is -1 where it is locked, then the follower, and the first and the end of the pieces
+of its curve."""
 
 FIRST_SITE, FIRST_AXIS, SECOND_SITE, SECOND_AXIS = 0, 3, 6, 9
-"""Columns of `row_constants` of other rows: site from the link's point and axis, in the axes of the
-first and of the second link (3 numbers each)."""
+"""Columns of `row_constants` of rows that are not linked: site from the link's point and axis, in
+the axes of the first and of the second link (3 numbers each)."""
 
 ROW_CONSTANT_COLUMNS = 12
 
@@ -201,8 +200,9 @@ class Mechanism(NamedTuple):
         law_bounds: first use of each form, and the end, shape (forms + 1,).
         branches: 1 where a switching function of a law counts as positive, else -1: of the laws of
             joints, then the sign of each measured joint's quaternion; shape (s + m,).
-        rows: kinds and links of the constraints beyond the tree, shape (q, 3).
+        rows: kinds and links of the constraints beyond the tree, shape (q, 5).
         row_constants: their numbers, shape (q, ROW_CONSTANT_COLUMNS).
+        row_curves: pieces of the curves of linked displacements; see `FollowerCurve.pieces`.
         sphere_groups: link and contact spheres of each segment that has some, in the order of
             `Scratch.contact_forces`, shape (g, 3).
         sphere_reaches: distance from the link's point within which all of them are, shape (g,) [m].
@@ -236,6 +236,7 @@ class Mechanism(NamedTuple):
     branches: Vector
     rows: IndexTable
     row_constants: Matrix
+    row_curves: Matrix
     sphere_groups: IndexTable
     sphere_reaches: Vector
     sphere_constants: Matrix
@@ -310,6 +311,8 @@ WORK_COLUMNS = 99
 
 DIRECTION = 0
 """Of a constraint row: the axis of its force, or its couple, in world axes (3)."""
+SLOPE = 0
+"""Of a linked displacement: the derivative of its curve, in place of the direction."""
 FIRST_ARM = 3
 """From the first link's point to the second's site (3)."""
 SECOND_ARM = 6

@@ -9,6 +9,7 @@ from generator.contact.scene import Scene
 from generator.contact.self_contact import CapsulePair
 from generator.drive import Drive
 from generator.figure import ContactSphere, Joint, SiteRef, is_rotation
+from generator.follower_curve import POWERS_FROM, CurveKind, FollowerCurve
 from generator.joint_chain import Chain
 from generator.kinematics.closures import independent_constraints, rotation_equations
 from generator.kinematics.placement import Placement, segment_jacobians
@@ -55,7 +56,6 @@ from generator.simulation.compiled.layout import (
     COORDINATE,
     COSINE_TURN,
     DRIVE,
-    FACTOR,
     FIXED,
     HANDEDNESS,
     HINGE,
@@ -67,7 +67,6 @@ from generator.simulation.compiled.layout import (
     MASS,
     MEASURED_COLUMNS,
     MIDDLES,
-    OFFSET,
     PARENT,
     PART_SUM_COLUMNS,
     POWERS,
@@ -625,13 +624,13 @@ class _Builder:
         """Rows of `Mechanism.measured` and `Mechanism.sites` of a translation of a joint."""
         if joint not in self.tree.closures:
             return self._link_row(joint.name, index), _NO_SITES
-        ends, axis = joint.ends, _displacement_gradient(chain, index)
+        ends, axis = joint.ends, chain.translation_gradient(index)
         if not chain.translations_are_outer:
             ends, axis = ends[::-1], -axis
         return [*self._end_links(ends), -1, 0, SHIFT, -1], self._sites(ends, axis)
 
-    def _rows(self) -> tuple[IndexArray, Array]:
-        """Rows of the joints that close loops and of the links, with their constants."""
+    def _rows(self) -> tuple[IndexArray, Array, Array]:
+        """Rows of the joints that close loops and of the links, their constants and curves."""
         rows: list[list[int]] = []
         constants: list[Array] = []
         locks = independent_constraints(self.placement) if self.tree.closures else {}
@@ -645,26 +644,31 @@ class _Builder:
                 kinds = [(ALONG, k, k) for k in range(3) if lock.translations[k]]
                 kinds += [(ACROSS, u, v) for u, v, _ in rotation_equations(lock.rotations)]
                 for kind, u, v in kinds:
-                    rows.append([kind, first, second])
+                    rows.append([kind, first, second, 0, 0])
                     constants.append(
                         np.concatenate([place, axes[:, u], other_place, other_axes[:, v]])
                     )
                     self.row_joints.append((joint.name, not lock.from_child))
+        pieces: list[Array] = []
         for link in self.prescribed.resolved_links:
-            offset, control = link.offset, -1
+            curve, control = link.as_curve, -1
             if link.control.joint in self.prescribed.locked:
-                locked = self.prescribed.locked[link.control.joint]
-                offset += link.factor * float(locked[link.control.index])
+                locked = self.prescribed.locked[link.control.joint][link.control.index]
+                curve = FollowerCurve(CurveKind.POLYNOMIAL, (float(link.at(locked)),))
             else:
                 control = self.factor_links[link.control.joint, link.control.index]
             follower = self.factor_links[link.follower.joint, link.follower.index]
-            rows.append([LINKED, control, follower])
-            numbers = np.zeros(ROW_CONSTANT_COLUMNS)
-            numbers[[FACTOR, OFFSET]] = link.factor, offset
-            constants.append(numbers)
+            first = len(pieces)
+            pieces += list(curve.pieces)
+            rows.append([LINKED, control, follower, first, len(pieces)])
+            constants.append(np.zeros(ROW_CONSTANT_COLUMNS))
+        curves = np.zeros((len(pieces), max(map(len, pieces), default=POWERS_FROM)))
+        for row, piece in zip(curves, pieces, strict=True):
+            row[: len(piece)] = piece
         return (
-            np.array(rows, dtype=np.int64).reshape(-1, 3),
+            np.array(rows, dtype=np.int64).reshape(-1, 5),
             np.array(constants, dtype=float).reshape(-1, ROW_CONSTANT_COLUMNS),
+            curves,
         )
 
     def _site_on_link(self, ref: SiteRef, frame: Array) -> tuple[Array, Array]:
@@ -745,12 +749,6 @@ class _Builder:
             np.array(rows, dtype=np.int64).reshape(-1, 3),
             np.array(places, dtype=float).reshape(-1, 3),
         )
-
-
-def _displacement_gradient(chain: Chain, index: int) -> Array:
-    """Gradient of a translation's displacement by the offset; the axes may be oblique."""
-    axes = np.array([unit_vector(chain.joint_axes[k].axis) for k in chain.translations])
-    return np.asarray(np.linalg.pinv(axes.T)[chain.translations.index(index)])
 
 
 def _product(p: Array, q: Array) -> Array:

@@ -8,9 +8,13 @@ of the second link, a closing joint has rows of two forms:
     g = a . b,    g' = c . (w2 - w1),    g'' = c . (alpha2 - alpha1) + c' . (w2 - w1),    c = b x a,
 
 where v and the relative acceleration are those of the two bodies' material points at the second
-site. The first acts by a force along a at that site, the second by a couple c.
+site. The first acts by a force along a at that site, the second by a couple c. Of a displacement x
+that follows y by a curve f,
+
+    g = x - f(y),    g' = x' - f' y',    g'' = x'' - f' y'' - f'' y'^2.
 """
 
+from generator.follower_curve import ORIGIN, POWERS_FROM, START
 from generator.rotations import Array
 from generator.simulation.compiled.algebra import (
     Vector,
@@ -37,7 +41,6 @@ from generator.simulation.compiled.layout import (
     ALONG,
     AXIS,
     DIRECTION,
-    FACTOR,
     FIRST_ARM,
     FIRST_AXIS,
     FIRST_SITE,
@@ -46,12 +49,13 @@ from generator.simulation.compiled.layout import (
     LINKED,
     MECHANISM,
     MULTIPLIER,
-    OFFSET,
     POINT,
     ROTATION,
     ROW_BIAS,
     ROW_FIRST,
     ROW_KIND,
+    ROW_PIECE,
+    ROW_PIECES_END,
     ROW_RATE,
     ROW_SECOND,
     ROW_VALUE,
@@ -59,6 +63,7 @@ from generator.simulation.compiled.layout import (
     SECOND_ARM,
     SECOND_AXIS,
     SECOND_SITE,
+    SLOPE,
     SPIN,
     SPIN_BIAS,
     VELOCITY,
@@ -83,23 +88,33 @@ def _in_world(work: Array, link: int, constants: Array, r: int, at: int) -> Vect
 @compiled(NOTHING, MECHANISM, SCRATCH)
 def measure_rows(mechanism: Mechanism, scratch: Scratch) -> None:
     """Compute the displacement, rate, direction and acceleration bias of each row."""
-    rows, constants, work, found = (
+    rows, constants, curves, work, found = (
         mechanism.rows,
         mechanism.row_constants,
+        mechanism.row_curves,
         scratch.work,
         scratch.row_work,
     )
     for r in range(len(rows)):
         kind, first, second = rows[r, ROW_KIND], rows[r, ROW_FIRST], rows[r, ROW_SECOND]
         if kind == LINKED:
-            factor, value, rate, acceleration = constants[r, FACTOR], 0.0, 0.0, 0.0
+            value, rate, acceleration = 0.0, 0.0, 0.0
             if first >= 0:
                 value, rate = work[first, JOINT_VALUE], work[first, JOINT_RATE]
                 # That of a drive; a free joint has none without the accelerations.
                 acceleration = dot(vector(work, first, AXIS), vector(work, first, SPIN_BIAS))
-            found[r, ROW_VALUE] = work[second, JOINT_VALUE] - factor * value - constants[r, OFFSET]
-            found[r, ROW_RATE] = work[second, JOINT_RATE] - factor * rate
-            found[r, ROW_BIAS] = -factor * acceleration
+            at = rows[r, ROW_PIECE]
+            while at + 1 < rows[r, ROW_PIECES_END] and curves[at + 1, START] <= value:
+                at += 1
+            followed, slope, half_bend, since = 0.0, 0.0, 0.0, value - curves[at, ORIGIN]
+            for k in range(curves.shape[1] - 1, POWERS_FROM - 1, -1):
+                half_bend = half_bend * since + slope
+                slope = slope * since + followed
+                followed = followed * since + curves[at, k]
+            found[r, ROW_VALUE] = work[second, JOINT_VALUE] - followed
+            found[r, ROW_RATE] = work[second, JOINT_RATE] - slope * rate
+            found[r, ROW_BIAS] = -slope * acceleration - 2.0 * half_bend * rate * rate
+            found[r, SLOPE] = slope
             continue
         spin, other_spin = _part(work, first, SPIN), _part(work, second, SPIN)
         axis = _in_world(work, first, constants, r, FIRST_AXIS)

@@ -278,7 +278,13 @@ class ExudynEquations:
         bias = self._rates_of_change(coordinates, rates, _POLYNOMIAL_STEP / speed)
         if not self._model.coordinate_constraints:
             return bias
+        constraints = [one.rate_constraint for one in self._model.coordinate_constraints]
+        for one in constraints:  # so that no stencil spans pieces of a curve
+            one.hold_pieces(hold=True)
+        self._rates(rates)
         smooth = self._rates_of_change(coordinates, rates, _SMOOTH_STEP / speed)
+        for one in constraints:
+            one.hold_pieces(hold=False)
         for constraint in self._model.coordinate_constraints:
             rows = list(self._data.GetObjectLTGAE(constraint.item))
             bias[rows] = smooth[rows]

@@ -1,4 +1,4 @@
-"""Linked and driven rotations as rate constraints with Python user functions.
+"""Linked and driven displacements as rate constraints with Python user functions.
 
 The equations are `J(q) v = 0`. A row of J gives the rate of one displacement of a joint, or a
 component of its angular velocity, as a function of the Euler parameters of its bodies. Exudyn's
@@ -18,11 +18,13 @@ from typing import Any
 import numpy as np
 
 from generator.drive import Drive
-from generator.figure import Joint
+from generator.figure import Joint, SiteRef
+from generator.follower_curve import FollowerCurve
 from generator.joint_chain import Chain
 from generator.kinematics.links import Link
 from generator.kinematics.prescribed import PrescribedMotion, driven_indices
-from generator.rotations import Array
+from generator.rotations import Array, inverse_pose, matrix_from_quaternion, pose_matrix
+from generator.simulation.exudyn_model.bodies import require_centre_of_mass
 from generator.simulation.exudyn_model.exudyn_api import Index, MainSystem, exu, items, unused_name
 from generator.simulation.exudyn_model.relative_rotation import (
     JointEnd,
@@ -31,6 +33,7 @@ from generator.simulation.exudyn_model.relative_rotation import (
     RelativeRotation,
     Vector,
     build_joint_end,
+    product,
 )
 from generator.simulation.exudyn_model.springs import SpringBuilder
 
@@ -46,23 +49,83 @@ class RateTerm:
         component: index of a displacement in the joint's chain, or an axis of the parent's site for
             a component of the relative angular velocity.
         factor: coefficient of the rate.
+        curve: curve of the displacement whose derivative multiplies the factor; None for none.
     """
 
     joint: str
     component: int | Vector
     factor: float = 1.0
+    curve: FollowerCurve | None = None
 
 
 RateEquation = tuple[RateTerm, ...]
 
 
 @dataclass(frozen=True)
+class SiteEnd:
+    """A joint's site on a moving body, or on the ground.
+
+    Attributes:
+        first_coordinate: Index of the body's first coordinate; None for the ground.
+        pose: Pose of the site relative to the body's centre of mass, or in the world, (4, 4).
+    """
+
+    first_coordinate: int | None
+    pose: Array
+
+    def place(self, coordinates: Sequence[float]) -> tuple[Array, Array, Array]:
+        """Pose of the site in the world (4, 4), centre (3,) and Euler parameters (4,)."""
+        if self.first_coordinate is None:
+            return self.pose, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+        own = np.array(coordinates[self.first_coordinate :][:_COORDINATES_PER_BODY])
+        turn = matrix_from_quaternion(own[3:] / np.linalg.norm(own[3:]))
+        return pose_matrix(turn, own[:3]) @ self.pose, own[:3], own[3:]
+
+    def add_force(self, forces: list[float], force: Array, moment: Array, turn: Array) -> None:
+        """Add a force and a moment about the centre to the forces on the coordinates."""
+        if self.first_coordinate is not None:
+            w, x, y, z = turn.tolist()
+            a, b, c = (2.0 / (turn @ turn) * moment).tolist()
+            parts = [*force.tolist(), *product((0.0, a, b, c), (w, x, y, z))]
+            for k, part in enumerate(parts, self.first_coordinate):
+                forces[k] += part
+
+
+@dataclass
 class JointRotation:
-    """Rotation of a joint; `rotation_indices` maps indices in its chain to its rotations."""
+    """Motion of a joint by the coordinates of its bodies.
+
+    Attributes:
+        rotation: Rotation of the child's site in the parent's.
+        rates: Rates of the rotations.
+        rotation_indices: Places of the rotations by indices in the chain.
+        chain: Chain of the joint.
+        ends: Parent's and child's site.
+        near: Displacements nearby, for whole turns, shape (n,).
+    """
 
     rotation: RelativeRotation
     rates: JointRates
     rotation_indices: dict[int, int]
+    chain: Chain
+    ends: tuple[SiteEnd, SiteEnd]
+    near: Array
+
+    def displacements(self, q: Sequence[float]) -> Array:
+        """Displacements of the joint, shape (n,) [rad or m]."""
+        parent, child = (end.place(q)[0] for end in self.ends)
+        return self.chain.displacements(inverse_pose(parent) @ child, self.near)
+
+    def add_slide(self, forces: list[float], q: Sequence[float], index: int, factor: float) -> None:
+        """Add factor times the derivative of a translation to the forces on the coordinates."""
+        base, other = self.ends
+        gradient = factor * self.chain.translation_gradient(index)
+        if not self.chain.translations_are_outer:
+            base, other, gradient = other, base, -gradient
+        (pose, centre, turn), (other_pose, other_centre, other_turn) = base.place(q), other.place(q)
+        force, place = pose[:3, :3] @ gradient, other_pose[:3, 3]
+        base.add_force(forces, -force, -np.cross(place - centre, force), turn)
+        other.add_force(forces, force, np.cross(place - other_centre, force), other_turn)
 
 
 @dataclass(frozen=True)
@@ -135,6 +198,7 @@ class RateConstraint:
         self._coordinates: Sequence[float] = ()
         self._jacobian = np.zeros((0, 0))
         self._time, self._rates = float("nan"), np.zeros(0)
+        self._places: dict[RateTerm, Any] | None = None
 
     def residual(
         self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
@@ -146,9 +210,34 @@ class RateConstraint:
         self, mbs: Any, t: float, itemNumber: int, q: Any, q_t: Any, velocityLevel: bool
     ) -> Any:
         """J, the derivative of `J v` with respect to v and the direction of the forces."""
+        if self._has_curves:  # a step of the integrator, unlike `residual`
+            self.set_near({name: one.displacements(q) for name, one in self._rotations.items()})
         matrix = exu.MatrixContainer()
         matrix.SetWithDenseMatrix(self._jacobian_matrix(q), useDenseMatrix=True)
         return matrix
+
+    @property
+    def _has_curves(self) -> bool:
+        return any(term.curve is not None for row in self._rows for term in row)
+
+    def set_near(self, displacements: Mapping[str, Array]) -> None:
+        """Set displacements of the joints, shape (n,), near those of the next evaluations."""
+        for name, joint in self._rotations.items():
+            joint.near = displacements[name]
+
+    def hold_pieces(self, *, hold: bool) -> None:
+        """Use the pieces of curves of the next evaluation for those after it, or no longer."""
+        self._places, self._coordinates = ({} if hold else None), ()
+
+    def _factor(self, term: RateTerm, q: Sequence[float]) -> float:
+        """Coefficient of a rate."""
+        if term.curve is None or not isinstance(term.component, int):
+            return term.factor
+        value = self._rotations[term.joint].displacements(q)[term.component]
+        places = term.curve.places(value)
+        if self._places is not None:
+            places = self._places.setdefault(term, places)
+        return term.factor * float(term.curve.at(value, 1, places))
 
     def _jacobian_matrix(self, q: Sequence[float]) -> Array:
         if q == self._coordinates:
@@ -161,13 +250,16 @@ class RateConstraint:
         for row in self._rows:
             forces = [0.0] * self._size
             for term in row:
-                joint = self._rotations[term.joint]
+                joint, factor = self._rotations[term.joint], self._factor(term, q)
+                if isinstance(term.component, int) and term.component in joint.chain.translations:
+                    joint.add_slide(forces, q, term.component, factor)
+                    continue
                 axis = (
                     axes[term.joint][joint.rotation_indices[term.component]]
                     if isinstance(term.component, int)
                     else term.component
                 )
-                gradient = _rate_gradient(ends[term.joint][2], axis, term.factor)
+                gradient = _rate_gradient(ends[term.joint][2], axis, factor)
                 joint.rotation.add_forces(forces, ends[term.joint], gradient)
             jacobian.append(forces)
         matrix = np.array(jacobian)
@@ -263,7 +355,7 @@ def _link_equations(links: Sequence[Link]) -> dict[tuple[str, str], list[RateEqu
         follower, control = link.follower, link.control
         row = (
             RateTerm(follower.joint, follower.index),
-            RateTerm(control.joint, control.index, -link.factor),
+            RateTerm(control.joint, control.index, -link.factor, link.curve),
         )
         rows.setdefault((follower.joint, control.joint), []).append(row)
     return rows
@@ -340,10 +432,21 @@ def _build_joint_rotation(
             figure, poses, ref, first_coordinates.get(ref.segment), (0.0, 0.0, 0.0, 0.0)
         )
 
+    def site_end(ref: SiteRef) -> SiteEnd:
+        pose, first = figure.site(ref).pose_in_segment, first_coordinates.get(ref.segment)
+        if first is None:
+            return SiteEnd(None, poses[ref.segment] @ pose)
+        centre = require_centre_of_mass(figure.segments[ref.segment])
+        return SiteEnd(first, pose_matrix(np.eye(3), -centre) @ pose)
+
     chain = builder.placement.tree.chains[joint.name]
+    near = builder.placement.displacements[joint.name]
     rotation_indices = {place: k for k, place in enumerate(chain.rotations)}
     return JointRotation(
         RelativeRotation(end(joint.parent), end(joint.child)),
-        JointRates.from_chain(chain, builder.placement.displacements[joint.name]),
+        JointRates.from_chain(chain, near),
         rotation_indices,
+        chain,
+        (site_end(joint.parent), site_end(joint.child)),
+        near,
     )

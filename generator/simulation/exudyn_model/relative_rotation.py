@@ -308,7 +308,7 @@ class JointRates:
 
     def rate_axes(self, rotation: Quaternion) -> Sequence[Vector]:
         """Vectors r of the rotations, innermost first, in the parent's axes."""
-        if len(self.chain_axes) == 1:
+        if len(self.chain_axes) < 2:
             return self.chain_axes
         inner, outer = _rotate(rotation, self.chain_axes[0]), self.chain_axes[-1]
         if len(self.chain_axes) == 2:

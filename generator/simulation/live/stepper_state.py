@@ -435,3 +435,8 @@ def project_velocities(
         change = np.asarray(np.linalg.lstsq(matrix, rest, rcond=None)[0], dtype=float)
         values[places] += change
         rest = np.asarray(rest - matrix @ change, dtype=float)
+    if len(model.mechanism.rows) > 0:
+        from generator.simulation.compiled.projection import project_state  # compiled if needed
+
+        arguments = model.equations.laws, model.mechanism, model.scratch, 0, time
+        project_state(*arguments, values, np.zeros_like(values))

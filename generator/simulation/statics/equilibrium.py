@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 from generator.diagnostics import ModelError, MoverError
 from generator.figure import Figure
 from generator.kinematics.links import Coordinate
-from generator.kinematics.placement import Placement, forward_kinematics
+from generator.kinematics.placement import Displacements, Placement, forward_kinematics
 from generator.kinematics.prescribed import loop_closure_jacobian
 from generator.loads import LoadKind
 from generator.model import Model
@@ -257,15 +257,17 @@ class _ReducedModel:
         self._tree = model.placement.tree
         self._prescribed = model.prescribed
         self._values = self._tree.kinematics.displacement_vector(model.placement.displacements)
-        rows = loop_closure_jacobian(model.placement) @ self._prescribed.free_jacobian
+        columns = self._prescribed.free_jacobian(model.placement.displacements)
+        rows = loop_closure_jacobian(model.placement) @ columns
         count = int(np.linalg.matrix_rank(rows, 1e-7)) if rows.size else 0
         order: list[int] = list(range(rows.shape[1]))
         if rows.size:
             order = cast("Any", qr)(rows, mode="r", pivoting=True)[-1].tolist()
         self._following = np.array(sorted(order[:count]), dtype=int)
         self._leading = np.array(sorted(order[count:]), dtype=int)
-        self._free = np.linalg.pinv(self._prescribed.free_jacobian) @ self._values
-        self._offset = self._values - self._prescribed.free_jacobian @ self._free
+        places = {one: k for k, one in enumerate(self._prescribed.coordinates)}
+        self._places = [places[one] for one in self._prescribed.free_coordinates]
+        self._free = self._values[self._places]
         self.start = self._free[self._leading]
         coupled = {axis.joint for one in model.coupled for axis in one.axes}
         self._joints_with_pole = [
@@ -287,8 +289,8 @@ class _ReducedModel:
         """Forces on the independent displacements, shape (n, leading)."""
         state = self.static_state(rows)
         forces = state.forces()
-        if not self._following.size:
-            return forces @ self._prescribed.free_jacobian
+        if not self._prescribed and not self._following.size:
+            return forces[:, self._places]
         jacobians = [self._coordinate_jacobian(placement) for placement in state.placements()]
         return np.stack(
             [force @ jacobian for force, jacobian in zip(forces, jacobians, strict=True)]
@@ -304,7 +306,7 @@ class _ReducedModel:
 
     def _coordinate_jacobian(self, placement: Placement) -> Array:
         """Derivative of the tree's displacements with respect to the independent, (m, leading)."""
-        columns = self._prescribed.free_jacobian
+        columns = self._prescribed.free_jacobian(placement.displacements)
         loops = loop_closure_jacobian(placement) @ columns
         follow = -np.linalg.pinv(loops[:, self._following]) @ loops[:, self._leading]
         return columns[:, self._leading] + columns[:, self._following] @ follow
@@ -355,15 +357,12 @@ class _ReducedModel:
         """Displacements of the tree, shape (m,), with loops closed."""
         free = self._free.copy()
         free[self._leading] = z
-        columns = self._prescribed.free_jacobian
         if not self._following.size:
-            return self._offset + columns @ free
+            return self._tree.kinematics.displacement_vector(self._imposed(free))
 
         def gaps(following: Array) -> Array:
             free[self._following] = following
-            values = self._offset + columns @ free
-            parts = {name: values[part] for name, part in self._tree.kinematics.columns.items()}
-            placement = forward_kinematics(self._tree, parts)
+            placement = forward_kinematics(self._tree, self._imposed(free))
             return np.concatenate(
                 [
                     self._tree.chains[joint.name].pose_residual(placement.pose_in_parent(joint))
@@ -376,4 +375,11 @@ class _ReducedModel:
         )
         free[self._following] = solution.x
         self._free[self._following] = solution.x
-        return self._offset + columns @ free
+        return self._tree.kinematics.displacement_vector(self._imposed(free))
+
+    def _imposed(self, free: Array) -> Displacements:
+        """Displacements of the tree's joints by the free ones."""
+        values = self._values.copy()
+        values[self._places] = free
+        parts = {name: values[part] for name, part in self._tree.kinematics.columns.items()}
+        return self._prescribed.impose_displacements(parts, self._model.plan.start)

@@ -4,6 +4,7 @@ import math
 import string
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,6 +15,7 @@ from generator.figure import (
     AxisKind,
     ContactSphere,
     Figure,
+    Follower,
     Joint,
     JointAxis,
     Location,
@@ -25,6 +27,7 @@ from generator.figure import (
 )
 from generator.figure_file import FIGURE_FILE, read_figure
 from generator.figure_file.write import write_figure
+from generator.follower_curve import CurveKind, FollowerCurve
 
 _LETTERS = string.ascii_letters + "_"
 NAMES = st.builds(
@@ -110,6 +113,27 @@ def joints(draw, name, parent, child):
 
 
 @st.composite
+def curves(draw):
+    if draw(st.booleans()):
+        powers = draw(st.lists(FLOATS, min_size=1, max_size=4))
+        return FollowerCurve(CurveKind.POLYNOMIAL, tuple(powers))
+    count = draw(st.integers(2, 6))
+    steps, values = (
+        st.lists(st.floats(low, 9.0), min_size=count, max_size=count) for low in (1e-3, -9.0)
+    )
+    points = np.stack([np.cumsum(draw(steps)) - 4.0, draw(values)], axis=1)
+    return FollowerCurve(CurveKind.SIMM_SPLINE, tuple(points.ravel()))
+
+
+@st.composite
+def with_followers(draw, joint, controls):
+    """A joint whose displacements but the first may follow the first ones of joints."""
+    followed = st.builds(Follower, st.sampled_from(controls or [""]), st.just(0), curves())
+    others = [draw(st.none() | followed) for _ in joint.chain[1:]]
+    return replace(joint, followers=(None, *others) if joint.chain else ())
+
+
+@st.composite
 def figures(draw):
     values = st.lists(FLOATS, max_size=3).map(tuple) | STRINGS
     attributes = {
@@ -125,6 +149,8 @@ def figures(draw):
     for index, name in enumerate(draw(st.permutations([f"j_{name}" for name in names[1:]]))):
         parent = parts[draw(st.integers(0, index))]
         links.append(draw(joints(name, parent, parts[index + 1])))
+    controls = [link.name for link in links if link.chain]
+    links = [draw(with_followers(link, controls)) for link in links]
     root = SiteRef(names[0], draw(st.sampled_from(list(parts[0].sites))))
     return Figure(
         {part.name: part for part in parts},

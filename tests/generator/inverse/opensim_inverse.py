@@ -1,10 +1,9 @@
 """Inverse dynamics by OpenSim's own tool, and the difference of `mover inverse` from it.
 
-    python -m tests.generator.inverse.opensim_inverse MODEL.osim WALK.sto GRF.xml [--fixed]
+    python -m tests.generator.inverse.opensim_inverse MODEL.osim WALK.sto GRF.xml
 
 prints the largest and the root-mean-square difference of each moment, half a second from both ends,
-each program with its own filter at 6 Hz; with `--fixed` of the model whose axes that follow a
-coordinate by a curve are fixed, as in the figure.
+each program with its own filter at 6 Hz.
 """
 
 import sys
@@ -12,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -24,10 +22,7 @@ from generator.model_files.formats import read_model
 from generator.motion_files import COORDINATES_FILE
 from generator.motion_files.opensim_table import write_sto
 from generator.rotations import Array
-from tests.generator.inverse.walking import LOADS, MODEL
-
-CURVES = ("Spline", "PolynomialFunction")
-"""Ends of the names of functions that are no straight lines in models of walking."""
+from tests.generator.inverse.walking import LOADS
 
 
 def opensim() -> Any:
@@ -35,38 +30,6 @@ def opensim() -> Any:
     osim.Logger.setLevelString("Error")
     osim.Logger.removeFileSink()
     return osim
-
-
-def model_with_fixed_curves(model: Path, folder: Path) -> Path:
-    """Write a model whose axes do not follow coordinates by curves, as in a figure.
-
-    Returns its path.
-    """
-    osim, path, document = opensim(), folder / "fixed.osim", ElementTree.parse(model)
-    loaded = osim.Model(str(model))
-    joints = {one.get("name"): one for one in document.iter("CustomJoint")}
-    for name, element in joints.items():
-        joint = osim.CustomJoint.safeDownCast(loaded.getJointSet().get(name))
-        transform = joint.getSpatialTransform()
-        for moved in element.iter("TransformAxis"):
-            axis, coordinate = str(moved.get("name")), moved.findtext("coordinates")
-            curve = next((one for one in moved.iter() if one.tag.endswith(CURVES)), None)
-            if curve is None or not coordinate:
-                continue
-            default = loaded.getCoordinateSet().get(coordinate.strip()).getDefaultValue()
-            function = getattr(transform, f"get_{axis}")().get_function()
-            value = function.calcValue(osim.Vector(1, default))
-            for old in [one for one in moved if one.tag not in ("coordinates", "axis")]:
-                moved.remove(old)
-            fixed = ElementTree.SubElement(moved, "Constant", name="function")
-            ElementTree.SubElement(fixed, "value").text = repr(value)
-    document.write(path)
-    return path
-
-
-def model_with_fixed_knees(folder: Path) -> Path:
-    """Write the model of the planar walk whose knees slide nowhere; return its path."""
-    return model_with_fixed_curves(MODEL, folder)
 
 
 def inverse_dynamics(
@@ -96,7 +59,7 @@ def inverse_dynamics(
 def main() -> None:
     """Print the differences of a walk."""
     model, motion, loads = (Path(word).resolve() for word in sys.argv[1:4])
-    imported, cutoff = read_model(model, curves="--fixed" not in sys.argv), 6.0
+    imported, cutoff = read_model(model), 6.0
     figure, coordinates = imported.figure, imported.coordinates
     walk, _ = read_motion_with_warnings(motion, figure, coordinates)
     forces, _ = read_external_loads(loads, figure)
@@ -106,10 +69,9 @@ def main() -> None:
     own_time = perf_counter() - started
     with TemporaryDirectory() as name:
         folder = Path(name)
-        compared = model_with_fixed_curves(model, folder) if "--fixed" in sys.argv else model
         started = perf_counter()
         write_sto(walk, folder / "plain.sto")  # OpenSim's tool does not find columns by paths
-        times, theirs = inverse_dynamics(compared, folder / "plain.sto", folder, cutoff, loads)
+        times, theirs = inverse_dynamics(model, folder / "plain.sto", folder, cutoff, loads)
         their_time = perf_counter() - started
     kept = ours.kept
     print("coordinate                  largest     rms")

@@ -105,24 +105,23 @@ def test_moments_of_a_run_are_those_of_its_springs():
 
 def test_followers_move_by_their_curves_and_work_through_their_controls():
     """The moments of controls alone have the power of all forces."""
-    imported = read_model(MODEL, curves=True)
+    imported = read_model(MODEL)
     motion, _ = read_motion_with_warnings(MOTION, imported.figure, imported.coordinates)
-    tree, coordinates = motion.tree, imported.coordinates
+    tree = motion.tree
     times = np.arange(0.3, 2.2, 0.002)
-    smooth = follow_curves(tree, smooth_motion(tree, motion, 6.0, times), coordinates)
-    columns = list(curve_columns(tree, coordinates))
+    smooth = follow_curves(tree, smooth_motion(tree, motion, 6.0, times))
+    columns = list(curve_columns(tree))
     assert len(columns) == 4
     inner, step = slice(10, -10), 0.002
-    for own, control, at, curve in columns:
-        angles = at.scale * smooth.values[:, control] + at.offset
-        np.testing.assert_allclose(smooth.values[:, own], curve.at(angles))
+    for own, control, curve in columns:
+        np.testing.assert_allclose(smooth.values[:, own], curve.at(smooth.values[:, control]))
         for part, rate in ((smooth.values, smooth.rates), (smooth.rates, smooth.accelerations)):
             by_difference = np.gradient(part[:, own], step)
             close = 0.03 * np.abs(rate[:, own]).max()
             # At the ends of a curve, beyond which it is straight, its bend jumps.
             assert np.quantile(np.abs(by_difference - rate[:, own])[inner], 0.99) < close
     forces = generalized_forces(tree, smooth, {}, GRAVITY)
-    total = add_followers_forces(tree, smooth, forces, coordinates)
+    total = add_followers_forces(tree, smooth, forces)
     followers = [own for own, *_ in columns]
     kept = [k for k in range(forces.shape[1]) if k not in followers]
     power = (forces * smooth.rates).sum(axis=1)

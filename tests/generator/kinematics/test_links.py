@@ -1,13 +1,17 @@
 """Laws of linked degrees of freedom."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from generator.diagnostics import ModelError
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.kinematics.links import Coordinate, Link, Links, cycle_message, cycles
 
+CURVE = FollowerCurve(CurveKind.SIMM_SPLINE, (-2.0, 0.1, -0.5, 0.4, 0.3, -0.2, 1.1, 0.0, 2.0, 0.3))
 JOINTS = {"a": 3, "b": 1, "c": 2, "d": 3}
 FREEDOMS = [Coordinate(name, k) for name, count in JOINTS.items() for k in range(count)]
 FACTORS = st.floats(0.05, 3.0) | st.floats(-3.0, -0.05)
@@ -161,3 +165,20 @@ def test_five_thousand_links_in_a_row_resolve():
     assert {link.control for link in Links(tuple(reversed(chain))).resolved} == {
         Coordinate("j0", 0)
     }
+
+
+def test_links_by_curves_compose_with_linear_ones_alone():
+    """The values along a chain are those of its links one after the other."""
+    one, two, three = (Coordinate(name, 0) for name in ("one", "two", "three"))
+    line, curve = Link(two, one, -2.0, 0.1), Link(three, two, 3.0, 0.2, CURVE)
+    at = np.linspace(-1.5, 1.5, 7)
+    chain = curve.compose(line)
+    assert chain.control == one
+    assert chain.at(at) == pytest.approx(curve.at(line.at(at)))
+    assert chain.at(at, 1) == pytest.approx(curve.at(line.at(at), 1) * line.at(at, 1))
+    assert chain.at(at, 2) == pytest.approx(curve.at(line.at(at), 2) * line.at(at, 1) ** 2)
+    back = Link(one, three, 0.5, -0.3).compose(replace(curve, control=Coordinate("four", 0)))
+    assert back.at(at) == pytest.approx(0.5 * curve.at(at) - 0.3)
+    assert back.as_curve.at(at) == pytest.approx(back.at(at))
+    with pytest.raises(ModelError, match="both by a curve"):
+        curve.compose(Link(two, one, curve=CURVE))

@@ -74,7 +74,7 @@ def test_scale_and_shift_are_those_of_the_model(figure: Path, tmp_path: Path):
     plain, read = walk_of(figure), read_motion(MOTION, read_figure(moved))
     knee, pelvis = plain.displacements["knee_r"], plain.displacements["ground_pelvis"]
     expected = (knee - np.radians(30.0)) / 2.0
-    np.testing.assert_allclose(read.displacements["knee_r"], expected, rtol=1e-14)
+    np.testing.assert_allclose(read.displacements["knee_r"][:, 0], expected[:, 0], rtol=1e-14)
     moved_pelvis = read.displacements["ground_pelvis"][:, 2]
     np.testing.assert_allclose(moved_pelvis, pelvis[:, 2] + 0.5, rtol=1e-14)
     convert(MOTION, tmp_path / "out.sto", figure=moved)

@@ -1,15 +1,20 @@
 """OpenSim models against OpenSim's own reading of them."""
 
 from math import radians
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from generator.diagnostics import Source
-from generator.figure import AxisKind
+from generator.figure import AxisKind, Follower
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.model_files.formats import parse_model, read_model
+from generator.model_files.opensim.write import format_osim
 from generator.rotations import Array, pose_matrix
+from springs import SpringSet
+from tests.generator.inverse.walking import MODEL as WALKER
 from tests.generator.model_files.imported_models import (
     MODELS,
     coordinate,
@@ -17,8 +22,10 @@ from tests.generator.model_files.imported_models import (
     lost,
     placed,
     pose_in_model,
+    without_carried_texts,
     written_and_read,
 )
+from tests.generator.model_files.opensim_fall import fall_beside_opensim
 
 LEG = MODELS / "leg.osim"
 """All kinds of joints, written by OpenSim 4.6."""
@@ -158,14 +165,100 @@ KNEE = """<OpenSimDocument Version="40500"><Model name="m"><BodySet><objects><Bo
 </SpatialTransform></CustomJoint></objects></JointSet>{}</Model></OpenSimDocument>"""
 
 
-def test_a_motion_that_follows_a_coordinate_is_fixed_where_its_default_has_it():
+def test_an_axis_that_follows_a_coordinate_is_a_displacement_with_a_curve():
     imported = parse_model(Source("knee.osim", KNEE.format(""))).require_value()
-    assert lost(imported, "follow a coordinate") == ("knee translation1 (bend)",)
+    assert not any("follow" in loss.what for loss in imported.losses.entries)
     assert lost(imported, "ranges of coordinates") == ("bend -2 .. 0.1",)
     knee = imported.figure.joints["knee"]
-    assert [factor.kind for factor in knee.chain] == [AxisKind.ROTATION]
+    assert [factor.kind for factor in knee.chain] == [AxisKind.ROTATION, AxisKind.TRANSLATION]
+    curve = FollowerCurve(CurveKind.POLYNOMIAL, (0.1, 0.0, 0.2))
+    assert knee.followers == (None, Follower("knee", 0, curve))
+    assert knee.displacement == pytest.approx((0.5, 0.2 * 0.5**2 + 0.1))
+    assert imported.coordinates.keys() == {"bend"}
+
+
+def test_a_polygon_is_fixed_where_its_default_has_it():
+    polygon = "<PiecewiseLinearFunction><x>0 1 2</x><y>0.1 0.2 0.5</y></PiecewiseLinearFunction>"
+    spline = "<PolynomialFunction><coefficients>0.2 0 0.1</coefficients></PolynomialFunction>"
+    text = KNEE.format("").replace(spline, polygon)
+    imported = parse_model(Source("knee.osim", text)).require_value()
+    assert lost(imported, "polygon") == ("knee translation1 (bend)",)
+    assert imported.figure.joints["knee"].followers == ()
     seen = pose_in_model(placed(imported, {"bend": 1.0}), "shank")
-    np.testing.assert_allclose(seen[:3, 3], (0.2 * 0.5**2 + 0.1, 0.0, 0.0), atol=1e-12)
+    np.testing.assert_allclose(seen[:3, 3], (0.15, 0.0, 0.0), atol=1e-12)
+
+
+SLIDING = MODELS / "knee.osim"
+COUPLERS = ("patella_follows", "slide_follows")
+
+
+def test_what_constraints_couple_follows():
+    """A patella through its own coordinate, and a slider by a spline; both constraints are held."""
+    imported = read_model(SLIDING)
+    assert imported.coordinates.keys() == {"hip_angle", "knee_angle"}
+    assert not any("constraint" in loss.what for loss in imported.losses.entries)
+    joints = imported.figure.joints
+    followers = {
+        name: [
+            None if one is None else (one.joint, one.curve.kind.value) for one in joint.followers
+        ]
+        for name, joint in joints.items()
+    }
+    spline = ("knee", "simm_spline")
+    assert followers == {
+        "hip": [],
+        "knee": [None, ("knee", "polynomial"), spline, spline],
+        "patella_glide": [spline, spline, spline],
+        "slider": [spline],
+    }
+    turn = joints["patella_glide"].followers[0]
+    assert turn is not None
+    assert turn.curve.numbers[:2] == pytest.approx(((-2.0 - 0.05) / 0.9, -1.3))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what", "where"),
+    [
+        ("<isEnforced>true", "<isEnforced>false", "constraints", COUPLERS),
+        (">knee_angle<", ">knee_angle hip_angle<", "constraints", COUPLERS),
+        ("<LinearFunction name=\"function\"><coefficients>0.9 0.05</coefficients></LinearFunction>",
+         "<PolynomialFunction><coefficients>0.1 0.9 0.05</coefficients></PolynomialFunction>",
+         "fixed", ("patella_glide translation1 (beta)", "patella_glide translation2 (beta)",
+                   "patella_glide rotation1 (beta)")),
+    ],
+)  # fmt: skip
+def test_what_does_not_follow_is_told_by_name(
+    old: str, new: str, what: str, where: tuple[str, ...]
+):
+    head, tail = SLIDING.read_text().split("<ConstraintSet")
+    text = f"{head}<ConstraintSet{tail.replace(old, new)}"
+    imported = parse_model(Source("knee.osim", text)).require_value()
+    found = [loss.where for loss in imported.losses.entries if what in loss.what]
+    assert where in found
+
+
+@pytest.mark.verify
+def test_a_fall_is_that_of_opensim(tmp_path: Path):
+    """Of the model, and of the model that is written of its figure."""
+    fall = fall_beside_opensim(SLIDING)
+    assert fall.start < 1e-12
+    assert fall.stop < 1e-8
+    assert fall.moved > 0.05
+    imported, path = read_model(SLIDING), tmp_path / "again.osim"
+    text, losses = format_osim(imported.figure, SpringSet({}))
+    assert not any("follow" in loss.what for loss in losses.entries)
+    path.write_text(without_carried_texts(text))
+    again = read_model(path).figure
+    for name, joint in imported.figure.joints.items():
+        assert again.joints[name].followers == joint.followers
+    assert fall_beside_opensim(path).stop < 1e-8
+
+
+@pytest.mark.verify
+def test_a_fall_of_the_walking_model_is_that_of_opensim():
+    fall = fall_beside_opensim(WALKER)
+    assert fall.stop < 1e-8
+    assert fall.moved > 0.3
 
 
 def test_forces_that_a_figure_does_not_have_are_told_by_name_and_kind():
