@@ -86,7 +86,6 @@ class PoseHold(CommandResult):
     body: Body | None
     posture: Posture
     heaviest: HeaviestLoad | None
-    displacements: Displacements
     files: Sequence[Path]
 
     def paragraphs(self) -> Paragraphs:
@@ -280,7 +279,7 @@ def hold(
         return _along_motion(holder, name, along, motion, loads, files, (*warnings, *more, *others))
     placement, others = inputs.placement_from_options(figure, pose, displacements or ())
     values: Displacements = placement.displacements
-    if balance:
+    if balance and sought is None:
         values = holder.balanced(values, loads)
     for joint, (angle, known) in ranges_exceeded(forward_kinematics(holder.tree, values)).items():
         if range_excess(angle, known) > pi:
@@ -288,11 +287,13 @@ def hold(
                 f"{joint} at {degrees(angle):.0f} deg is more than half a turn beyond its range, "
                 f"{_range_text(known)}"
             )
-    found = None if sought is None else holder.heaviest(sought, values, loads)
+    found = None
+    if sought is not None:
+        found = holder.heaviest(sought, values, loads, balance=balance)
     posture = holder.posture(values, loads) if found is None else found.posture
     outputs.write_files({path: _content(path, name, posture, holder.body) for path in files})
     return PoseHold(
-        name, holder.body, posture, found, values, files, diagnostics=(*warnings, *more, *others)
+        name, holder.body, posture, found, files, diagnostics=(*warnings, *more, *others)
     )
 
 

@@ -327,25 +327,15 @@ class Holder:
         values = {**initial_displacements(self.tree), **(displacements or {})}
         placement = forward_kinematics(self.tree, values)
         passive = self._passive.moments(placement.displacements)
-        return self._posture(placement, tuple(loads), passive, must_balance=must_balance)
-
-    def _posture(
-        self,
-        placement: Placement,
-        loads: tuple[Load, ...],
-        passive: Mapping[str, Array],
-        *,
-        must_balance: bool = True,
-    ) -> Posture:
         jacobians = segment_jacobians(placement)
         wrenches = weight_wrenches(placement, self.model.figure)
         wrenches += load_wrenches(placement, loads)
         standing, notes = None, list[str]()
         if self._areas:
-            areas, notes = self._bearing_areas(placement)
+            areas, notes = self.bearing_areas(placement)
             standing = carry(areas, placement, *total_wrench(wrenches))
             if must_balance and standing.margin < 0.0:
-                raise OutOfBalanceError(balance_sentence(standing))
+                raise OutOfBalanceError(balance_sentence(standing, self.forwards(placement)))
             notes += _standing_notes(standing)
             wrenches += standing.wrenches
         net = net_moments(placement, wrenches, jacobians)
@@ -353,7 +343,7 @@ class Holder:
         beyond = ranges_exceeded(placement)
         return Posture(
             placement,
-            loads,
+            tuple(loads),
             net,
             passive,
             tuple(self._demands(placement, net, passive, beyond)),
@@ -364,7 +354,7 @@ class Holder:
             beyond,
         )
 
-    def _bearing_areas(self, placement: Placement) -> tuple[tuple[Area, ...], list[str]]:
+    def bearing_areas(self, placement: Placement) -> tuple[tuple[Area, ...], list[str]]:
         """Return the supports of a posture, and what is said of the others."""
         if self.supports is not None:
             return self._areas, []
@@ -407,7 +397,12 @@ class Holder:
             )
 
     def heaviest(
-        self, segment: str, displacements: Displacements | None = None, loads: Sequence[Load] = ()
+        self,
+        segment: str,
+        displacements: Displacements | None = None,
+        loads: Sequence[Load] = (),
+        *,
+        balance: bool = False,
     ) -> "HeaviestLoad":
         """Return the largest mass that the mean person can hold beside other loads.
 
@@ -415,25 +410,24 @@ class Holder:
             segment: Segment, or `SEGMENT.SITE`, from which it hangs.
             displacements: Posture, as in `posture`.
             loads: Other loads.
+            balance: Whether the pelvis is shifted anew for each load, as by `balanced`.
 
         Raises:
             OutOfBalanceError: The posture is out of balance without it.
             UsageError: The segment or site is unknown.
             ModelError: The posture is beyond the range of a joint.
         """
-        values = {**initial_displacements(self.tree), **(displacements or {})}
-        placement = forward_kinematics(self.tree, values)
-        for joint in ranges_exceeded(placement):
-            raise ModelError(f"no load is sought in a posture beyond the range of {joint}")
-        passive = self._passive.moments(placement.displacements)
         name, _, site = segment.partition(".")
 
         def at(mass: float) -> Posture:
-            more = Load(name, mass, site=site)
-            return self._posture(placement, (*loads, more), passive)
+            more = (*loads, Load(name, mass, site=site))
+            pose = self.balanced(displacements, more) if balance else displacements
+            return self.posture(pose, more)
 
         low, high = 0.0, LARGEST_LOAD
         found = at(low)
+        for joint in found.beyond:
+            raise ModelError(f"no load is sought in a posture beyond the range of {joint}")
         if found.largest_use > 1.0:
             return HeaviestLoad(segment, 0.0, _limit(found), found)
         limit = ""
@@ -444,7 +438,7 @@ class Holder:
             except OutOfBalanceError:
                 high, limit = middle, "balance"
                 continue
-            if tried.largest_use > 1.0:
+            if tried.beyond or tried.largest_use > 1.0:
                 high, limit = middle, _limit(tried)
             else:
                 low, found = middle, tried
@@ -463,24 +457,20 @@ class Holder:
             ModelError: The figure has no hips and ankles whose springs name their motions.
         """
         values = {**initial_displacements(self.tree), **(displacements or {})}
-        legs = self._legs()
-        if not legs:
+        if not self._legs:
             raise ModelError("--balance needs hips and ankles whose springs name their motions")
 
         def turned(angle: float) -> Displacements:
-            return _turn_legs(self.tree, values, legs, angle)
+            return _turn_legs(self.tree, values, self._legs, angle)
 
         def error(angle: float) -> float:
             placement = forward_kinematics(self.tree, turned(angle))
             wrenches = weight_wrenches(placement, self.model.figure)
             wrenches += load_wrenches(placement, tuple(loads))
-            areas, _ = self._bearing_areas(placement)
+            areas, _ = self.bearing_areas(placement)
             standing = carry(areas, placement, *total_wrench(wrenches))
-            hip = legs[0].hip
-            axis = placement.tree.kinematics.twists(
-                placement.tree.kinematics.displacement_vector(placement.displacements)
-            )[self.tree.kinematics.columns[hip.joint].start + hip.index, :3]
-            forwards = np.cross(axis, (0.0, 1.0, 0.0))
+            forwards = self.forwards(placement)
+            assert forwards is not None
             corners = standing.stability.corners @ forwards
             middle = 0.5 * (corners.min() + corners.max())
             return float(standing.stability.centre @ forwards - middle)
@@ -501,6 +491,19 @@ class Holder:
         low, high = min(crossings, key=lambda pair: abs(pair[0] + pair[1]))
         return turned(float(brentq(error, low, high, xtol=1e-10)))
 
+    def forwards(self, placement: Placement) -> Array | None:
+        """Return the horizontal direction in which `balanced` shifts the pelvis, shape (3,).
+
+        None for a figure without legs that can be turned.
+        """
+        if not self._legs:
+            return None
+        hip, kinematics = self._legs[0].hip, self.tree.kinematics
+        twists = kinematics.twists(kinematics.displacement_vector(placement.displacements))
+        axis = twists[kinematics.columns[hip.joint].start + hip.index, :3]
+        return hip.sense * np.array([axis[2], 0.0, -axis[0]])
+
+    @cached_property
     def _legs(self) -> "list[_Leg]":
         found: list[_Leg] = []
         for hip in self.strengths:
@@ -527,7 +530,7 @@ class HeaviestLoad:
     Attributes:
         segment: Segment, or `SEGMENT.SITE`, from which it hangs.
         mass: Mass [kg].
-        limited_by: Joint and direction, or `balance`.
+        limited_by: Joint and direction, the range of a joint, or `balance`.
         posture: Statics with the load.
     """
 
@@ -546,6 +549,8 @@ class _Leg:
 
 
 def _limit(posture: Posture) -> str:
+    for joint in posture.beyond:
+        return f"the range of {joint}"
     weakest = posture.weakest
     return "" if weakest is None else f"{weakest.joint} {weakest.direction}"
 

@@ -330,8 +330,14 @@ _LEAST_PART = float(np.sin(np.pi / 8.0))
 """Component of a direction from which it is named: there are eight directions."""
 
 
-def balance_sentence(standing: Standing) -> str:
-    """Return why a posture is refused, with the way in which it tips."""
+def balance_sentence(standing: Standing, forwards: Array | None) -> str:
+    """Return why a posture is refused, with the way in which it tips and what may help.
+
+    Args:
+        standing: Supports.
+        forwards: Horizontal direction in which the pelvis can be shifted, shape (3,); None where it
+            cannot.
+    """
     found = standing.stability
     names = [one.name for one in standing.bearings]
     where = " and ".join(
@@ -349,5 +355,19 @@ def balance_sentence(standing: Standing) -> str:
     way = f", {' and '.join(ways)}" if ways else ""
     return (
         f"the centre of pressure is {-100.0 * found.margin:.1f} cm outside {where}{way}: the "
-        "person tips over; change the pose, or shift the pelvis by --balance"
+        f"person tips over; {_balance_advice(found, forwards)}"
+    )
+
+
+def _balance_advice(found: Stability, forwards: Array | None) -> str:
+    """Return what brings the centre of pressure over the support."""
+    if forwards is None:
+        return "change the pose"
+    aside = np.array([-forwards[2], 0.0, forwards[0]])
+    sides = found.corners @ aside
+    if sides.min() <= found.centre @ aside <= sides.max():
+        return "change the pose, or shift the pelvis by --balance"
+    return (
+        "lean to the other side, or name what else bears it by --support (--balance shifts fore "
+        "and aft only)"
     )
