@@ -70,8 +70,11 @@ LARGEST_LOAD = 500.0
 _LOAD_TOLERANCE = 1e-3
 """Accuracy of the heaviest load [kg]."""
 
-_NO_MOMENT = 1e-9
+NO_MOMENT = 1e-9
 """Moment that counts as none [N m]."""
+
+_USE_DIGITS = 9
+"""Decimals in which uses are compared: both sides of a body are equal but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ class JointDemand:
     @property
     def is_antagonist(self) -> bool:
         """True where muscles work against the passive moment, which exceeds the net one."""
-        return self.net < -_NO_MOMENT
+        return self.net < -NO_MOMENT
 
     @property
     def use(self) -> float | None:
@@ -115,7 +118,7 @@ class JointDemand:
             return None
         if self.capacity > 0.0:
             return self.active / self.capacity
-        return float("inf") if self.active > _NO_MOMENT else 0.0
+        return float("inf") if self.active > NO_MOMENT else 0.0
 
     @property
     def capacity_5(self) -> float | None:
@@ -127,7 +130,7 @@ class JointDemand:
         """Percentage of people who are capable of the active moment."""
         if self.capacity is None:
             return None
-        if self.active <= _NO_MOMENT:
+        if self.active <= NO_MOMENT:
             return 100.0
         return percent_capable(self.active, self.capacity, self.spread)
 
@@ -170,7 +173,7 @@ class Posture:
     def weakest(self) -> JointDemand | None:
         """The joint with the largest use; None where no strength is known."""
         known = [one for one in self.joints if one.use is not None]
-        return max(known, key=lambda one: one.use or 0.0, default=None)
+        return max(known, key=lambda one: round(one.use or 0.0, _USE_DIGITS), default=None)
 
     @property
     def largest_use(self) -> float:
@@ -200,7 +203,8 @@ class Posture:
         if not known:
             return self.weakest
         return min(
-            known, key=lambda one: (one.percent_capable or 0.0, -(one.use or 0.0)), default=None
+            known,
+            key=lambda one: (round(one.percent_capable or 0.0, _USE_DIGITS), -(one.use or 0.0)),
         )
 
     @property
@@ -336,7 +340,7 @@ class Holder:
             standing = carry(areas, placement, *total_wrench(wrenches))
             if must_balance and standing.margin < 0.0:
                 raise OutOfBalanceError(balance_sentence(standing, self.forwards(placement)))
-            notes += _standing_notes(standing)
+            notes += standing_notes(standing)
             wrenches += standing.wrenches
         net = net_moments(placement, wrenches, jacobians)
         spine = spine_of(placement)
@@ -380,7 +384,7 @@ class Holder:
             )
             angle = axis.sense * float(placement.displacements[axis.joint][axis.index])
             active = total - own
-            is_opposite = active < 0.0
+            is_opposite = active < -NO_MOMENT
             sign = -1.0 if is_opposite else 1.0
             strength = None if axis.joint in beyond else axis.strength
             yield JointDemand(
@@ -574,12 +578,10 @@ def _turn_legs(
     return changed
 
 
-def _standing_notes(standing: Standing) -> list[str]:
-    notes = [
-        f"{one.name} would have to push outside its own area"
-        for one in standing.bearings
-        if not one.is_inside
-    ]
+def standing_notes(standing: Standing) -> list[str]:
+    """Return what must be known of supports: forces, and those that would have to pull."""
+    outside = [one.name for one in standing.bearings if not one.is_inside]
+    notes = [f"{' and '.join(outside)} would have to push outside its own area"] * bool(outside)
     if len(standing.bearings) > 1:
         parts = ", ".join(f"{one.name} {one.force[1]:.0f} N" for one in standing.bearings)
         what = "feet" if all(one.segment in FEET for one in standing.bearings) else "supports"

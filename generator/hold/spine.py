@@ -46,6 +46,17 @@ class SpineLoad:
     high: float
     disc: Array
 
+    @classmethod
+    def of(cls, extension: float, lateral: float, along: float, disc: Array) -> "SpineLoad":
+        """Return the load that one muscle yields: see `Spine.components`."""
+
+        def compression(arm: float) -> float:
+            sagittal = extension / arm if extension >= 0.0 else -extension / ABDOMEN_ARM
+            return along + float(np.hypot(sagittal, lateral / arm))
+
+        low, middle, high = map(compression, BACK_ARMS)
+        return cls(extension, -lateral, middle, low, high, disc)
+
 
 @dataclass(frozen=True)
 class Spine:
@@ -74,12 +85,25 @@ class Spine:
             placement: Posture.
             wrenches: Weights, loads and supports of all segments.
         """
-        figure, pose = placement.tree.figure, placement.poses[self.pelvis]
-        joint = figure.joints[self.joint]
+        extension, lateral, along = map(float, self.components(placement, wrenches))
+        return SpineLoad.of(extension, lateral, along, self._ends(placement)[0])
+
+    def _ends(self, placement: Placement) -> tuple[Array, Array]:
+        """Return the disc and the upper end of the pelvis's segment, shape (3,) [m]."""
+        joint = placement.tree.figure.joints[self.joint]
         top = joint.parent if joint.parent.segment == self.pelvis else joint.child
         end = site_point(placement, self.pelvis, top.site)
         start = site_point(placement, self.pelvis, "proximal")
-        disc = start + DISC_SHARE * (end - start)
+        return start + DISC_SHARE * (end - start), end
+
+    def components(self, placement: Placement, wrenches: Sequence[Wrench]) -> Array:
+        """Return what wrenches yield at the disc, shape (3,): it is linear in them.
+
+        Moment that muscles of the back supply and its lateral part [N m], and force along the
+        spine, positive where it compresses [N].
+        """
+        figure, pose = placement.tree.figure, placement.poses[self.pelvis]
+        disc, end = self._ends(placement)
         force, moment = np.zeros(3), np.zeros(3)
         for one in wrenches:
             if one.segment in self.above:
@@ -95,16 +119,7 @@ class Spine:
         # Of the trunk: y to the left, about which muscles of the back turn backwards with -y.
         left = pose[:3, 1] - (pose[:3, 1] @ axis) * axis
         left /= np.linalg.norm(left)
-        extension = float(moment @ left)
-        lateral = float(moment @ np.cross(left, axis))
-        along = -float(force @ axis)
-
-        def compression(arm: float) -> float:
-            sagittal = extension / arm if extension >= 0.0 else -extension / ABDOMEN_ARM
-            return along + float(np.hypot(sagittal, lateral / arm))
-
-        low, middle, high = map(compression, BACK_ARMS)
-        return SpineLoad(extension, -lateral, middle, low, high, disc)
+        return np.array([moment @ left, moment @ np.cross(left, axis), -force @ axis])
 
 
 def _is_weight(one: Wrench, placement: Placement) -> bool:

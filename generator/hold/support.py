@@ -243,7 +243,7 @@ def carry(areas: Sequence[Area], placement: Placement, force: Array, moment: Arr
             f"the loads lift the body: they pull it up by {-weight:.0f} N more than its weight"
         )
     points = [area.points(placement) for area in areas]
-    centres = np.array([_centroid(each) for each in points])
+    centres = np.array([centroid(each) for each in points])
     shares = _shares(centres, force, moment)
     forces = -shares[:, None] * force
     residual = -moment - np.cross(centres, forces).sum(axis=0)
@@ -312,7 +312,7 @@ def _equal_shares(centres: Array, target: Array) -> Array:
     return np.asarray(mean + differences - differences.mean())
 
 
-def _centroid(points: Array) -> Array:
+def centroid(points: Array) -> Array:
     """Return the centroid of the hull of points, seen from above, at their mean height, (3,)."""
     found = stability(points.mean(axis=0), points)
     corners = found.corners
@@ -330,6 +330,11 @@ _LEAST_PART = float(np.sin(np.pi / 8.0))
 """Component of a direction from which it is named: there are eight directions."""
 
 
+def support_label(name: str) -> str:
+    """Return the words of a support."""
+    return f"the {name.replace('_', ' ')}" if name in (*FEET, SEAT) else name
+
+
 def balance_sentence(standing: Standing, forwards: Array | None) -> str:
     """Return why a posture is refused, with the way in which it tips and what may help.
 
@@ -340,9 +345,7 @@ def balance_sentence(standing: Standing, forwards: Array | None) -> str:
     """
     found = standing.stability
     names = [one.name for one in standing.bearings]
-    where = " and ".join(
-        f"the {name.replace('_', ' ')}" if name in (*FEET, SEAT) else name for name in names
-    )
+    where = " and ".join(map(support_label, names))
     if sorted(names) == sorted(FEET):
         where = "both feet"
     ways: list[str] = []

@@ -472,12 +472,17 @@ def endurance(joint: str, use: float) -> float | None:
         return None
     if use > 1.0:
         return 0.0
+    factor, exponent = endurance_row(joint)
+    return float(factor * use**exponent)
+
+
+def endurance_row(joint: str) -> Pair:
+    """Return factor [s] and exponent of the endurance of a joint."""
     words = joint.lower().split("_")
-    table = _document()["endurance"]
     row = "trunk" if _TRUNK & set(words) else "general"
     row = next((_ENDURANCE_JOINTS[word] for word in words if word in _ENDURANCE_JOINTS), row)
-    factor, exponent = table[row]
-    return float(factor * use**exponent)
+    factor, exponent = _document()["endurance"][row]
+    return factor, exponent
 
 
 def endurance_reference() -> Reference:
