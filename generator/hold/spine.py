@@ -8,7 +8,7 @@ import numpy as np
 from generator.hold.statics import GRAVITY, Wrench, site_point
 from generator.kinematics.placement import Placement
 from generator.kinematics.placement import site_pose as joint_pose
-from generator.rotations import Array
+from generator.rotations import Array, cross_product
 
 LIMITS = (3400.0, 6400.0)
 """Limits of the compression of NIOSH 1981 [N]: the action limit and the maximum permissible one."""
@@ -108,18 +108,18 @@ class Spine:
         for one in wrenches:
             if one.segment in self.above:
                 force += one.force
-                moment += one.moment - np.cross(disc, one.force)
+                moment += one.moment - cross_product(disc, one.force)
             elif one.segment == self.pelvis and _is_weight(one, placement):
                 # The part of the pelvis's segment that is above the disc, at its middle.
                 share = 1.0 - DISC_SHARE
                 force += share * one.force
-                moment += share * np.cross(0.5 * (end - disc), one.force)
+                moment += share * cross_product(0.5 * (end - disc), one.force)
         chord = joint_pose(placement, figure.joints[self.next_joint], "parent")[:3, 3] - disc
         axis = chord / np.linalg.norm(chord)
         # Of the trunk: y to the left, about which muscles of the back turn backwards with -y.
         left = pose[:3, 1] - (pose[:3, 1] @ axis) * axis
         left /= np.linalg.norm(left)
-        return np.array([moment @ left, moment @ np.cross(left, axis), -force @ axis])
+        return np.array([moment @ left, moment @ cross_product(left, axis), -force @ axis])
 
 
 def _is_weight(one: Wrench, placement: Placement) -> bool:

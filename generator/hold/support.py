@@ -249,7 +249,7 @@ def carry(areas: Sequence[Area], placement: Placement, force: Array, moment: Arr
     residual = -moment - np.cross(centres, forces).sum(axis=0)
     shift = np.array([residual[2] / weight, 0.0, -residual[0] / weight])
     # What the shift of sideways forces adds about the vertical.
-    couple = residual[1] - float(np.cross(shift, -force)[1])
+    couple = residual[1] - float(cross_product(shift, -force)[1])
     actions = centres + shift
     bearings = tuple(
         Bearing(

@@ -41,6 +41,16 @@ class Age(StrEnum):
     MIDDLE = "55-65"
     OLD = "over-65"
 
+    @classmethod
+    def of_years(cls, years: float) -> "Age":
+        """Return the sample nearest to an age: up to 40 years, up to 65, or above.
+
+        Nobody between 25 and 55 was measured. Raises ValueError for ages that are not adult.
+        """
+        if not 18.0 <= years <= 110.0:
+            raise ValueError("ages are from 18 to 110 years")
+        return cls.YOUNG if years <= 40.0 else cls.MIDDLE if years <= 65.0 else cls.OLD
+
 
 @dataclass(frozen=True)
 class Body:
