@@ -379,6 +379,58 @@ def norm(motion: str, sex: str, age: str) -> float | None:
     return None
 
 
+@dataclass(frozen=True)
+class Check:
+    """A measurement beside which a row is put, and which sets none.
+
+    Attributes:
+        motion: Direction of the torque, or name of a factor.
+        sex: `male` or `female`.
+        what: Kind of the number.
+        unit: Unit; "1" for a ratio.
+        interval: Ends of what was measured, equal for a single number.
+        origin: Class of the comparison.
+        reference: Source.
+        sample: Bodies that were measured.
+    """
+
+    motion: str
+    sex: str
+    what: str
+    unit: str
+    interval: Pair
+    origin: StrengthClass
+    reference: Reference
+    sample: Sample
+
+
+@cache
+def checks() -> tuple[Check, ...]:
+    """Return measurements beside which strengths are put."""
+    return tuple(map(_parse_check, _document()["check"]))
+
+
+def _parse_check(row: Mapping[str, Any]) -> Check:
+    source = _document()["sources"][row["source"]]
+    reference, (low, high) = reference_of(source), row["interval"]
+    assert reference is not None
+    return Check(
+        row["motion"],
+        row["sex"],
+        row["what"],
+        row["unit"],
+        (low, high),
+        StrengthClass(row["class"]),
+        reference,
+        Sample(SampleKind(source["sample"]), source.get("subjects")),
+    )
+
+
+def old_share() -> float:
+    """Return the share over 65 years of young strength, an estimate, for rows without curves."""
+    return float(_document()["age"][Age.OLD])
+
+
 _MEAN_STATURES = {"male": 1.75, "female": 1.63}
 """Statures by which norms per kilogram are compared with curves, estimates [m]."""
 
