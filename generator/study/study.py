@@ -216,7 +216,7 @@ class Study:
 
     @property
     def holds(self) -> bool:
-        """Whether a measure is of the posture at the start, held at rest."""
+        """True where a measure is of the posture at the start, held at rest."""
         return any(one.take is Statistic.START for one in self.measures.values())
 
     def _repr_html_(self) -> str:

@@ -15,6 +15,7 @@ from generator.model import Model
 from generator.motion_files import FigureMotion, motion_writer
 from generator.tone import Tone
 from springs import SpringSet
+from springs.strength.strengths import StrengthClass
 from tests.command import answer, mover, run
 from tests.motions import header_of
 from tests.paths import DOCS
@@ -350,3 +351,45 @@ def test_frames_off_the_feet_have_no_numbers(tmp_path: Path, man: Holder):
     assert said["use"][0] is not None
     assert said["use"][-1] is None
     assert "off its feet" in run("hold", "male50", "--along", path).stdout
+
+
+def test_examples_of_the_page_print_what_it_says():
+    page = (DOCS / "hold.md").read_text(encoding="utf-8")
+    command = re.search(r"mover (hold female50 .*)", page)
+    printed = re.search(r"```\n(female50: .*?)```", page, re.DOTALL)
+    assert command is not None
+    assert printed is not None
+    said = [line.rstrip() for line in run(*command[1].split()).stdout.splitlines()]
+    expected = [line for line in printed[1].splitlines() if line not in ("...", "")]
+    assert len(expected) == 9
+    assert [line for line in expected if line not in said] == []
+
+
+def test_squat_of_the_page_needs_the_shin_muscles_it_says():
+    page = (DOCS / "hold.md").read_text(encoding="utf-8")
+    numbers = re.search(
+        r"the ankle's net moment is ([\d.]+)\s+N m, but the calf, stretched, pulls with ([\d.]+) "
+        r"N m the other way, so that the shin's muscles need ([\d.]+) N m, (\d+) % of their "
+        r"strength; without\s+passive moments they would need (\d+) %",
+        page,
+    )
+    assert numbers is not None
+    row = rows_of(answer("hold", "male50", *SQUAT))["left_ankle", "dorsiflexion"]
+    bare = rows_of(answer("hold", "male50", *SQUAT, "--springs", "none"))
+    assert [float(number) for number in numbers.groups()] == [
+        round(row["net_Nm"], 1),
+        round(-row["passive_Nm"], 1),
+        round(row["active_Nm"], 1),
+        round(100 * row["use"]),
+        round(100 * bare["left_ankle", "dorsiflexion"]["use"]),
+    ]
+
+
+def test_nothing_is_unlabelled(man):
+    held = man.posture(None, [Load("right_hand", 5.0)], must_balance=False)
+    for one in held.joints:
+        assert one.capacity is not None
+        assert one.origin is not None
+        assert bool(one.source) or one.origin is StrengthClass.ESTIMATE
+        assert one.spread > 0.0
+    assert [hand.origin for hand in held.hands] == [StrengthClass.ESTIMATE]
