@@ -504,7 +504,8 @@ def _verdict(posture: Posture, body: Body | None) -> str:
     if weakest.active == 0.0:
         return f"holds without muscles; {who}"
     joint = f"{weakest.joint} {weakest.direction}"
-    largest = max((float(np.linalg.norm(one.total)) for one in posture.loads), default=0.0)
+    loads = page_loads(posture.placement.tree.figure, posture.loads)
+    largest = max((float(np.linalg.norm(one.total)) for one in loads), default=0.0)
     if weakest.use > (LARGEST_USE if largest <= _LARGEST_JUDGED_FORCE else 1.0):
         times = (
             f"{float(f'{weakest.use:.3g}'):g} times" if isfinite(weakest.use) else "it is beyond"
