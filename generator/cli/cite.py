@@ -30,6 +30,7 @@ from springs.strength.strengths import (
     Strength,
     StrengthRow,
     anderson_rows,
+    checks,
     endurance_reference,
     norm_reference,
     strength,
@@ -152,10 +153,14 @@ class StrengthsCitation(CommandResult):
     @property
     def others(self) -> Mapping[str, Reference]:
         """Sources of other strengths, by what they are for."""
+        beside: dict[Reference, list[str]] = {}
+        for one in checks():
+            beside.setdefault(one.reference, []).append(one.motion)
         return {
             "force of a hand": arm_force_field_reference(),
             "endurance": endurance_reference(),
             "norms of the knee, by which people over 65 are scaled": norm_reference(),
+            **{f"check of {', '.join(dict.fromkeys(own))}": one for one, own in beside.items()},
         }
 
     def paragraphs(self) -> Paragraphs:

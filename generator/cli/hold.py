@@ -18,6 +18,7 @@ from generator.hold.hands import HandDemand
 from generator.hold.page import posture_page, posture_svg
 from generator.hold.passive import range_excess, ranges_exceeded
 from generator.hold.posture import LARGEST_LOAD, HeaviestLoad, Holder, JointDemand, Posture
+from generator.hold.response import page_data, page_loads
 from generator.hold.spine import LIMITS, SpineLoad
 from generator.hold.statics import GRAVITY, Load, site_point
 from generator.hold.support import OffGroundError, Standing
@@ -39,6 +40,9 @@ LARGEST_FORCE = 1e5
 
 LARGEST_USE = 10.0
 """Use up to which a posture is judged by shares of people."""
+
+_LARGEST_JUDGED_FORCE = -LARGEST_LOAD * GRAVITY[1]
+"""Force of a load above which nobody holds what exceeds a strength [N]."""
 
 SHOWN_USE = 0.05
 """Use below which a joint is listed with `--verbose` only."""
@@ -86,7 +90,6 @@ class PoseHold(CommandResult):
     body: Body | None
     posture: Posture
     heaviest: HeaviestLoad | None
-    displacements: Displacements
     files: Sequence[Path]
 
     def paragraphs(self) -> Paragraphs:
@@ -280,7 +283,7 @@ def hold(
         return _along_motion(holder, name, along, motion, loads, files, (*warnings, *more, *others))
     placement, others = inputs.placement_from_options(figure, pose, displacements or ())
     values: Displacements = placement.displacements
-    if balance:
+    if balance and sought is None:
         values = holder.balanced(values, loads)
     for joint, (angle, known) in ranges_exceeded(forward_kinematics(holder.tree, values)).items():
         if range_excess(angle, known) > pi:
@@ -288,11 +291,13 @@ def hold(
                 f"{joint} at {degrees(angle):.0f} deg is more than half a turn beyond its range, "
                 f"{_range_text(known)}"
             )
-    found = None if sought is None else holder.heaviest(sought, values, loads)
+    found = None
+    if sought is not None:
+        found = holder.heaviest(sought, values, loads, balance=balance)
     posture = holder.posture(values, loads) if found is None else found.posture
-    outputs.write_files({path: _content(path, name, posture, holder.body) for path in files})
+    outputs.write_files({path: _content(path, name, posture, holder) for path in files})
     return PoseHold(
-        name, holder.body, posture, found, values, files, diagnostics=(*warnings, *more, *others)
+        name, holder.body, posture, found, files, diagnostics=(*warnings, *more, *others)
     )
 
 
@@ -306,18 +311,36 @@ def _check_output(output: Path, along: Path | None) -> None:
         raise UsageError(f"-o {output}: {reason}; known are {', '.join(known)}")
 
 
-def _content(path: Path, name: str, posture: Posture, body: Body | None) -> str:
+def _content(path: Path, name: str, posture: Posture, holder: Holder) -> str:
     """Return the content of the file of a posture."""
     match path.suffix.lower():
         case ".html":
-            lines = [_verdict(posture, body), *_lines(posture)]
+            lines = [_verdict(posture, holder.body), *_lines(posture)]
             rows = _joint_table(list(_merged(posture.joints))).rows
             notes = _short_notes(posture.notes)
-            return posture_page(f"Posture of {name}", lines, rows, notes, posture_svg(posture))
+            loads = page_loads(holder.model.figure, posture.loads)
+            posture = replace(posture, loads=loads)
+            data = page_data(holder, posture)
+            for key in ("notes_before", "notes_after"):
+                data[key] = _short_notes(data[key])
+            data |= _page_texts(posture, holder.body)
+            return posture_page(f"Posture of {name}", lines, rows, notes, posture, data)
         case ".svg":
             return posture_svg(posture)
         case _:
             return _joint_csv(name, posture)
+
+
+def _page_texts(posture: Posture, body: Body | None) -> dict[str, object]:
+    """Return texts and bounds of the command by which a page states its answer."""
+    return {
+        "who": _people(body),
+        "beyond": _beyond_sentence(posture),
+        "largest_use": LARGEST_USE,
+        "largest_force": _LARGEST_JUDGED_FORCE,
+        "shown_use": SHOWN_USE,
+        "same": _SAME,
+    }
 
 
 def _holder(
@@ -457,24 +480,36 @@ def _range_text(known: Range) -> str:
     return f"{low} to {high} deg"
 
 
+def _beyond_sentence(posture: Posture) -> str:
+    """Return that a posture is beyond the range of joints; "" within."""
+    joints = [f"{name} ({_range_text(known)})" for name, (_, known) in posture.beyond.items()]
+    return f"this posture is beyond the range of {', '.join(joints)}" if joints else ""
+
+
+def _people(body: Body | None) -> str:
+    """Return the words of those whose strengths are taken."""
+    if body is None:
+        return "people with the strengths stated"
+    sex = "women" if body.is_female else "men"
+    return f"{sex} over 65 years" if body.age is Age.OLD else f"{sex} of {body.age} years"
+
+
 def _verdict(posture: Posture, body: Body | None) -> str:
     weakest, percent = posture.weakest, posture.percent_capable
     if posture.beyond:
-        joints = (f"{name} ({_range_text(known)})" for name, (_, known) in posture.beyond.items())
-        return f"this posture is beyond the range of {', '.join(joints)}"
+        return _beyond_sentence(posture)
     if weakest is None or weakest.use is None or percent is None:
         return "no strength of its joints is known"
-    who = "people with the strengths stated"
-    if body is not None:
-        who = f"{'women' if body.is_female else 'men'} of {body.age} years"
-        if body.age is Age.OLD:
-            who = f"{'women' if body.is_female else 'men'} over 65 years"
+    who = _people(body)
     if weakest.active == 0.0:
         return f"holds without muscles; {who}"
     joint = f"{weakest.joint} {weakest.direction}"
-    largest = max((float(np.linalg.norm(one.total)) for one in posture.loads), default=0.0)
-    if weakest.use > (LARGEST_USE if largest <= -LARGEST_LOAD * GRAVITY[1] else 1.0):
-        times = f"{weakest.use:.3g} times" if isfinite(weakest.use) else "it is beyond"
+    loads = page_loads(posture.placement.tree.figure, posture.loads)
+    largest = max((float(np.linalg.norm(one.total)) for one in loads), default=0.0)
+    if weakest.use > (LARGEST_USE if largest <= _LARGEST_JUDGED_FORCE else 1.0):
+        times = (
+            f"{float(f'{weakest.use:.3g}'):g} times" if isfinite(weakest.use) else "it is beyond"
+        )
         return f"nobody holds this: {times} the strength of {joint} of {who}"
     text = f"{percent:.0f} % of {who} are strong enough"
     least = posture.least_capable
@@ -508,7 +543,7 @@ _SAME = 5e-3
 
 def _merged(joints: Sequence[JointDemand]) -> Iterator[tuple[str, JointDemand]]:
     """Yield demands by use, the largest first, both sides as one row where they are equal."""
-    ordered = sorted(joints, key=lambda one: -(one.use or 0.0))
+    ordered = sorted(joints, key=lambda one: -round(one.use or 0.0, 9))
     done: set[int] = set()
     for k, one in enumerate(ordered):
         if k in done:
@@ -564,8 +599,9 @@ def _lines(posture: Posture) -> Iterator[str]:
             f"{100 * standing.margin:.1f} cm inside the edge of the support"
         )
     if spine is not None:
+        moment = options.format_rounded(spine.moment, 0)
         yield (
-            f"L5/S1: {spine.moment:.0f} N m, compression {spine.compression:.0f} N "
+            f"L5/S1: {moment} N m, compression {spine.compression:.0f} N "
             f"({spine.low:.0f} to {spine.high:.0f}); {_spine_verdict(spine)}"
         )
     for hand in posture.hands:

@@ -15,6 +15,7 @@ from generator.motion_files.columns import Column
 from generator.motion_files.glb import format_glb
 from generator.motion_files.page import (
     SHARED_SCRIPTS,
+    STYLES,
     Frames,
     encode_doubles,
     encode_floats,
@@ -53,7 +54,7 @@ def format_comparison(found: Comparison) -> str:
     return fill_page(
         "compare.html",
         scripts,
-        ("page.css", "compare.css"),
+        (*STYLES, "compare.css"),
         title,
         {"comparison": script_json({"title": title, **data})},
     )

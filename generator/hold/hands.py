@@ -18,7 +18,7 @@ from springs.strength.arm_force_field import (
 )
 from springs.strength.strengths import Body, StrengthClass
 
-_SMALLEST_FORCE = 1e-6
+SMALLEST_FORCE = 1e-6
 """Force of a hand that counts as none [N]."""
 
 
@@ -44,10 +44,50 @@ class HandDemand:
         return self.strength.percent_capable(self.force)
 
 
+@dataclass(frozen=True)
+class HandPlace:
+    """A hand in a posture, in the shoulder's axes: forwards, upwards, outwards.
+
+    Attributes:
+        hand: Segment.
+        axes: Axes in the world as rows, shape (3, 3).
+        point: Place of the load from the shoulder, shape (3,) [m].
+        assistance: Force at the hand that the arm's weight yields, shape (3,) [N].
+        factor: Strength over that of the mean woman.
+        origin: Class of the strength.
+    """
+
+    hand: str
+    axes: Array
+    point: Array
+    assistance: Array
+    factor: float
+    origin: StrengthClass
+
+    def demand(self, force: Array) -> HandDemand:
+        """Return the demand of a force that the hand exerts, shape (3,) [N], in the world."""
+        size = float(np.linalg.norm(force))
+        along = self.axes @ (force / size)
+        mean = self.factor * hand_force(self.point, along)
+        strength = HandStrength(mean, float(self.assistance @ along), arm_force_field_spread())
+        return HandDemand(self.hand, size, strength, self.origin)
+
+
 def hand_demands(
     placement: Placement, loads: Sequence[Load], body: Body | None
 ) -> Iterator[HandDemand]:
-    """Yield the forces of the hands that bear loads, of a person with arms as `mover person` makes.
+    """Yield the forces of the hands that bear loads."""
+    for place in hand_places(placement, loads, body):
+        own = [load.total for load in loads if load.segment == place.hand]
+        force = -np.sum(own, axis=0)
+        if float(np.linalg.norm(force)) >= SMALLEST_FORCE:
+            yield place.demand(force)
+
+
+def hand_places(
+    placement: Placement, loads: Sequence[Load], body: Body | None
+) -> Iterator[HandPlace]:
+    """Yield the hands with loads of a person with arms as `mover person` makes.
 
     The field is that of the mean woman; men's is 1.66 times as large, an estimate. The weight is
     that of the figure's own arm.
@@ -61,14 +101,9 @@ def hand_demands(
         own = [load for load in loads if load.segment == f"{side}_hand"]
         if not own or not needed <= figure.joints.keys():
             continue
-        force = -np.sum([load.total for load in own], axis=0)
-        size = float(np.linalg.norm(force))
-        if size < _SMALLEST_FORCE:
-            continue
         axes = _shoulder_axes(placement, outwards)
         shoulder = _place(placement, names[0])
         hand = axes @ (site_point(placement, own[0].segment, own[0].site) - shoulder)
-        along = axes @ (force / size)
         masses, centres = list[float](), list[Array]()
         for part in ("upper_arm", "lower_arm", "hand"):
             segment = figure.segments[f"{side}_{part}"]
@@ -78,12 +113,10 @@ def hand_demands(
                 masses.append(segment.mass)
                 centres.append(axes @ (centre - shoulder))
         down = axes @ (np.array(GRAVITY) / np.linalg.norm(GRAVITY))
-        assistance = ArmWeight(masses, centres, down).force_along(hand, along)
+        assistance = ArmWeight(masses, centres, down).force_at(hand)
         factor = 1.0 if body.is_female else MEN_FACTOR
         origin = StrengthClass.PUBLISHED if body.is_female else StrengthClass.ESTIMATE
-        mean = factor * hand_force(hand, along)
-        strength = HandStrength(mean, assistance, arm_force_field_spread())
-        yield HandDemand(f"{side}_hand", size, strength, origin)
+        yield HandPlace(f"{side}_hand", axes, hand, assistance, factor, origin)
 
 
 def _place(placement: Placement, joint: str) -> Array:

@@ -70,8 +70,11 @@ LARGEST_LOAD = 500.0
 _LOAD_TOLERANCE = 1e-3
 """Accuracy of the heaviest load [kg]."""
 
-_NO_MOMENT = 1e-9
+NO_MOMENT = 1e-9
 """Moment that counts as none [N m]."""
+
+_USE_DIGITS = 9
+"""Decimals in which uses are compared: both sides of a body are equal but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ class JointDemand:
     @property
     def is_antagonist(self) -> bool:
         """True where muscles work against the passive moment, which exceeds the net one."""
-        return self.net < -_NO_MOMENT
+        return self.net < -NO_MOMENT
 
     @property
     def use(self) -> float | None:
@@ -115,7 +118,7 @@ class JointDemand:
             return None
         if self.capacity > 0.0:
             return self.active / self.capacity
-        return float("inf") if self.active > _NO_MOMENT else 0.0
+        return float("inf") if self.active > NO_MOMENT else 0.0
 
     @property
     def capacity_5(self) -> float | None:
@@ -127,7 +130,7 @@ class JointDemand:
         """Percentage of people who are capable of the active moment."""
         if self.capacity is None:
             return None
-        if self.active <= _NO_MOMENT:
+        if self.active <= NO_MOMENT:
             return 100.0
         return percent_capable(self.active, self.capacity, self.spread)
 
@@ -170,7 +173,7 @@ class Posture:
     def weakest(self) -> JointDemand | None:
         """The joint with the largest use; None where no strength is known."""
         known = [one for one in self.joints if one.use is not None]
-        return max(known, key=lambda one: one.use or 0.0, default=None)
+        return max(known, key=lambda one: round(one.use or 0.0, _USE_DIGITS), default=None)
 
     @property
     def largest_use(self) -> float:
@@ -200,7 +203,8 @@ class Posture:
         if not known:
             return self.weakest
         return min(
-            known, key=lambda one: (one.percent_capable or 0.0, -(one.use or 0.0)), default=None
+            known,
+            key=lambda one: (round(one.percent_capable or 0.0, _USE_DIGITS), -(one.use or 0.0)),
         )
 
     @property
@@ -327,33 +331,23 @@ class Holder:
         values = {**initial_displacements(self.tree), **(displacements or {})}
         placement = forward_kinematics(self.tree, values)
         passive = self._passive.moments(placement.displacements)
-        return self._posture(placement, tuple(loads), passive, must_balance=must_balance)
-
-    def _posture(
-        self,
-        placement: Placement,
-        loads: tuple[Load, ...],
-        passive: Mapping[str, Array],
-        *,
-        must_balance: bool = True,
-    ) -> Posture:
         jacobians = segment_jacobians(placement)
         wrenches = weight_wrenches(placement, self.model.figure)
         wrenches += load_wrenches(placement, loads)
         standing, notes = None, list[str]()
         if self._areas:
-            areas, notes = self._bearing_areas(placement)
+            areas, notes = self.bearing_areas(placement)
             standing = carry(areas, placement, *total_wrench(wrenches))
             if must_balance and standing.margin < 0.0:
-                raise OutOfBalanceError(balance_sentence(standing))
-            notes += _standing_notes(standing)
+                raise OutOfBalanceError(balance_sentence(standing, self.forwards(placement)))
+            notes += standing_notes(standing)
             wrenches += standing.wrenches
         net = net_moments(placement, wrenches, jacobians)
         spine = spine_of(placement)
         beyond = ranges_exceeded(placement)
         return Posture(
             placement,
-            loads,
+            tuple(loads),
             net,
             passive,
             tuple(self._demands(placement, net, passive, beyond)),
@@ -364,7 +358,7 @@ class Holder:
             beyond,
         )
 
-    def _bearing_areas(self, placement: Placement) -> tuple[tuple[Area, ...], list[str]]:
+    def bearing_areas(self, placement: Placement) -> tuple[tuple[Area, ...], list[str]]:
         """Return the supports of a posture, and what is said of the others."""
         if self.supports is not None:
             return self._areas, []
@@ -390,7 +384,7 @@ class Holder:
             )
             angle = axis.sense * float(placement.displacements[axis.joint][axis.index])
             active = total - own
-            is_opposite = active < 0.0
+            is_opposite = active < -NO_MOMENT
             sign = -1.0 if is_opposite else 1.0
             strength = None if axis.joint in beyond else axis.strength
             yield JointDemand(
@@ -407,7 +401,12 @@ class Holder:
             )
 
     def heaviest(
-        self, segment: str, displacements: Displacements | None = None, loads: Sequence[Load] = ()
+        self,
+        segment: str,
+        displacements: Displacements | None = None,
+        loads: Sequence[Load] = (),
+        *,
+        balance: bool = False,
     ) -> "HeaviestLoad":
         """Return the largest mass that the mean person can hold beside other loads.
 
@@ -415,25 +414,24 @@ class Holder:
             segment: Segment, or `SEGMENT.SITE`, from which it hangs.
             displacements: Posture, as in `posture`.
             loads: Other loads.
+            balance: Whether the pelvis is shifted anew for each load, as by `balanced`.
 
         Raises:
             OutOfBalanceError: The posture is out of balance without it.
             UsageError: The segment or site is unknown.
             ModelError: The posture is beyond the range of a joint.
         """
-        values = {**initial_displacements(self.tree), **(displacements or {})}
-        placement = forward_kinematics(self.tree, values)
-        for joint in ranges_exceeded(placement):
-            raise ModelError(f"no load is sought in a posture beyond the range of {joint}")
-        passive = self._passive.moments(placement.displacements)
         name, _, site = segment.partition(".")
 
         def at(mass: float) -> Posture:
-            more = Load(name, mass, site=site)
-            return self._posture(placement, (*loads, more), passive)
+            more = (*loads, Load(name, mass, site=site))
+            pose = self.balanced(displacements, more) if balance else displacements
+            return self.posture(pose, more)
 
         low, high = 0.0, LARGEST_LOAD
         found = at(low)
+        for joint in found.beyond:
+            raise ModelError(f"no load is sought in a posture beyond the range of {joint}")
         if found.largest_use > 1.0:
             return HeaviestLoad(segment, 0.0, _limit(found), found)
         limit = ""
@@ -444,7 +442,7 @@ class Holder:
             except OutOfBalanceError:
                 high, limit = middle, "balance"
                 continue
-            if tried.largest_use > 1.0:
+            if tried.beyond or tried.largest_use > 1.0:
                 high, limit = middle, _limit(tried)
             else:
                 low, found = middle, tried
@@ -463,24 +461,20 @@ class Holder:
             ModelError: The figure has no hips and ankles whose springs name their motions.
         """
         values = {**initial_displacements(self.tree), **(displacements or {})}
-        legs = self._legs()
-        if not legs:
+        if not self._legs:
             raise ModelError("--balance needs hips and ankles whose springs name their motions")
 
         def turned(angle: float) -> Displacements:
-            return _turn_legs(self.tree, values, legs, angle)
+            return _turn_legs(self.tree, values, self._legs, angle)
 
         def error(angle: float) -> float:
             placement = forward_kinematics(self.tree, turned(angle))
             wrenches = weight_wrenches(placement, self.model.figure)
             wrenches += load_wrenches(placement, tuple(loads))
-            areas, _ = self._bearing_areas(placement)
+            areas, _ = self.bearing_areas(placement)
             standing = carry(areas, placement, *total_wrench(wrenches))
-            hip = legs[0].hip
-            axis = placement.tree.kinematics.twists(
-                placement.tree.kinematics.displacement_vector(placement.displacements)
-            )[self.tree.kinematics.columns[hip.joint].start + hip.index, :3]
-            forwards = np.cross(axis, (0.0, 1.0, 0.0))
+            forwards = self.forwards(placement)
+            assert forwards is not None
             corners = standing.stability.corners @ forwards
             middle = 0.5 * (corners.min() + corners.max())
             return float(standing.stability.centre @ forwards - middle)
@@ -501,6 +495,19 @@ class Holder:
         low, high = min(crossings, key=lambda pair: abs(pair[0] + pair[1]))
         return turned(float(brentq(error, low, high, xtol=1e-10)))
 
+    def forwards(self, placement: Placement) -> Array | None:
+        """Return the horizontal direction in which `balanced` shifts the pelvis, shape (3,).
+
+        None for a figure without legs that can be turned.
+        """
+        if not self._legs:
+            return None
+        hip, kinematics = self._legs[0].hip, self.tree.kinematics
+        twists = kinematics.twists(kinematics.displacement_vector(placement.displacements))
+        axis = twists[kinematics.columns[hip.joint].start + hip.index, :3]
+        return hip.sense * np.array([axis[2], 0.0, -axis[0]])
+
+    @cached_property
     def _legs(self) -> "list[_Leg]":
         found: list[_Leg] = []
         for hip in self.strengths:
@@ -527,7 +534,7 @@ class HeaviestLoad:
     Attributes:
         segment: Segment, or `SEGMENT.SITE`, from which it hangs.
         mass: Mass [kg].
-        limited_by: Joint and direction, or `balance`.
+        limited_by: Joint and direction, the range of a joint, or `balance`.
         posture: Statics with the load.
     """
 
@@ -546,6 +553,8 @@ class _Leg:
 
 
 def _limit(posture: Posture) -> str:
+    for joint in posture.beyond:
+        return f"the range of {joint}"
     weakest = posture.weakest
     return "" if weakest is None else f"{weakest.joint} {weakest.direction}"
 
@@ -569,12 +578,10 @@ def _turn_legs(
     return changed
 
 
-def _standing_notes(standing: Standing) -> list[str]:
-    notes = [
-        f"{one.name} would have to push outside its own area"
-        for one in standing.bearings
-        if not one.is_inside
-    ]
+def standing_notes(standing: Standing) -> list[str]:
+    """Return what must be known of supports: forces, and those that would have to pull."""
+    outside = [one.name for one in standing.bearings if not one.is_inside]
+    notes = [f"{' and '.join(outside)} would have to push outside its own area"] * bool(outside)
     if len(standing.bearings) > 1:
         parts = ", ".join(f"{one.name} {one.force[1]:.0f} N" for one in standing.bearings)
         what = "feet" if all(one.segment in FEET for one in standing.bearings) else "supports"

@@ -8,7 +8,7 @@ import numpy as np
 from generator.hold.statics import GRAVITY, Wrench, site_point
 from generator.kinematics.placement import Placement
 from generator.kinematics.placement import site_pose as joint_pose
-from generator.rotations import Array
+from generator.rotations import Array, cross_product
 
 LIMITS = (3400.0, 6400.0)
 """Limits of the compression of NIOSH 1981 [N]: the action limit and the maximum permissible one."""
@@ -46,6 +46,17 @@ class SpineLoad:
     high: float
     disc: Array
 
+    @classmethod
+    def of(cls, extension: float, lateral: float, along: float, disc: Array) -> "SpineLoad":
+        """Return the load that one muscle yields: see `Spine.components`."""
+
+        def compression(arm: float) -> float:
+            sagittal = extension / arm if extension >= 0.0 else -extension / ABDOMEN_ARM
+            return along + float(np.hypot(sagittal, lateral / arm))
+
+        low, middle, high = map(compression, BACK_ARMS)
+        return cls(extension, -lateral, middle, low, high, disc)
+
 
 @dataclass(frozen=True)
 class Spine:
@@ -74,37 +85,41 @@ class Spine:
             placement: Posture.
             wrenches: Weights, loads and supports of all segments.
         """
-        figure, pose = placement.tree.figure, placement.poses[self.pelvis]
-        joint = figure.joints[self.joint]
+        extension, lateral, along = map(float, self.components(placement, wrenches))
+        return SpineLoad.of(extension, lateral, along, self._ends(placement)[0])
+
+    def _ends(self, placement: Placement) -> tuple[Array, Array]:
+        """Return the disc and the upper end of the pelvis's segment, shape (3,) [m]."""
+        joint = placement.tree.figure.joints[self.joint]
         top = joint.parent if joint.parent.segment == self.pelvis else joint.child
         end = site_point(placement, self.pelvis, top.site)
         start = site_point(placement, self.pelvis, "proximal")
-        disc = start + DISC_SHARE * (end - start)
+        return start + DISC_SHARE * (end - start), end
+
+    def components(self, placement: Placement, wrenches: Sequence[Wrench]) -> Array:
+        """Return what wrenches yield at the disc, shape (3,): it is linear in them.
+
+        Moment that muscles of the back supply and its lateral part [N m], and force along the
+        spine, positive where it compresses [N].
+        """
+        figure, pose = placement.tree.figure, placement.poses[self.pelvis]
+        disc, end = self._ends(placement)
         force, moment = np.zeros(3), np.zeros(3)
         for one in wrenches:
             if one.segment in self.above:
                 force += one.force
-                moment += one.moment - np.cross(disc, one.force)
+                moment += one.moment - cross_product(disc, one.force)
             elif one.segment == self.pelvis and _is_weight(one, placement):
                 # The part of the pelvis's segment that is above the disc, at its middle.
                 share = 1.0 - DISC_SHARE
                 force += share * one.force
-                moment += share * np.cross(0.5 * (end - disc), one.force)
+                moment += share * cross_product(0.5 * (end - disc), one.force)
         chord = joint_pose(placement, figure.joints[self.next_joint], "parent")[:3, 3] - disc
         axis = chord / np.linalg.norm(chord)
         # Of the trunk: y to the left, about which muscles of the back turn backwards with -y.
         left = pose[:3, 1] - (pose[:3, 1] @ axis) * axis
         left /= np.linalg.norm(left)
-        extension = float(moment @ left)
-        lateral = float(moment @ np.cross(left, axis))
-        along = -float(force @ axis)
-
-        def compression(arm: float) -> float:
-            sagittal = extension / arm if extension >= 0.0 else -extension / ABDOMEN_ARM
-            return along + float(np.hypot(sagittal, lateral / arm))
-
-        low, middle, high = map(compression, BACK_ARMS)
-        return SpineLoad(extension, -lateral, middle, low, high, disc)
+        return np.array([moment @ left, moment @ cross_product(left, axis), -force @ axis])
 
 
 def _is_weight(one: Wrench, placement: Placement) -> bool:

@@ -243,13 +243,13 @@ def carry(areas: Sequence[Area], placement: Placement, force: Array, moment: Arr
             f"the loads lift the body: they pull it up by {-weight:.0f} N more than its weight"
         )
     points = [area.points(placement) for area in areas]
-    centres = np.array([_centroid(each) for each in points])
+    centres = np.array([centroid(each) for each in points])
     shares = _shares(centres, force, moment)
     forces = -shares[:, None] * force
     residual = -moment - np.cross(centres, forces).sum(axis=0)
     shift = np.array([residual[2] / weight, 0.0, -residual[0] / weight])
     # What the shift of sideways forces adds about the vertical.
-    couple = residual[1] - float(np.cross(shift, -force)[1])
+    couple = residual[1] - float(cross_product(shift, -force)[1])
     actions = centres + shift
     bearings = tuple(
         Bearing(
@@ -312,7 +312,7 @@ def _equal_shares(centres: Array, target: Array) -> Array:
     return np.asarray(mean + differences - differences.mean())
 
 
-def _centroid(points: Array) -> Array:
+def centroid(points: Array) -> Array:
     """Return the centroid of the hull of points, seen from above, at their mean height, (3,)."""
     found = stability(points.mean(axis=0), points)
     corners = found.corners
@@ -330,13 +330,22 @@ _LEAST_PART = float(np.sin(np.pi / 8.0))
 """Component of a direction from which it is named: there are eight directions."""
 
 
-def balance_sentence(standing: Standing) -> str:
-    """Return why a posture is refused, with the way in which it tips."""
+def support_label(name: str) -> str:
+    """Return the words of a support."""
+    return f"the {name.replace('_', ' ')}" if name in (*FEET, SEAT) else name
+
+
+def balance_sentence(standing: Standing, forwards: Array | None) -> str:
+    """Return why a posture is refused, with the way in which it tips and what may help.
+
+    Args:
+        standing: Supports.
+        forwards: Horizontal direction in which the pelvis can be shifted, shape (3,); None where it
+            cannot.
+    """
     found = standing.stability
     names = [one.name for one in standing.bearings]
-    where = " and ".join(
-        f"the {name.replace('_', ' ')}" if name in (*FEET, SEAT) else name for name in names
-    )
+    where = " and ".join(map(support_label, names))
     if sorted(names) == sorted(FEET):
         where = "both feet"
     ways: list[str] = []
@@ -349,5 +358,19 @@ def balance_sentence(standing: Standing) -> str:
     way = f", {' and '.join(ways)}" if ways else ""
     return (
         f"the centre of pressure is {-100.0 * found.margin:.1f} cm outside {where}{way}: the "
-        "person tips over; change the pose, or shift the pelvis by --balance"
+        f"person tips over; {_balance_advice(found, forwards)}"
+    )
+
+
+def _balance_advice(found: Stability, forwards: Array | None) -> str:
+    """Return what brings the centre of pressure over the support."""
+    if forwards is None:
+        return "change the pose"
+    aside = np.array([-forwards[2], 0.0, forwards[0]])
+    sides = found.corners @ aside
+    if sides.min() <= found.centre @ aside <= sides.max():
+        return "change the pose, or shift the pelvis by --balance"
+    return (
+        "lean to the other side, or name what else bears it by --support (--balance shifts fore "
+        "and aft only)"
     )

@@ -59,6 +59,9 @@ SHARED_SCRIPTS = (
 SCRIPTS = (*SHARED_SCRIPTS, "force_strip.js", "page.js")
 """Scripts of the page of a motion."""
 
+STYLES = ("uPlot.min.css", "page.css")
+"""Styles of the page of a motion."""
+
 MAX_PAGE_FRAMES = 6_000
 """Frames of a page; of a longer motion every second, third ... is kept."""
 
@@ -413,7 +416,7 @@ def format_page(data: dict[str, Any], glb: bytes) -> str:
         glb: the motion as binary glTF.
     """
     parts = {"motion": script_json(data), "glb": encode_glb(glb)}
-    return fill_page("page.html", SCRIPTS, ("page.css",), str(data["title"]), parts)
+    return fill_page("page.html", SCRIPTS, STYLES, str(data["title"]), parts)
 
 
 def encode_glb(glb: bytes) -> str:
@@ -434,7 +437,7 @@ def fill_page(
         parts: Further parts by name, in which nothing ends a script.
     """
     codes = [_asset(name) for name in scripts]
-    style_texts = [_asset(name) for name in ("uPlot.min.css", *styles)]
+    style_texts = [_asset(name) for name in styles]
     licences = [_asset(name) for name in ("three.LICENSE.txt", "uPlot.LICENSE.txt")]
     whole = {
         "policy": escape(_policy(codes, style_texts)),

@@ -33,6 +33,19 @@ HELD_COLUMNS: Mapping[str, Callable[[Posture], float | None]] = {
 """Numbers of a held posture by the title of their column."""
 
 
+_holders: list[Holder] = []
+"""Holders of the last model of this process, one for each age: many cases have the same body."""
+
+
+def _holder(case: Case) -> Holder:
+    _holders[:] = [one for one in _holders if one.model is case.model]
+    for known in _holders:
+        if known.body is None or known.body.age is case.age:
+            return known
+    _holders.append(Holder.of(case.model, case.age))
+    return _holders[-1]
+
+
 def measure_held_posture(case: Case, measures: Iterable[Measure]) -> dict[str, float | None]:
     """Return measures of the posture at the start of a case, with its loads at that time.
 
@@ -50,7 +63,7 @@ def measure_held_posture(case: Case, measures: Iterable[Measure]) -> dict[str, f
         for load in plan.loads
         if not load.kind.is_local and load.kind.is_force
     ]
-    posture = Holder.of(case.model).posture(
+    posture = _holder(case).posture(
         {name: np.array(row) for name, row in plan.displacements.items()}, loads, must_balance=False
     )
     numbers = {each.name: HELD_COLUMNS[each.column](posture) for each in measures}

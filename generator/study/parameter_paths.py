@@ -20,6 +20,7 @@
     contact[.PART].stiffness_scale       of the parts of the body, or of one with its regions
     contact[.PART].damping_scale
     load.SEGMENT                         [kg] that hang from its grip, or else its centre of mass
+    hold.age                             [years] of those who hold the posture at the start
     tone.scale                           shares of strength of the tone of muscles
     fall.seed                            of the start of a kind of fall, rounded down
     person                               number of the person, of several, from 1
@@ -54,6 +55,7 @@ from generator.springs_file.axes import parallel_sign
 from generator.study.study import PersonArguments
 from springs import AxisSpring, JointSprings, SpringSet, Stop
 from springs.short_repr import short_repr
+from springs.strength.strengths import Age
 
 
 class UnknownPathError(UnknownNameError):
@@ -68,10 +70,12 @@ class Case:
     Attributes:
         model: Figure and springs.
         plan: Plan of the run, without springs.
+        age: Ages of the sample of strengths by which a held posture is judged.
     """
 
     model: Model
     plan: Plan
+    age: Age = Age.YOUNG
 
     @property
     def figure(self) -> Figure:
@@ -115,6 +119,7 @@ class Quantity(StrEnum):
     PART_DAMPING = "part damping_scale"
     TONE_SCALE = "tone scale"
     LOAD = "load"
+    HOLD_AGE = "hold age"
     SEED = "seed"
     PERSON = "person"
     PERSON_NUMBER = "person number"
@@ -207,7 +212,12 @@ _JOINT_SUFFIX = "_joint"
 
 
 def parse_path(
-    text: str, case: Case, persons: Sequence[PersonArguments] = (), *, falls: bool = False
+    text: str,
+    case: Case,
+    persons: Sequence[PersonArguments] = (),
+    *,
+    falls: bool = False,
+    holds: bool = False,
 ) -> ParameterPath:
     """Return the quantity of a path. Raises UnknownPathError.
 
@@ -216,8 +226,9 @@ def parse_path(
         case: its figure, springs and scene.
         persons: arguments of the figure, where it is a person, or of all that it may be.
         falls: Whether each run has the start of a kind of fall.
+        holds: Whether the posture at the start is judged as held.
     """
-    return _PathParser(text, case, persons, falls).parse()
+    return _PathParser(text, case, persons, falls, holds).parse()
 
 
 @dataclass(frozen=True)
@@ -266,13 +277,19 @@ class _PathParser:
     """Reader of one path."""
 
     def __init__(
-        self, text: str, case: Case, persons: Sequence[PersonArguments], falls: bool
+        self,
+        text: str,
+        case: Case,
+        persons: Sequence[PersonArguments],
+        falls: bool,
+        holds: bool,
     ) -> None:
         self._text = text
         self._words = text.split(".")
         self._case = case
         self._persons = persons
         self._falls = falls
+        self._holds = holds
         self._figure = case.figure
 
     def parse(self) -> ParameterPath:
@@ -288,6 +305,7 @@ class _PathParser:
             **dict.fromkeys(VARYING_OPTIONS, self._parse_option),
             "tone": self._parse_tone,
             "load": self._parse_load,
+            "hold": self._parse_hold,
             "fall": self._parse_fall,
             "person": self._parse_person,
             **dict.fromkeys(props, self._parse_prop),
@@ -546,6 +564,15 @@ class _PathParser:
             if not {GRIP_SITE, CENTRE_OF_MASS_SITE} & self._figure.segments[name].sites.keys():
                 self._fail(f"segment `{name}` has neither a grip nor a centre of mass")
         return ParameterPath(self._text, "kg", Quantity.LOAD, tuple(map(Target, names)))
+
+    def _parse_hold(self) -> ParameterPath:
+        if self._words != ["hold", "age"]:
+            self._fail("the path is written `hold.age`")
+        if not self._holds:
+            self._fail(
+                'no measure is of the held posture; `column = "hold.use [1]", take = "start"` is'
+            )
+        return ParameterPath(self._text, "years", Quantity.HOLD_AGE)
 
     def _parse_fall(self) -> ParameterPath:
         if self._words != ["fall", "seed"]:

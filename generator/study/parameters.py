@@ -33,6 +33,10 @@ from generator.study.study import PersonArguments, Study
 from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
 from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, Stop
 from springs.axis import transform
+from springs.strength.strengths import Age
+
+YOUNG_YEARS = 21.5
+"""Middle of the ages of the sample by which postures are judged by default [years]."""
 
 
 def nominal_value(path: ParameterPath, case: Case) -> float:
@@ -64,6 +68,8 @@ def nominal_value(path: ParameterPath, case: Case) -> float:
             return path.person_value
         case Quantity.SEED:
             return 0.0
+        case Quantity.HOLD_AGE:
+            return YOUNG_YEARS
         case _:
             return 1.0
 
@@ -162,6 +168,8 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
             return replace(case, plan=replace(plan, tone=tone or None))
         case Quantity.LOAD:
             return _add_loads(case, path, value)
+        case Quantity.HOLD_AGE:
+            return replace(case, age=Age.of_years(value))
         case Quantity.PERSON | Quantity.PERSON_NUMBER | Quantity.SEED:
             raise ValueError("it is of the start of a case, which build_case makes")
 
@@ -425,7 +433,10 @@ def study_paths(study: Study) -> tuple[tuple[int, ParameterPath], ...]:
             return paths
     base = Case(study.model, study.plan)
     paths = tuple(
-        (number, parse_path(text, base, study.persons, falls=bool(study.fall)))
+        (
+            number,
+            parse_path(text, base, study.persons, falls=bool(study.fall), holds=study.holds),
+        )
         for number, parameter in enumerate(study.parameters.values())
         for text in parameter.paths
     )

@@ -214,6 +214,11 @@ class Study:
     method: RunMethod = RunMethod.FAST
     text: str = field(default="", compare=False, repr=False)
 
+    @property
+    def holds(self) -> bool:
+        """True where a measure is of the posture at the start, held at rest."""
+        return any(one.take is Statistic.START for one in self.measures.values())
+
     def _repr_html_(self) -> str:
         """Tables of what varies and what is measured, for notebooks."""
         varied = (

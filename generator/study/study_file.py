@@ -329,7 +329,9 @@ def _check_paths(study: Study, top: TableReader) -> None:
         for k, text in enumerate(parameter.paths):
             span = top.spans.value(place, 0, "path", k)
             try:
-                path = parse_path(text, case, study.persons, falls=bool(study.fall))
+                path = parse_path(
+                    text, case, study.persons, falls=bool(study.fall), holds=study.holds
+                )
             except MoverError as failure:
                 _note_failure(top, failure, span)
                 continue

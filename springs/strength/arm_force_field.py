@@ -24,7 +24,7 @@ from springs.strength.strengths import GRAVITY, percent_capable, percentile_5, r
 MEN_FACTOR = 1.66
 """Men's arm strength over women's: a remark in another program, not a published number."""
 
-_LEVEL_BAND = 0.01
+LEVEL_BAND = 0.01
 """Height over or under the shoulder within which a hand is level with it [m]."""
 
 _SMALLEST_PART = 1e-12
@@ -45,14 +45,13 @@ class ArmWeight:
     centres: ArrayLike
     down: ArrayLike
 
-    def force_along(self, hand: ArrayLike, direction: ArrayLike) -> float:
-        """Return the force at the hand along a direction that the weight yields [N].
+    def force_at(self, hand: ArrayLike) -> Array:
+        """Return the force at the hand that the weight yields, shape (3,) [N].
 
         It is the force across the reach that has the moment of the weight about the shoulder.
 
         Args:
             hand: Hand from the shoulder, shape (3,) [m].
-            direction: Unit vector, shape (3,).
         """
         reach, down = np.asarray(hand, dtype=float), np.asarray(self.down, dtype=float)
         weights = GRAVITY * np.asarray(self.masses, dtype=float)
@@ -61,8 +60,8 @@ class ArmWeight:
         length, moment_size = float(np.linalg.norm(reach)), float(np.linalg.norm(moment))
         size = float(np.linalg.norm(across))
         if size <= _SMALLEST_PART * max(moment_size, 1.0):
-            return 0.0
-        return float(moment_size / length * (across / size) @ np.asarray(direction, dtype=float))
+            return np.zeros(3)
+        return moment_size / length * (across / size)
 
 
 @dataclass(frozen=True)
@@ -95,21 +94,22 @@ class HandStrength:
 
 
 @cache
-def _numbers() -> Mapping[str, Any]:
+def arm_force_field_numbers() -> Mapping[str, Any]:
+    """Return the numbers of the network and its references, as in `arm_force_field.toml`."""
     path = files("springs").joinpath("strength", "arm_force_field.toml")
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
 def arm_force_field_reference() -> Reference:
     """Return the publication."""
-    found = reference_of(_numbers())
+    found = reference_of(arm_force_field_numbers())
     assert found is not None
     return found
 
 
 def arm_force_field_spread() -> float:
     """Return the standard deviation of arm strength between people over the mean."""
-    return float(_numbers()["spread"])
+    return float(arm_force_field_numbers()["spread"])
 
 
 def arm_of_mean_woman(elbow: ArrayLike, wrist: ArrayLike, hand: ArrayLike) -> tuple[Array, Array]:
@@ -120,7 +120,7 @@ def arm_of_mean_woman(elbow: ArrayLike, wrist: ArrayLike, hand: ArrayLike) -> tu
         wrist: Wrist likewise.
         hand: Knuckles likewise.
     """
-    numbers = _numbers()
+    numbers = arm_force_field_numbers()
     ends = np.array([np.zeros(3), elbow, wrist, hand], dtype=float)
     shares = np.array(numbers["segment_centres"])
     centres = ends[:-1] + shares[:, None] * np.diff(ends, axis=0)
@@ -136,7 +136,7 @@ def hand_force(hand: ArrayLike, direction: ArrayLike) -> float:
         hand: Knuckles from the shoulder, shape (3,) [m].
         direction: Direction of the force that the hand exerts, a unit vector, shape (3,).
     """
-    numbers = _numbers()
+    numbers = arm_force_field_numbers()
     forwards, upwards, outwards = np.asarray(hand, dtype=float)
     f_forwards, f_upwards, f_outwards = np.asarray(direction, dtype=float)
     place = np.array([upwards, forwards, outwards])
@@ -153,7 +153,7 @@ def hand_force(hand: ArrayLike, direction: ArrayLike) -> float:
     nodes = np.tanh(np.array(numbers["hidden_bias"]) + np.array(numbers["hidden"]) @ scaled)
     raw = numbers["output_bias"] + float(np.array(numbers["output"]) @ nodes)
     mean = (raw + 1.0) / numbers["output_gain"] + numbers["output_offset"]
-    level = 0 if abs(upwards) <= _LEVEL_BAND else int(np.sign(upwards))
+    level = 0 if abs(upwards) <= LEVEL_BAND else int(np.sign(upwards))
     signs = [
         0 if abs(part) < _SMALLEST_PART else int(np.sign(part))
         for part in (f_forwards, f_upwards, f_outwards)

@@ -41,6 +41,16 @@ class Age(StrEnum):
     MIDDLE = "55-65"
     OLD = "over-65"
 
+    @classmethod
+    def of_years(cls, years: float) -> "Age":
+        """Return the sample nearest to an age: up to 40 years, up to 65, or above.
+
+        Nobody between 25 and 55 was measured. Raises ValueError for ages that are not adult.
+        """
+        if not 18.0 <= years <= 110.0:
+            raise ValueError("ages are from 18 to 110 years")
+        return cls.YOUNG if years <= 40.0 else cls.MIDDLE if years <= 65.0 else cls.OLD
+
 
 @dataclass(frozen=True)
 class Body:
@@ -369,6 +379,58 @@ def norm(motion: str, sex: str, age: str) -> float | None:
     return None
 
 
+@dataclass(frozen=True)
+class Check:
+    """A measurement beside which a row is put, and which sets none.
+
+    Attributes:
+        motion: Direction of the torque, or name of a factor.
+        sex: `male` or `female`.
+        what: Kind of the number.
+        unit: Unit; "1" for a ratio.
+        interval: Ends of what was measured, equal for a single number.
+        origin: Class of the comparison.
+        reference: Source.
+        sample: Bodies that were measured.
+    """
+
+    motion: str
+    sex: str
+    what: str
+    unit: str
+    interval: Pair
+    origin: StrengthClass
+    reference: Reference
+    sample: Sample
+
+
+@cache
+def checks() -> tuple[Check, ...]:
+    """Return measurements beside which strengths are put."""
+    return tuple(map(_parse_check, _document()["check"]))
+
+
+def _parse_check(row: Mapping[str, Any]) -> Check:
+    source = _document()["sources"][row["source"]]
+    reference, (low, high) = reference_of(source), row["interval"]
+    assert reference is not None
+    return Check(
+        row["motion"],
+        row["sex"],
+        row["what"],
+        row["unit"],
+        (low, high),
+        StrengthClass(row["class"]),
+        reference,
+        Sample(SampleKind(source["sample"]), source.get("subjects")),
+    )
+
+
+def old_share() -> float:
+    """Return the share over 65 years of young strength, an estimate, for rows without curves."""
+    return float(_document()["age"][Age.OLD])
+
+
 _MEAN_STATURES = {"male": 1.75, "female": 1.63}
 """Statures by which norms per kilogram are compared with curves, estimates [m]."""
 
@@ -472,12 +534,17 @@ def endurance(joint: str, use: float) -> float | None:
         return None
     if use > 1.0:
         return 0.0
+    factor, exponent = endurance_row(joint)
+    return float(factor * use**exponent)
+
+
+def endurance_row(joint: str) -> Pair:
+    """Return factor [s] and exponent of the endurance of a joint."""
     words = joint.lower().split("_")
-    table = _document()["endurance"]
     row = "trunk" if _TRUNK & set(words) else "general"
     row = next((_ENDURANCE_JOINTS[word] for word in words if word in _ENDURANCE_JOINTS), row)
-    factor, exponent = table[row]
-    return float(factor * use**exponent)
+    factor, exponent = _document()["endurance"][row]
+    return factor, exponent
 
 
 def endurance_reference() -> Reference:

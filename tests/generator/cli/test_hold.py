@@ -10,8 +10,12 @@ import pytest
 from generator.figure_file import FIGURE_FILE
 from generator.hold.posture import Holder, hold
 from generator.hold.statics import Load
+from generator.hold.support import OutOfBalanceError
 from generator.model import Model
 from generator.motion_files import FigureMotion, motion_writer
+from generator.tone import Tone
+from springs import SpringSet
+from springs.strength.strengths import StrengthClass
 from tests.command import answer, mover, run
 from tests.motions import header_of
 from tests.paths import DOCS
@@ -113,19 +117,37 @@ def test_heaviest_load_is_at_the_limit_of_a_joint_or_of_balance(man):
     assert said["percent_capable"] == pytest.approx(50.0, abs=0.5)
     far = answer("hold", "male50", *ARMS, "--max", "left_hand.distal")
     assert far["max"]["mass_kg"] < said["max"]["mass_kg"]
-    strong = {"right_wrist radial deviation": (1e4, 1e4), "right_shoulder": (1e4, 1e4)}
-    from generator.tone import Tone
-
-    strong |= {f"{joint}": (1e4, 1e4) for joint in ("right_elbow", "waist", "thorax")}
-    strong |= {f"{side}_{part}": (1e4, 1e4) for side in ("left", "right") for part in ("knee",)}
-    strong |= {f"{side}_hip_joint": (1e4, 1e4) for side in ("left", "right")}
-    strong |= {f"{side}_ankle": (1e4, 1e4) for side in ("left", "right")}
-    strong |= {"right_wrist flexion": (1e4, 1e4)}
-    giant = Holder.of(man.model, stated=Tone(strengths=strong))
+    giant = giant_of(man)
     held = giant.heaviest("right_hand", {"right_shoulder": np.array([0.0, 0.0, np.pi / 2])})
     assert held.limited_by == "balance"
     assert held.posture.standing is not None
     assert held.posture.standing.margin == pytest.approx(0.0, abs=1e-4)
+
+
+def giant_of(man: Holder) -> Holder:
+    """The man with arms, trunk and legs that no load exceeds."""
+    parts = ("wrist", "shoulder", "elbow", "hip_joint", "knee", "ankle")
+    joints = [f"{side}_{part}" for side in ("left", "right") for part in parts]
+    strengths = dict.fromkeys([*joints, "waist", "thorax"], (1e4, 1e4))
+    return Holder.of(man.model, stated=Tone(strengths=strengths))
+
+
+@pytest.mark.slow
+def test_heaviest_load_is_sought_in_a_posture_balanced_for_each_load(man):
+    arm = {"right_shoulder": np.array([0.0, 0.0, np.pi / 2])}
+    giant = giant_of(man)
+    fixed, shifted = (giant.heaviest("right_hand", arm, balance=each) for each in (False, True))
+    assert shifted.mass > fixed.mass + 5.0
+    load = Load("right_hand", shifted.mass)
+    expected = giant.posture(giant.balanced(arm, [load]), [load])
+    for joint, row in shifted.posture.placement.displacements.items():
+        assert row == pytest.approx(expected.placement.displacements[joint], abs=1e-8)
+    said = answer(
+        *("hold", "male50", "--set", "right_shoulder=0,0,90"), "--max", "right_hand", "--balance"
+    )
+    mean = man.heaviest("right_hand", arm, balance=True)
+    assert said["max"]["mass_kg"] == mean.mass
+    assert said["balance"]["margin_m"] == mean.posture.standing.margin
 
 
 def test_heaviest_load_is_in_addition_to_the_loads_named():
@@ -152,6 +174,21 @@ def test_directions_are_named():
         result = mover("hold", "male50", *words)
         assert result.exit_code == 1
         assert way in result.output
+
+
+def test_balance_is_advised_only_where_a_shift_fore_and_aft_helps(man):
+    sideways = "lean to the other side, or name what else bears it by --support"
+    fore = "shift the pelvis by --balance"
+    for turn, advices in ((0.0, (sideways, fore)), (np.pi / 2, (fore, sideways))):
+        root = {"root_torso": np.array([0.0, 0.0, turn])}
+        forwards = man.forwards(man.posture(root).placement)
+        assert np.allclose(forwards, (np.sin(turn), 0.0, np.cos(turn)))
+        for force, advice in zip(((-600.0, 0.0, 0.0), (0.0, 0.0, 500.0)), advices, strict=True):
+            with pytest.raises(OutOfBalanceError, match=advice):
+                man.posture(root, [Load("right_hand", force=force)])
+    bar = Holder(man.model, man.body, None, ("right_hand.CM",), SpringSet())
+    with pytest.raises(OutOfBalanceError, match=r"tips over; change the pose$"):
+        bar.posture()
 
 
 def test_balance_keeps_knees_trunk_and_feet(man):
@@ -314,3 +351,45 @@ def test_frames_off_the_feet_have_no_numbers(tmp_path: Path, man: Holder):
     assert said["use"][0] is not None
     assert said["use"][-1] is None
     assert "off its feet" in run("hold", "male50", "--along", path).stdout
+
+
+def test_examples_of_the_page_print_what_it_says():
+    page = (DOCS / "hold.md").read_text(encoding="utf-8")
+    command = re.search(r"mover (hold female50 .*)", page)
+    printed = re.search(r"```\n(female50: .*?)```", page, re.DOTALL)
+    assert command is not None
+    assert printed is not None
+    said = [line.rstrip() for line in run(*command[1].split()).stdout.splitlines()]
+    expected = [line for line in printed[1].splitlines() if line not in ("...", "")]
+    assert len(expected) == 9
+    assert [line for line in expected if line not in said] == []
+
+
+def test_squat_of_the_page_needs_the_shin_muscles_it_says():
+    page = (DOCS / "hold.md").read_text(encoding="utf-8")
+    numbers = re.search(
+        r"the ankle's net moment is ([\d.]+)\s+N m, but the calf, stretched, pulls with ([\d.]+) "
+        r"N m the other way, so that the shin's muscles need ([\d.]+) N m, (\d+) % of their "
+        r"strength; without\s+passive moments they would need (\d+) %",
+        page,
+    )
+    assert numbers is not None
+    row = rows_of(answer("hold", "male50", *SQUAT))["left_ankle", "dorsiflexion"]
+    bare = rows_of(answer("hold", "male50", *SQUAT, "--springs", "none"))
+    assert [float(number) for number in numbers.groups()] == [
+        round(row["net_Nm"], 1),
+        round(-row["passive_Nm"], 1),
+        round(row["active_Nm"], 1),
+        round(100 * row["use"]),
+        round(100 * bare["left_ankle", "dorsiflexion"]["use"]),
+    ]
+
+
+def test_nothing_is_unlabelled(man):
+    held = man.posture(None, [Load("right_hand", 5.0)], must_balance=False)
+    for one in held.joints:
+        assert one.capacity is not None
+        assert one.origin is not None
+        assert bool(one.source) or one.origin is StrengthClass.ESTIMATE
+        assert one.spread > 0.0
+    assert [hand.origin for hand in held.hands] == [StrengthClass.ESTIMATE]

@@ -1,5 +1,6 @@
 """Pictures and pages of postures."""
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,7 +12,6 @@ from generator.hold.page import joint_uses, posture_page, posture_svg, use_colou
 from generator.hold.posture import Holder, Posture
 from generator.hold.statics import Load
 from generator.model import Model
-from tests.browser import launch_browser
 from tests.command import answer
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -64,31 +64,18 @@ def test_labels_lie_on_no_load_and_no_other_label():
                 assert a >= g or c <= e or b >= h or d <= f
 
 
-@pytest.mark.slow
-def test_page_fits_narrow_windows(tmp_path: Path):
-    path = tmp_path / "hold.html"
-    answer("hold", "male50", "--load", "left_hand=15kg", "-o", path)
-    with launch_browser() as browser:
-        for width in (390, 768):
-            tab = browser.new_page(viewport={"width": width, "height": 844})
-            tab.goto(path.as_uri())
-            assert tab.evaluate("document.documentElement.scrollWidth") == width
-            assert tab.evaluate("document.querySelector('svg').clientWidth") <= width
-            table = "document.querySelector('.wide')"
-            assert tab.evaluate(f"{table}.scrollWidth > {table}.clientWidth")
-
-
 def test_colours_run_from_blue_to_red():
     assert (use_colour(0.0), use_colour(0.5), use_colour(1.0)) == ("#2c7bb6", "#ffffbf", "#d7191c")
     assert len({use_colour(use) for use in (None, 0.0, 1.0, 1.01)}) == 4
     assert use_colour(1.01) == use_colour(float("inf"))
 
 
-def test_page_escapes_its_texts():
-    page = posture_page("<b>", ["a & b"], [["<i>"], ["1"]], ["x < y"], "<svg/>")
-    assert "<b>" not in page
-    assert "<i>" not in page
-    for text in ("&lt;b&gt;", "a &amp; b", "&lt;i&gt;", "x &lt; y", "<svg/>"):
+def test_page_escapes_its_texts(posture: Posture):
+    data = {"hands": [], "who": "<script>"}
+    page = posture_page("<b>", ["a & b"], [["h"], ["<i>"]], ["x < y"], posture, data)
+    for text in ("<b>", "<i>", "x < y", '<script>"'):
+        assert text not in page
+    for text in ("&lt;b&gt;", "a &amp; b", "&lt;i&gt;", "x &lt; y"):
         assert text in page
 
 
@@ -99,6 +86,11 @@ def test_command_writes_all_files(tmp_path: Path):
     assert said["files"] == list(map(str, files))
     assert "left_shoulder" in files[1].read_text(encoding="utf-8")
     page = (tmp_path / "hold.html").read_text(encoding="utf-8")
-    assert (tmp_path / "hold.svg").read_text(encoding="utf-8").strip() in page
+    labels = [
+        re.findall(r">(\d+ %)</text>", text)
+        for text in (page, (tmp_path / "hold.svg").read_text(encoding="utf-8"))
+    ]
+    assert set(labels[1]) <= set(labels[0])
     assert "strong enough" in page
-    assert "<script" not in page
+    assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", page)
+    assert "unsafe" not in page

@@ -147,7 +147,7 @@ def required_in_opensim(engine: OpenSim, placement: Placement, loads: list[Load]
 
 @pytest.mark.slow
 @pytest.mark.verify
-@pytest.mark.parametrize("name", PERSONS)
+@pytest.mark.parametrize("name", [*PERSONS, "humanoid.xml"])
 def test_moments_are_those_of_opensim(name: str, tmp_path: Path):
     of, random = figure_of(name), np.random.default_rng(4)
     tree, engine, largest = build_tree(of), OpenSim(of, SpringSet(), tmp_path), 0.0

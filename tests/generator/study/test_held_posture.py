@@ -13,6 +13,7 @@ from generator.model import Model
 from generator.study.held_posture import HELD_COLUMNS
 from generator.study.run_case import run_case
 from generator.study.study_file import read_study
+from springs.strength.strengths import Age
 from tests.command import run
 
 STUDY = """
@@ -51,6 +52,49 @@ def test_measures_are_those_of_the_posture(tmp_path: Path):
         for name, read in zip(study.measures, HELD_COLUMNS.values(), strict=True):
             value = read(expected)
             assert found.measures[name] == (None if value is None else pytest.approx(value))
+
+
+def test_ages_are_those_of_the_nearest_sample(tmp_path: Path):
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    age = 'age = { path = "hold.age", values = [18, 40, 41, 65, 66, 110] }\n[measures]\n'
+    path.write_text(text.replace("[measures]\n", age), encoding="utf-8")
+    study, model = read_study(path), Model.of(read_figure("male50"))
+    pose = {f"{side}_elbow": np.radians([0.0, 90.0]) for side in ("left", "right")}
+    loads = [Load("left_hand", 8.0), Load("right_hand", 8.0)]
+    for years, sample in (
+        *((18.0, Age.YOUNG), (40.0, Age.YOUNG), (41.0, Age.MIDDLE)),
+        *((65.0, Age.MIDDLE), (66.0, Age.OLD), (110.0, Age.OLD)),
+    ):
+        expected = Holder.of(model, sample).posture(pose, loads)
+        found = run_case(study, [8.0, 0.0, years])
+        assert found.measures["m0"] == pytest.approx(expected.largest_use)
+        assert found.measures["m1"] == pytest.approx(expected.percent_capable)
+    assert "ages are from 18 to 110 years" in run_case(study, [8.0, 0.0, 17.0]).message
+
+
+@pytest.mark.parametrize(
+    ("path", "values", "measured", "message"),
+    [
+        ("hold.age", "[20, 60]", False, "`hold.age`: no measure is of the held posture"),
+        ("hold.ages", "[20, 60]", True, "the path is written `hold.age`"),
+        ("hold.age", "[12]", True, "`hold.age` cannot be 12: ages are from 18 to 110 years"),
+    ],
+)
+def test_ages_that_no_study_has(
+    tmp_path: Path, path: str, values: str, measured: bool, message: str
+):
+    file = written(tmp_path)
+    head = file.read_text(encoding="utf-8").partition("[measures]")[0]
+    column = '"hold.use [1]", take = "start"' if measured else '"left_elbow.1 [deg]", take = "last"'
+    file.write_text(
+        f'{head}age = {{ path = "{path}", values = {values} }}\n'
+        f"[measures]\nm = {{ column = {column} }}\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(InputError) as caught:
+        read_study(file)
+    assert message in str(caught.value)
 
 
 def test_heavier_boxes_are_harder_to_hold(tmp_path: Path):

@@ -35,7 +35,7 @@ def sample(side: int, *, mirror_gravity: bool = True) -> HandStrength:
     if not mirror_gravity:
         down[2] = -down[2]
     along = axes @ UP
-    weight = ArmWeight(masses, centres, down).force_along(hand, along)
+    weight = float(ArmWeight(masses, centres, down).force_at(hand) @ along)
     return HandStrength(hand_force(hand, along), weight, arm_force_field_spread())
 
 
@@ -70,6 +70,6 @@ def test_force_is_within_what_was_measured(place, direction):
 
 def test_weight_of_an_arm_below_the_shoulder_is_no_help():
     arm = ArmWeight([2.0, 1.0, 0.5], [[0, -0.1, 0], [0, -0.3, 0], [0, -0.5, 0]], [0, -1, 0])
-    assert arm.force_along([0.0, -0.5, 0.0], [0.0, 1.0, 0.0]) == 0.0
+    assert np.array_equal(arm.force_at([0.0, -0.5, 0.0]), np.zeros(3))
     level = ArmWeight([2.0], [[0.3, 0.0, 0.0]], [0, -1, 0])
-    assert level.force_along([0.6, 0.0, 0.0], [0.0, -1.0, 0.0]) == pytest.approx(2.0 * 9.81 * 0.5)
+    assert level.force_at([0.6, 0.0, 0.0]) == pytest.approx([0.0, -2.0 * 9.81 * 0.5, 0.0])
