@@ -27,6 +27,8 @@ from springs.layer import Layer
 
 COMMAND = "python -m benchmarks falls-of-people"
 
+BUTTOCKS = "buttocks"
+
 FIGURES = {"man": "male50", "woman": "female50"}
 """Figure of each body."""
 
@@ -42,6 +44,9 @@ FLOOR_SPEED = 3.5
 
 FLOOR_DURATION = 0.9
 """Duration of a fall on a floor [s]."""
+
+TRUNK_MASS = 54.0
+"""Mass of the trunk in the model of the study of the floors, one body alone [kg]."""
 
 HEAD_MASS, HEAD_SPEEDS = 4.54, (2.02, 7.41)
 """Mass of a dummy's head [kg], and speeds at the ends of the interval of dummies [m/s]."""
@@ -102,23 +107,27 @@ def fall_on(model: Model, stiffness: float) -> tuple[float, float, float]:
     return torso.impact_speed, torso.peak_force, contact.parts[HIP].peak_force
 
 
-def drop_head(law: PartLaw, speed: float) -> tuple[float, float]:
-    """Return peak force [N] and acceleration [g] of a head alone with a law, at a speed [m/s]."""
+def drop(law: PartLaw, mass: float, speed: float) -> float:
+    """Return the peak force of a mass alone [kg] that falls on a part, at a speed [m/s]; in N."""
 
     def rates(_: float, state: np.ndarray) -> list[float]:
         normal = part_forces(law, state[:1], state[1:]).normal[0]
-        return [state[1], GRAVITY - float(normal) / HEAD_MASS]
+        return [state[1], GRAVITY - float(normal) / mass]
 
-    run = solve_ivp(rates, (0.0, 0.02), [0.0, speed], rtol=1e-9, atol=1e-12, max_step=1e-5)
-    peak = float(np.max(part_forces(law, run.y[:1].T, run.y[1:].T).normal))
-    return peak, peak / (HEAD_MASS * GRAVITY)
+    span = 0.02 if mass < 10.0 else 0.15
+    run = solve_ivp(rates, (0.0, span), [0.0, speed], rtol=1e-9, atol=1e-12, max_step=span / 2000)
+    return float(np.max(part_forces(law, run.y[:1].T, run.y[1:].T).normal))
 
 
 def floor_rows(body: str, model: Model) -> Iterator[tables.Row]:
     """Yield the falls of a body with parts on each floor of the facts, and on a hard one."""
+    laws = {part.name: part.law for part in model.contact.parts} if model.contact else {}
+    buttocks = replace(laws[BUTTOCKS], within=None, norm_scale=1.0)
     floors = [fact.floor * 1e3 for fact in fall_facts().facts if fact.floor is not None]
     for stiffness in (inf, *floors):
         speed, pelvis_force, force = fall_on(model, stiffness)
+        layer = None if stiffness == inf else Layer(((0.0, stiffness),))
+        alone = drop(buttocks.on(layer), TRUNK_MASS, FLOOR_SPEED)
         yield {
             "body": body,
             "floor_kN_m": f"{stiffness / 1e3:g}",
@@ -126,6 +135,7 @@ def floor_rows(body: str, model: Model) -> Iterator[tables.Row]:
             "pelvis_force_N": f"{pelvis_force:.6g}",
             "force_N": f"{force:.6g}",
             "floor_force_N": f"{force * FLOOR_SPEED / speed:.6g}",
+            "alone_force_N": f"{alone:.6g}",
         }
 
 
@@ -134,7 +144,8 @@ def head_rows(body: str, model: Model) -> Iterator[tables.Row]:
     assert model.contact is not None
     (law,) = [part.law for part in model.contact.parts if part.name == HEAD]
     for speed in HEAD_SPEEDS:
-        force, acceleration = drop_head(law, speed)
+        force = drop(law, HEAD_MASS, speed)
+        acceleration = force / (HEAD_MASS * GRAVITY)
         yield {
             "body": body,
             "speed_m_per_s": f"{speed:g}",

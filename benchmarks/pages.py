@@ -294,6 +294,7 @@ _FLOOR_COLUMNS = (
     ("on the lower torso [kN]", "pelvis_force_N", 1e-3),
     ("on the part pelvis [kN]", "force_N", 1e-3),
     ("the same at 3.5 m/s [kN]", "floor_force_N", 1e-3),
+    ("54 kg alone, at 3.5 m/s [kN]", "alone_force_N", 1e-3),
 )
 
 

@@ -115,7 +115,8 @@ class SegmentDensity:
 def segment_densities(person: Person) -> tuple[SegmentDensity, ...]:
     """Return the densities of the segments, by names without side, and of the whole body."""
     placed = place_surfaces(person.figure, person.surfaces, SPREAD_ARMS, SPREAD_LEGS)
-    ranks = [1 if name.endswith("leg") else 0 for name in placed]
+    # Thighs and the neck's ball end within the trunk.
+    ranks = [1 if name == "head" or name.endswith("leg") else 0 for name in placed]
     volumes = dict(zip(placed, shared_volumes(list(placed.values()), ranks), strict=True))
     rows: list[SegmentDensity] = []
     for name, segment in person.body.segments.items():

@@ -62,6 +62,9 @@ the published tables divide thigh and trunk."""
 CHEST_EXPONENT = 2.8
 """Exponent of the chest's section; an estimate."""
 
+NECK_BALL = 0.92
+"""Radius of the neck's lower end, a ball about its joint, over that of the neck; an estimate."""
+
 
 def body_surfaces(body: Body) -> Mapping[str, Surface]:
     """Return closed surfaces that point outward, in the segments' frames [m], by their names."""
@@ -195,12 +198,14 @@ def _trunk_sections(body: Body) -> tuple[Section, ...]:
         section(
             acromion + 0.35 * (neck - acromion),
             0.5 * across + 1.1 * radius,
-            0.17 * depth,
+            0.18 * depth,
             0.30 * depth,
             2.0,
         ),
-        section(acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.6 * radius, 1.04 * radius, 2.0),
-        section(neck, 1.75 * radius, 0.4 * radius, 0.80 * radius, 2.0),
+        section(
+            acromion + 0.7 * (neck - acromion), 2.5 * radius, 0.84 * radius, 1.04 * radius, 2.0
+        ),
+        section(neck, 1.65 * radius, 0.72 * radius, 0.80 * radius, 2.0),
     )
 
 
@@ -305,7 +310,10 @@ def _trunk(body: Body) -> Iterator[Surface]:
 
 
 def _head(body: Body) -> Surface:
-    """The head with the neck, whose front reaches below the joint at the last cervical vertebra."""
+    """The head with the neck, whose lower end is a ball about its joint, in the trunk.
+
+    So a bent neck turns within the trunk.
+    """
     length = body.measures.length
     top = body.segments["head"].length
     tragion, face = length("tragion_to_top_of_head"), length("menton_sellion_length")
@@ -318,17 +326,15 @@ def _head(body: Body) -> Surface:
     def skull(at: float, breadth: float, front: float, back: float, n: float, m: float) -> Section:
         return Section(at, breadth * broad, front * deep, back * deep, centre, n, m)
 
-    def neck(at: float, size: float, centre: float) -> Section:
-        return Section(at, 2.0 * size * radius, size * radius, size * radius, centre * radius)
-
     throat = chin - 0.13 * face
-    low = min(throat - 0.32 * top, -0.2 * top)
+    low = min(throat, 0.0)
+    ball = NECK_BALL * radius
+    within = max(ball**2 - low**2, 0.25 * ball**2) ** 0.5
     nape = (0.91 * radius + centre) / deep
     jaw = min(1.0, 2.0 * radius / broad)
     sections = (
-        neck(low, 0.80, -0.30),
-        neck(0.5 * (low + throat), 0.98, -0.12),
-        neck(throat, 0.98, 0.08),
+        # Fuller in front, where the throat joins the chin.
+        Section(low, 2.0 * within, 1.12 * radius, within),
         skull(chin - 0.06 * face, 0.96 * jaw, 0.32, nape, 1.95, 2.0),
         skull(chin, 0.7 * jaw + 0.18, 0.385, nape, 1.8, 2.0),
         skull(chin + 0.10 * face, 0.3 * jaw + 0.52, 0.43, nape, 1.85, 2.0),
@@ -352,8 +358,8 @@ def _head(body: Body) -> Surface:
         Relief(chin + 0.36 * face, 0.0, 0.02 * deep, 0.05 * face, 0.05 * face, 0.12 * broad),
     )
     high = sections[-1].at
-    places = ring_places([(low, 0.02), (throat, 0.009), (chin, 0.0105), (high, 0.0)], [])
-    caps = Cap(0.35 * radius, rings=2), Cap(0.62 * tragion, 2.15, 6)
+    places = ring_places([(low, 0.005), (chin, 0.0105), (high, 0.0)], [])
+    caps = Cap(max(ball + low, 0.3 * ball), rings=5, pole=0.0), Cap(0.62 * tragion, 2.15, 6)
     rings, poles = Loft(sections, HEAD_SIDES, places, reliefs, 0.4).part(low, high, *caps)
     return loft_surface(rings, poles, UPWARD, "head")
 

@@ -1,5 +1,6 @@
 """Surfaces of a person: closed, of the measured girths, around joints and centres of mass."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -218,6 +219,24 @@ def test_breadths_and_lengths_are_those_of_the_measures(case: tuple[Sex, float, 
     thigh = surfaces["upper_leg"].vertices
     thighs = 2.0 * thigh[thigh[:, 2] < 0.02, 1].max() + body.hip_spacing
     assert thighs == pytest.approx(length("hip_breadth"), rel=0.01)
+
+
+@pytest.mark.parametrize("turn", [(0, 0, 0), (60, 0, 0), (0, 60, 0), (0, 0, 60), (0, 0, -60)])
+@pytest.mark.parametrize("case", PERSONS)
+def test_a_bent_neck_turns_within_the_trunk(
+    case: tuple[Sex, float, float], turn: tuple[float, float, float]
+) -> None:
+    body, surfaces = person(*case)
+    figure = person_figure(body)
+    neck = replace(figure.joints["neck"], displacement=(*np.radians(turn).tolist(), 0.0, 0.0, 0.0))
+    placed = place_surfaces(figure.with_parts(neck), surfaces)
+    length = body.segments["upper_torso"].length
+    top = surfaces["upper_torso"].vertices[:, 2] > length + 1e-4
+    lowest = placed["head"].vertices[surfaces["head"].vertices[:, 2].argmin()]
+    highest = placed["upper_torso"].vertices[top]
+    for name, points in (("upper_torso", lowest[None]), ("head", highest)):
+        assert len(points), name
+        assert (winding_numbers(triangles_of(placed[name]), points) > 0.5).all(), name
 
 
 def test_surface_follows_a_measured_girth() -> None:
