@@ -144,7 +144,7 @@ def _single_quaternion(matrix: Array) -> Array | None:
     across = h * (d * g - e * b) + i * (e * f - a * g) + c * (a * b - d * f)
     if not (
         max(abs(length - 1.0) for length in lengths) <= _LENGTH_TOLERANCE
-        and max(map(abs, angles)) <= _ANGLE_TOLERANCE
+        and max(abs(angle) for angle in angles) <= _ANGLE_TOLERANCE
         and across > 0.0
     ):
         return None
