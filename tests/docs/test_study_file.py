@@ -56,10 +56,14 @@ def paths() -> set[str]:
 def test_every_path_of_the_page_is_known():
     head = 'fall = "push"\n[person]\nsex = "male"\nstature_m = 1.75\nmass_kg = 75\n'
     rest = '[design]\nkind = "latin-hypercube"\nruns = 2\n[measures.end]\n'
-    rest += 'column = "kinetic [J]"\ntake = "last"\n[parameters]\n'
+    rest += 'column = "kinetic [J]"\ntake = "last"\n'
+    rest += '[measures.use]\ncolumn = "hold.use [1]"\ntake = "start"\n[parameters]\n'
 
     def distribution(path: str) -> str:
-        return "values = [1]" if path == "person" else "low = 1, high = 1.001"
+        if path == "person":
+            return "values = [1]"
+        low = 20 if path == "hold.age" else 1
+        return f"low = {low}, high = {low + 1e-3}"
 
     known = paths()
     assert len(known) > 15
