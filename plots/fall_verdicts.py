@@ -6,7 +6,7 @@ A row agrees where all of its criteria hold:
               known, the standard deviation is within the 95 % interval of theirs (chi-square)
     share     the 95 % interval of the share (Wilson 1927) overlaps the range of people's
     odds      the 95 % interval of the odds ratio (Woolf 1955, with half a fall added to each count)
-              overlaps people's
+              overlaps people's, and the ratio is on people's side of 1 where theirs excludes 1
     ratio     people's ratio is within the 95 % interval of the ratio of means
     interval  the median is within the interval
     value     the number is within 15 % of the published one
@@ -358,8 +358,13 @@ def _compare_overlap(fact: FallFact, body: str, words: str, found: Interval | No
         f"{words}: {measured}{unit}, published {fact.value_text}: distance between the intervals"
     )
     distance = gap((found.low, found.high), fact.span)
-    claim = _claim(sentence, distance, fact.unit, high=0.0)
-    return Comparison(fact, body, [Criterion(fact.rule.value, claim)], measured)
+    criteria = [Criterion(fact.rule.value, _claim(sentence, distance, fact.unit, high=0.0))]
+    if fact.rule is Rule.ODDS and not fact.span[0] <= 1.0 <= fact.span[1]:
+        is_above = fact.span[0] > 1.0
+        side = f"{words}: {'above' if is_above else 'below'} 1, as published"
+        low, high = (1.0, inf) if is_above else (-inf, 1.0)
+        criteria.append(Criterion("side", _claim(side, found.value, fact.unit, low, high)))
+    return Comparison(fact, body, criteria, measured)
 
 
 _END_LABELS = ("low end", "high end")

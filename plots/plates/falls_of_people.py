@@ -47,6 +47,8 @@ _BUTTOCKS_ALONE = (
     "to a man's force, and a woman is lighter than the study's people"
 )
 
+_AHEAD = "forward, hands land long before the pelvis, and righting has time to act"
+
 CAUSES = {
     ("head_speed", "mean"): "righting goes on until the head touches",
     ("hand_speed", "spread"): "arms hang limp in all falls",
@@ -54,10 +56,11 @@ CAUSES = {
     ("head_hits", "share"): "a woman's neck and trunk have 0.6 of a man's strength, an estimate",
     ("hand_hits", "share"): "arms hang limp, and always touch; those of people act",
     ("pelvis_hits_sideways", "share"): "nobody takes a step or lands on a knee or a hand alone",
-    ("head_odds_sideways", "odds"): "forward, hands land long before the pelvis, and righting "
-    "has time to act",
-    ("head_odds_backward", "odds"): "forward, hands land long before the pelvis, and righting "
-    "has time to act; backward, nobody bends forward",
+    **dict.fromkeys((("head_odds_sideways", "odds"), ("head_odds_sideways", "side")), _AHEAD),
+    **dict.fromkeys(
+        (("head_odds_backward", "odds"), ("head_odds_backward", "side")),
+        f"{_AHEAD}; backward, nobody bends forward",
+    ),
     ("hip_force", "mean"): _BUTTOCKS,
     ("hip_force", "spread"): _BUTTOCKS,
     ("hip_force_directions", "ratio"): "backward, nobody bends hips and knees to brace",
@@ -306,8 +309,9 @@ def _caption(data: FallsBesidePeople) -> str:
         f"Of {names} each stands and is pushed in any direction by up to 1 m/s, {count} times with "
         "the tone `fall` and as often limp, from starts that chose no parameter. A row agrees "
         "where the mean is within one standard deviation of people's and the standard deviation "
-        "within the 95 % interval of theirs; where intervals of shares and odds overlap; where the "
-        "median is within the interval of dummies; where single values are within 15 %. A mean "
+        "within the 95 % interval of theirs; where intervals of shares and odds overlap, and odds "
+        "are on people's side of 1; where the median is within the interval of dummies; where "
+        "single values are within 15 %. A mean "
         f"without a published spread is not judged. {data.tables.pushes.origin}"
     )
 

@@ -188,7 +188,13 @@ def test_a_share_overlaps(hits: int, verdict: str):
 
 
 @pytest.mark.parametrize(
-    ("ahead", "aside", "verdict"), [(30, 15, "agrees"), (10, 30, "differs: odds")]
+    ("ahead", "aside", "verdict"),
+    [
+        (30, 15, "agrees"),
+        (24, 25, "differs: side"),
+        (10, 30, "differs: odds, side"),
+        (26, 25, "agrees"),
+    ],
 )
 def test_odds_of_directions(ahead: int, aside: int, verdict: str):
     falls = [
