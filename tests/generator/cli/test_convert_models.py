@@ -207,7 +207,8 @@ def test_a_changed_model_keeps_them_as_well(gait: Path):
     """Everything is then read from the model itself."""
     text = (gait.parent / "again.osim").read_text()
     changed = gait.parent / "changed.osim"
-    changed.write_text(text.replace('<PinJoint name="knee_r">', '<PinJoint name="right_knee">', 1))
+    old, new = (f'<CustomJoint name="{name}">' for name in ("knee_r", "right_knee"))
+    changed.write_text(text.replace(old, new, 1))
     assert changed.read_text() != text
     said = answer("convert", changed, gait.parent / "changed.fig")
     assert said["coordinates"]["knee_angle_r"]["joint"] == "right_knee"

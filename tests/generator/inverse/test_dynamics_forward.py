@@ -14,7 +14,7 @@ import pytest
 from generator import Model, Plan, build_tree, read_figure, simulate
 from generator.conversion import read_motion_with_warnings
 from generator.figure import Figure, SiteRef
-from generator.inverse.dynamics import Motion, generalized_forces
+from generator.inverse.dynamics import Motion, follow_curves, generalized_forces
 from generator.inverse.external_loads import read_external_loads, wrenches_of_forces
 from generator.inverse.smoothing import smooth_motion
 from generator.kinematics.free_root import detach_root, free_joints
@@ -119,7 +119,10 @@ def walk() -> Case:
     def wrenches(of: Motion) -> dict[str, Array]:
         return wrenches_of_forces(forces, of.times, tree.kinematics.poses(of.values), figure)
 
-    return Case(tree, lambda times: smooth_motion(tree, motion, 6.0, times), wrenches)
+    def smooth(times: Array) -> Motion:
+        return follow_curves(tree, smooth_motion(tree, motion, 6.0, times))
+
+    return Case(tree, smooth, wrenches)
 
 
 @cache
