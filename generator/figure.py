@@ -559,6 +559,11 @@ class Figure:
         return frozenset(fixed)
 
     @property
+    def has_followers(self) -> bool:
+        """Whether a displacement follows another by a curve."""
+        return any(any(joint.followers) for joint in self.joints.values())
+
+    @property
     def bodies(self) -> dict[str, Segment]:
         """The segments that move, in the order of the file."""
         return {name: seg for name, seg in self.segments.items() if name not in self.ground}

@@ -3,10 +3,14 @@
 The chain of a single joint has at most three rotations and three translations, with all
 translations outside all rotations (`R*R*T`: along axes of the parent) or all inside (`T*R*R`:
 along axes of the child). A rotation and a translation with one axis commute.
+
+A chain's rotations and translations leave some axes free; the others are locked, along the axes of
+a joint frame. A revolute's frame has its axis along z (the thesis's `zifyjoint`). If rotations and
+translations need different frames, the joint has two locks.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from itertools import pairwise
 
@@ -24,6 +28,7 @@ from generator.rotations import (
     matrix_from_axis_angle,
     matrix_from_chain_angles,
     pose_matrix,
+    rotation_with_z_axis,
     unit_vector,
 )
 
@@ -216,3 +221,68 @@ def _axis_pose(twist: Twist, value: ArrayLike) -> Array:
 def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:
     """Return the chain of factors. Raises ModelError when no single joint can have them."""
     return Chain(tuple(joint_axes))
+
+
+AxisFlags = tuple[int, int, int]
+
+FREE: AxisFlags = (0, 0, 0)
+LOCKED: AxisFlags = (1, 1, 1)
+
+
+@dataclass(frozen=True)
+class LockedAxes:
+    """Axes locked by one constraint, in a frame common to both sites at zero displacement.
+
+    Attributes:
+        frame: axes of the joint frame in the site's axes, shape (3, 3).
+        translations: locked along x, y, z of the frame of the first site.
+        rotations: locked about x, y, z.
+        from_child: whether the first site is the child's and translations are along its axes.
+        zero_pose: pose (4, 4) of the child's site in the parent's at which the constraint is zero.
+    """
+
+    frame: Array
+    translations: AxisFlags
+    rotations: AxisFlags
+    from_child: bool = False
+    zero_pose: Array = field(default_factory=lambda: np.eye(4))
+
+
+def lock_all_axes(pose_in_parent: Array) -> LockedAxes:
+    """Lock a joint in a pose (4, 4) of the child's site in the parent's."""
+    return LockedAxes(np.eye(3), LOCKED, LOCKED, zero_pose=pose_in_parent)
+
+
+def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
+    """Return the locks that leave exactly the chain's degrees of freedom."""
+    turns, slides = (
+        [unit_vector(one.axis) for one in chain.joint_axes if is_rotation(one.kind) is turns]
+        for turns in (True, False)
+    )
+    rotation_frame, rotations = _lock(turns)
+    translation_frame, translations = _lock(slides)
+    if len(turns) == 2:
+        # The third rotation lock keeps the first site's x perpendicular to the second's y.
+        inner, outer = turns
+        rotation_frame = np.stack([outer, inner, np.cross(outer, inner)], axis=1)
+    inside = not chain.translations_are_outer
+    if translations in (FREE, LOCKED):
+        lock = LockedAxes(rotation_frame, translations, rotations)
+        return () if lock.translations == lock.rotations == FREE else (lock,)
+    if rotations in (FREE, LOCKED):
+        return (LockedAxes(translation_frame, translations, rotations, inside),)
+    return (
+        LockedAxes(translation_frame, translations, FREE, inside),
+        LockedAxes(rotation_frame, FREE, rotations),
+    )
+
+
+def _lock(axes: list[Array]) -> tuple[Array, AxisFlags]:
+    """Return a frame and the locks that leave free axes at right angles."""
+    if len(axes) == 0:
+        return np.eye(3), LOCKED
+    if len(axes) == 1:
+        return rotation_with_z_axis(axes[0]), (1, 1, 0)
+    if len(axes) == 2:
+        return rotation_with_z_axis(np.cross(axes[0], axes[1])), (0, 0, 1)
+    return np.eye(3), FREE

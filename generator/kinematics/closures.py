@@ -1,86 +1,15 @@
 """Constraints that close the loops of a figure: the relative motions that its joints lock.
 
-A chain's rotations and translations leave some axes free; the others are locked, along the axes of
-a joint frame. A revolute's frame has its axis along z (the thesis's `zifyjoint`). If rotations and
-translations need different frames, the joint has two locks.
-
 Joints that close a loop lock only the independent rows: a planar loop of revolutes would otherwise
 be overconstrained, and the equations of motion would have a singular matrix.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
-from generator.figure import is_rotation
-from generator.joint_chain import Chain
+from generator.joint_chain import AxisFlags, LockedAxes, locked_axes_from_chain
 from generator.kinematics.loops import OpenLoopError, close_loops
 from generator.kinematics.placement import Placement, relative_jacobian, segment_jacobians
-from generator.rotations import Array, rotation_with_z_axis, unit_vector
-
-AxisFlags = tuple[int, int, int]
-
-FREE: AxisFlags = (0, 0, 0)
-LOCKED: AxisFlags = (1, 1, 1)
-
-
-@dataclass(frozen=True)
-class LockedAxes:
-    """Axes locked by one constraint, in a frame common to both sites at zero displacement.
-
-    Attributes:
-        frame: axes of the joint frame in the site's axes, shape (3, 3).
-        translations: locked along x, y, z of the frame of the first site.
-        rotations: locked about x, y, z.
-        from_child: whether the first site is the child's and translations are along its axes.
-        zero_pose: pose (4, 4) of the child's site in the parent's at which the constraint is zero.
-    """
-
-    frame: Array
-    translations: AxisFlags
-    rotations: AxisFlags
-    from_child: bool = False
-    zero_pose: Array = field(default_factory=lambda: np.eye(4))
-
-
-def lock_all_axes(pose_in_parent: Array) -> LockedAxes:
-    """Lock a joint in a pose (4, 4) of the child's site in the parent's."""
-    return LockedAxes(np.eye(3), LOCKED, LOCKED, zero_pose=pose_in_parent)
-
-
-def locked_axes_from_chain(chain: Chain) -> tuple[LockedAxes, ...]:
-    """Return the locks that leave exactly the chain's degrees of freedom."""
-    turns, slides = (
-        [unit_vector(one.axis) for one in chain.joint_axes if is_rotation(one.kind) is turns]
-        for turns in (True, False)
-    )
-    rotation_frame, rotations = _lock(turns)
-    translation_frame, translations = _lock(slides)
-    if len(turns) == 2:
-        # The third rotation lock keeps the first site's x perpendicular to the second's y.
-        inner, outer = turns
-        rotation_frame = np.stack([outer, inner, np.cross(outer, inner)], axis=1)
-    inside = not chain.translations_are_outer
-    if translations in (FREE, LOCKED):
-        lock = LockedAxes(rotation_frame, translations, rotations)
-        return () if lock.translations == lock.rotations == FREE else (lock,)
-    if rotations in (FREE, LOCKED):
-        return (LockedAxes(translation_frame, translations, rotations, inside),)
-    return (
-        LockedAxes(translation_frame, translations, FREE, inside),
-        LockedAxes(rotation_frame, FREE, rotations),
-    )
-
-
-def _lock(axes: list[Array]) -> tuple[Array, AxisFlags]:
-    """Return a frame and the locks that leave free axes at right angles."""
-    if len(axes) == 0:
-        return np.eye(3), LOCKED
-    if len(axes) == 1:
-        return rotation_with_z_axis(axes[0]), (1, 1, 0)
-    if len(axes) == 2:
-        return rotation_with_z_axis(np.cross(axes[0], axes[1])), (0, 0, 1)
-    return np.eye(3), FREE
+from generator.rotations import Array
 
 
 def constraint_jacobian(lock: LockedAxes, pose_in_parent: Array) -> Array:
@@ -150,8 +79,6 @@ def independent_constraints(placement: Placement) -> dict[str, tuple[LockedAxes,
     """Return the locks of every joint; of loop-closing joints only the independent ones."""
     tree = placement.tree
     locks = {name: locked_axes_from_chain(chain) for name, chain in tree.chains.items()}
-    if not tree.closures:
-        return locks
     best = max(
         (_independent_rows(pose) for pose in _nearby_closed_placements(placement)),
         key=lambda keep: sum(map(sum, keep.values())),

@@ -79,7 +79,8 @@ class PrescribedMotion:
     @cached_property
     def all_links(self) -> Links:
         """The links and those of the figure's own followers."""
-        return self.links.beside(figure_links(self.tree.figure))
+        figure = self.tree.figure
+        return self.links.beside(figure_links(figure)) if figure.has_followers else self.links
 
     @cached_property
     def resolved_links(self) -> tuple[Link, ...]:

@@ -21,10 +21,9 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from generator.simulation.bound_springs import JointKind, generalized_force
 from generator.simulation.exudyn_model.constraints import RateTerm
 from generator.simulation.exudyn_model.model import ExudynModel
-from generator.simulation.run_model import RunModel
+from generator.simulation.run_model import JointKind, RunModel, generalized_force
 from generator.simulation.trace import Trace
 from springs import NUMPY, JointSprings, rotation_law, total_energy
 from springs.tone.law import AxisTone, rotation_tone, vector_tone

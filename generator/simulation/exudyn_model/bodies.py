@@ -11,7 +11,7 @@ import numpy as np
 
 from generator.diagnostics import ModelError
 from generator.figure import Figure, Joint, Segment, SiteRef
-from generator.kinematics.closures import FREE, LOCKED, LockedAxes
+from generator.joint_chain import FREE, LOCKED, LockedAxes
 from generator.kinematics.placement import Placement, segment_jacobians
 from generator.loads import TimedLoad
 from generator.rotations import Array, inverse_pose, pose_matrix

@@ -8,9 +8,9 @@ from typing import Any, cast
 from generator.contact.states import ContactModel
 from generator.diagnostics import NamedMapping
 from generator.figure import Figure
-from generator.kinematics.closures import independent_constraints, lock_all_axes
+from generator.joint_chain import lock_all_axes, locked_axes_from_chain
+from generator.kinematics.closures import independent_constraints
 from generator.model import Model
-from generator.simulation.bound_springs import JointKind
 from generator.simulation.exudyn_model.bodies import (
     Constraint,
     add_bodies,
@@ -34,7 +34,7 @@ from generator.simulation.exudyn_model.springs import (
     needs_slide_object,
 )
 from generator.simulation.plan import NO_LIMIT, Plan, WallLimit
-from generator.simulation.run_model import RunModel, prepare_run
+from generator.simulation.run_model import JointKind, RunModel, prepare_run
 
 
 @dataclass(frozen=True, repr=False)
@@ -120,7 +120,12 @@ def build_exudyn(
         for segment in figure.segments.values()
         for site in segment.sites.values()
     }
-    locks = independent_constraints(placement)
+    tree = placement.tree
+    locks = (
+        independent_constraints(placement)
+        if tree.closures
+        else {name: locked_axes_from_chain(chain) for name, chain in tree.chains.items()}
+    )
     locks.update(
         {
             name: (lock_all_axes(placement.pose_in_parent(figure.joints[name])),)

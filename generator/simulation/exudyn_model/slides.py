@@ -18,7 +18,6 @@ import numpy as np
 
 from generator.figure import Joint, SiteRef
 from generator.rotations import Array
-from generator.simulation.bound_springs import BoundSpring, generalized_force
 from generator.simulation.exudyn_model.exudyn_api import exu, items, unused_name
 from generator.simulation.exudyn_model.springs import (
     Connector,
@@ -26,6 +25,7 @@ from generator.simulation.exudyn_model.springs import (
     SpringBuilder,
     add_wrench_connector,
 )
+from generator.simulation.run_model import BoundSpring, generalized_force
 from springs import FLOATS, AxisSpring
 
 _COORDINATES_PER_BODY = 7

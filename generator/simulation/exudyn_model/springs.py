@@ -21,7 +21,6 @@ from generator.rotations import (
     pose_matrix,
     rotation_with_z_axis,
 )
-from generator.simulation.bound_springs import BoundSpring, JointKind, generalized_force
 from generator.simulation.exudyn_model.bodies import add_marker
 from generator.simulation.exudyn_model.exudyn_api import (
     SYMBOLIC,
@@ -33,6 +32,7 @@ from generator.simulation.exudyn_model.exudyn_api import (
     unused_name,
 )
 from generator.simulation.muscle_tone import JointTones
+from generator.simulation.run_model import BoundSpring, JointKind, generalized_force
 from springs import (
     FLOATS,
     AxisSpring,

@@ -28,7 +28,6 @@ from generator.kinematics.placement import (
 from generator.loads import LoadKind, TimedLoad
 from generator.model import Model
 from generator.rotations import Array, cross_product, matrix_from_rotation_vector
-from generator.simulation.bound_springs import JointKind
 from generator.simulation.exudyn_model.bodies import body_pose
 from generator.simulation.exudyn_model.exudyn_api import exu, rigid
 from generator.simulation.exudyn_model.model import ExudynModel, build_model
@@ -40,7 +39,7 @@ from generator.simulation.joint_motion import (
 )
 from generator.simulation.plan import Plan, resolve_model
 from generator.simulation.preconditions import singular_orientation
-from generator.simulation.run_model import RunModel, initial_state
+from generator.simulation.run_model import JointKind, RunModel, initial_state
 from generator.simulation.trace import Trace
 from springs import total_torque
 

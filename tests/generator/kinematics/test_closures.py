@@ -3,7 +3,8 @@
 import numpy as np
 
 from generator import read_figure
-from generator.kinematics.closures import independent_constraints, locked_axes_from_chain
+from generator.joint_chain import locked_axes_from_chain
+from generator.kinematics.closures import independent_constraints
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree

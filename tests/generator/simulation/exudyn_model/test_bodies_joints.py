@@ -5,8 +5,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from generator.figure import AxisKind, Joint
-from generator.joint_chain import build_chain
-from generator.kinematics.closures import locked_axes_from_chain
+from generator.joint_chain import build_chain, locked_axes_from_chain
 from generator.rotations import inverse_pose
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
