@@ -599,10 +599,11 @@ def _lines(posture: Posture) -> Iterator[str]:
             f"{100 * standing.margin:.1f} cm inside the edge of the support"
         )
     if spine is not None:
-        moment = options.format_rounded(spine.moment, 0)
+        forward, left = round(spine.moment), round(spine.lateral)
         yield (
-            f"L5/S1: {moment} N m, compression {spine.compression:.0f} N "
-            f"({spine.low:.0f} to {spine.high:.0f}); {_spine_verdict(spine)}"
+            f"L5/S1: bent by {abs(forward)} N m {'forward' if forward >= 0 else 'back'} and "
+            f"{abs(left)} N m to the {'left' if left >= 0 else 'right'}, "
+            f"compression {spine.compression:.0f} N ({spine.low:.0f} to {spine.high:.0f}); {_spine_verdict(spine)}"
         )
     for hand in posture.hands:
         yield (
@@ -659,6 +660,7 @@ def _joint_data(one: JointDemand) -> dict[str, object]:
 def _spine_data(spine: SpineLoad | None) -> Mapping[str, object] | None:
     return spine and {
         "moment_Nm": spine.moment,
+        "lateral_Nm": spine.lateral,
         "compression_N": spine.compression,
         "low_N": spine.low,
         "high_N": spine.high,

@@ -203,7 +203,7 @@
     const compression = (arm) =>
       along + Math.hypot(extension >= 0 ? extension / arm : -extension / data.spine.front_arm, lateral / arm);
     const [low, middle, high] = data.spine.arms.map(compression);
-    return { moment: extension, low, compression: middle, high };
+    return { moment: extension, lateral: -lateral, low, compression: middle, high };
   }
 
   const rounded = (value) => Math.round(1e9 * value);
@@ -288,7 +288,10 @@
       else if (spine.high > largest) limit = `NIOSH's ${largest} N is within the band`;
       else if (spine.low <= action) limit = `NIOSH's ${action} N is within the band`;
       const [compression, low, high] = [spine.compression, spine.low, spine.high].map((value) => value.toFixed(0));
-      yield `L5/S1: ${withoutZero(spine.moment, 0)} N m, compression ${compression} N (${low} to ${high}); ${limit}`;
+      const [forward, left] = [spine.moment, spine.lateral].map((value) => Number(value.toFixed(0)));
+      yield `L5/S1: bent by ${Math.abs(forward)} N m ${forward >= 0 ? "forward" : "back"} and ` +
+        `${Math.abs(left)} N m to the ${left >= 0 ? "left" : "right"}, ` +
+        `compression ${compression} N (${low} to ${high}); ${limit}`;
     }
     for (const hand of hands) {
       yield `${hand.hand}: ${hand.force.toFixed(0)} N of ${hand.capacity.toFixed(0)} N by the Arm Force Field, ` +
