@@ -511,14 +511,16 @@ def _verdict(posture: Posture, body: Body | None) -> str:
             f"{float(f'{weakest.use:.3g}'):g} times" if isfinite(weakest.use) else "it is beyond"
         )
         return f"nobody holds this: {times} the strength of {joint} of {who}"
-    text = f"{percent:.0f} % of {who} are strong enough"
-    least = posture.least_capable
-    if (
-        least is not None
-        and (least.percent_capable or 0.0) < (weakest.percent_capable or 0.0) - 0.5
-    ):
-        text += f" ({least.joint} {least.direction})"
-    text += f"; weakest is {joint} with {_percent(weakest.use)} of its strength"
+    least, where = percent, ""
+    if posture.least_capable is not None:
+        where = f"{posture.least_capable.joint} {posture.least_capable.direction}"
+    for hand in posture.hands:
+        if round(hand.percent_capable, 9) < round(least, 9):
+            least, where = hand.percent_capable, f"{hand.hand} by the Arm Force Field"
+    text = f"{least:.0f} % of {who} are strong enough"
+    if least < (weakest.percent_capable or 0.0) - 0.5:
+        text += f" ({where})"
+    text += f"; weakest joint is {joint} with {_percent(weakest.use)} of its strength"
     time = weakest.endurance
     return text + (f", for {_duration(time)}" if time else "")
 
@@ -603,7 +605,8 @@ def _lines(posture: Posture) -> Iterator[str]:
         yield (
             f"L5/S1: bent by {abs(forward)} N m {'forward' if forward >= 0 else 'back'} and "
             f"{abs(left)} N m to the {'left' if left >= 0 else 'right'}, "
-            f"compression {spine.compression:.0f} N ({spine.low:.0f} to {spine.high:.0f}); {_spine_verdict(spine)}"
+            f"compression {spine.compression:.0f} N ({spine.low:.0f} to {spine.high:.0f}); "
+            f"{_spine_verdict(spine)}"
         )
     for hand in posture.hands:
         yield (

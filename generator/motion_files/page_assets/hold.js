@@ -257,7 +257,7 @@
     return seconds < 120 ? `${seconds.toFixed(0)} s` : `${(seconds / 60).toFixed(0)} min`;
   }
 
-  function verdict({ weakest, least }, loads) {
+  function verdict({ weakest, least, hands }, loads) {
     if (data.beyond) return data.beyond;
     if (!weakest) return "no strength of its joints is known";
     if (weakest.active === 0) return `holds without muscles; ${data.who}`;
@@ -267,9 +267,12 @@
       const many = Number.isFinite(weakest.use) ? `${Number(weakest.use.toPrecision(3))} times` : "it is beyond";
       return `nobody holds this: ${many} the strength of ${joint} of ${data.who}`;
     }
-    let text = `${least.percent.toFixed(0)} % of ${data.who} are strong enough`;
-    if (least.percent < weakest.percent - 0.5) text += ` (${least.joint} ${least.direction})`;
-    text += `; weakest is ${joint} with ${percent(weakest.use)} of its strength`;
+    let [share, where] = [least.percent, `${least.joint} ${least.direction}`];
+    for (const one of hands)
+      if (rounded(one.percent) < rounded(share)) [share, where] = [one.percent, `${one.hand} by the Arm Force Field`];
+    let text = `${share.toFixed(0)} % of ${data.who} are strong enough`;
+    if (share < weakest.percent - 0.5) text += ` (${where})`;
+    text += `; weakest joint is ${joint} with ${percent(weakest.use)} of its strength`;
     return weakest.endurance ? `${text}, for ${duration(weakest.endurance)}` : text;
   }
 

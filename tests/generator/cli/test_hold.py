@@ -104,7 +104,7 @@ def test_text_fits_a_screen_and_names_the_verdict():
     load = ("--load", "right_hand=10kg", "--load", "left_hand=10kg")
     lines = run("hold", "male50", *load, *SQUAT, "--balance").stdout.splitlines()
     assert len(lines) <= 24
-    assert "strong enough; weakest is" in lines[0]
+    assert "strong enough; weakest joint is" in lines[0]
     assert any(line.startswith("L5/S1: ") for line in lines)
     more = run("hold", "male50", *load, *SQUAT, "--balance", "--verbose").stdout
     assert "Anderson" in more
@@ -133,8 +133,6 @@ def test_verdict_counts_hands():
         "male50: 0 % of men of 18-25 years are strong enough (right_hand by the Arm Force Field)"
     )
     assert first.startswith(f"{start}; weakest joint is waist")
-    light = run("hold", "male50", "--load", "right_hand=5kg").stdout
-    assert "strong enough; weakest joint is" in light.splitlines()[0]
 
 
 def test_heaviest_load_is_at_the_limit_of_a_joint_or_of_balance(man):
