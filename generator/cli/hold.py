@@ -316,7 +316,9 @@ def _content(path: Path, name: str, posture: Posture, holder: Holder) -> str:
     match path.suffix.lower():
         case ".html":
             lines = [_verdict(posture, holder.body), *_lines(posture)]
-            rows = _joint_table(list(_merged(posture.joints))).rows
+            table = _joint_table(list(_merged(posture.joints))).rows
+            # The use is third: a narrow screen shows three columns.
+            rows = [[*row[:2], row[7], *row[2:7], *row[8:]] for row in table]
             notes = _short_notes(posture.notes)
             loads = page_loads(holder.model.figure, posture.loads)
             posture = replace(posture, loads=loads)

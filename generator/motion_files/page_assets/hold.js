@@ -331,10 +331,10 @@
     return [
       name,
       one.isAntagonist ? `${one.direction}*` : one.direction,
+      known ? percent(one.use) : "",
       withoutZero(one.angle, 0),
       ...[one.net, one.passive, one.active].map((value) => withoutZero(value, 1)),
       known ? withoutZero(one.capacity, 1) : "",
-      known ? percent(one.use) : "",
       known ? capable(one) : "",
       known ? duration(one.endurance) : "",
       one.origin,
@@ -423,9 +423,20 @@
     return words.join(" ") || "no load";
   }
 
+  const refusal = (sentence) => `The command refuses this: ${sentence}`;
+
+  /** The longest refusal, by whose lines the place of the verdict is reserved. */
+  function longestRefusal() {
+    if (!data.supports.length) return "";
+    const bearings = data.supports.map((support) => ({ support }));
+    return refusal(balanceSentence({ bearings, margin: -10, way: [-Math.SQRT1_2, -Math.SQRT1_2], centre: [1e3, 0, 1e3] }));
+  }
+
   function show() {
     result = judge(loads);
-    const refused = result.refusal && `The command refuses this: ${result.refusal}`;
+    const refused = result.refusal && refusal(result.refusal);
+    // A page that grows shorter would be scrolled under the pointer.
+    document.body.style.minHeight = refused ? `${document.body.offsetHeight}px` : "";
     byId("verdict").className = refused ? "refused" : "";
     byId("verdict").textContent = refused || verdict(result, loads);
     fill(byId("lines"), "p", refused ? [] : [...lines(result)]);
@@ -444,20 +455,37 @@
     const row = element("p", "", parent);
     const label = `${load.option} ${text}`;
     element("span", text, row);
+    const fault = element("span", "", row);
+    fault.id = `fault ${label}`.replace(/\W+/g, "-");
+    fault.className = "fault";
+    fault.setAttribute("role", "status");
+    const tell = (input, sentence) => {
+      fault.textContent = sentence;
+      if (sentence) input.setAttribute("aria-invalid", "true");
+      else input.removeAttribute("aria-invalid");
+    };
     const made = ["range", "number"].map((type) => {
       const input = element("input", "", row);
       input.setAttribute("aria-label", type === "range" ? `${label}, slider` : label);
       Object.assign(input, { type, min: least, max: largest, step: type === "range" ? reach / 100 : "any" });
       if (type === "range") Object.assign(input, { min: Math.max(least, -reach), max: reach });
       input.addEventListener("input", () => {
-        if (input.value === "" || !input.validity.valid) return;
+        const isValid = input.value !== "" && input.validity.valid;
+        tell(input, isValid ? "" : `not a number from ${least} to ${largest}: all numbers are still those of ${get()}`);
+        if (!isValid) return;
         set(Number(input.value));
         update(input);
       });
       return input;
     });
+    made[1].setAttribute("aria-describedby", fault.id);
+    row.append(fault);
     return (except) => {
-      for (const input of made) if (input !== except) input.value = get();
+      for (const input of made) {
+        if (input === except) continue;
+        input.value = get();
+        tell(input, "");
+      }
     };
   }
 
@@ -508,6 +536,7 @@
 
   function open() {
     byId("change").hidden = !loads.length;
+    byId("reserve").textContent = longestRefusal();
     makeControls();
     pictures.forEach((picture, k) => {
       loads.forEach((load, n) => drag(picture, data.views[k], tipOf(picture, n), load));
