@@ -249,7 +249,9 @@ def test_a_load_is_dragged_and_keys_move_it(browser: Any, tmp_path: Path, width:
         assert tab.locator("[aria-invalid], .fault:not(:empty)").count() == 0
         # The use is seen without scrolling the table.
         assert tab.locator("th").nth(2).inner_text() == "use"
-        box = tab.locator("th").nth(2).bounding_box()
+        tab.evaluate("page.set(0, { mass: 30 })")
+        assert "lateral bend" in tab.locator("#rows td").nth(1).inner_text()
+        box = tab.locator("#rows td").nth(2).bounding_box()
         assert box["x"] + box["width"] <= width
         # A refusal moves no picture, though the page has less to show.
         tab.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
