@@ -316,7 +316,9 @@ def _content(path: Path, name: str, posture: Posture, holder: Holder) -> str:
     match path.suffix.lower():
         case ".html":
             lines = [_verdict(posture, holder.body), *_lines(posture)]
-            rows = _joint_table(list(_merged(posture.joints))).rows
+            table = _joint_table(list(_merged(posture.joints))).rows
+            # The use is third: a narrow screen shows three columns.
+            rows = [[*row[:2], row[7], *row[2:7], *row[8:]] for row in table]
             notes = _short_notes(posture.notes)
             loads = page_loads(holder.model.figure, posture.loads)
             posture = replace(posture, loads=loads)
@@ -511,14 +513,16 @@ def _verdict(posture: Posture, body: Body | None) -> str:
             f"{float(f'{weakest.use:.3g}'):g} times" if isfinite(weakest.use) else "it is beyond"
         )
         return f"nobody holds this: {times} the strength of {joint} of {who}"
-    text = f"{percent:.0f} % of {who} are strong enough"
-    least = posture.least_capable
-    if (
-        least is not None
-        and (least.percent_capable or 0.0) < (weakest.percent_capable or 0.0) - 0.5
-    ):
-        text += f" ({least.joint} {least.direction})"
-    text += f"; weakest is {joint} with {_percent(weakest.use)} of its strength"
+    least, where = percent, ""
+    if posture.least_capable is not None:
+        where = f"{posture.least_capable.joint} {posture.least_capable.direction}"
+    for hand in posture.hands:
+        if round(hand.percent_capable, 9) < round(least, 9):
+            least, where = hand.percent_capable, f"{hand.hand} by the Arm Force Field"
+    text = f"{least:.0f} % of {who} are strong enough"
+    if least < (weakest.percent_capable or 0.0) - 0.5:
+        text += f" ({where})"
+    text += f"; weakest joint is {joint} with {_percent(weakest.use)} of its strength"
     time = weakest.endurance
     return text + (f", for {_duration(time)}" if time else "")
 
@@ -599,10 +603,12 @@ def _lines(posture: Posture) -> Iterator[str]:
             f"{100 * standing.margin:.1f} cm inside the edge of the support"
         )
     if spine is not None:
-        moment = options.format_rounded(spine.moment, 0)
+        forward, left = round(spine.moment), round(spine.lateral)
         yield (
-            f"L5/S1: {moment} N m, compression {spine.compression:.0f} N "
-            f"({spine.low:.0f} to {spine.high:.0f}); {_spine_verdict(spine)}"
+            f"L5/S1: bent by {abs(forward)} N m {'forward' if forward >= 0 else 'back'} and "
+            f"{abs(left)} N m to the {'left' if left >= 0 else 'right'}, "
+            f"compression {spine.compression:.0f} N ({spine.low:.0f} to {spine.high:.0f}); "
+            f"{_spine_verdict(spine)}"
         )
     for hand in posture.hands:
         yield (
@@ -659,6 +665,7 @@ def _joint_data(one: JointDemand) -> dict[str, object]:
 def _spine_data(spine: SpineLoad | None) -> Mapping[str, object] | None:
     return spine and {
         "moment_Nm": spine.moment,
+        "lateral_Nm": spine.lateral,
         "compression_N": spine.compression,
         "low_N": spine.low,
         "high_N": spine.high,

@@ -32,7 +32,8 @@ class SpineLoad:
 
     Attributes:
         moment: Moment that muscles supply, positive where they extend the back [N m].
-        lateral: Moment of bending to the side that they supply [N m].
+        lateral: Moment of bending to the side that they supply, positive where they bend the trunk
+            to the right, against a load on the left [N m].
         compression: Compression with the middle arm [N].
         low: Compression with the longest arm [N].
         high: Compression with the shortest arm [N].

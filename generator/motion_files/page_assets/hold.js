@@ -203,7 +203,7 @@
     const compression = (arm) =>
       along + Math.hypot(extension >= 0 ? extension / arm : -extension / data.spine.front_arm, lateral / arm);
     const [low, middle, high] = data.spine.arms.map(compression);
-    return { moment: extension, low, compression: middle, high };
+    return { moment: extension, lateral: -lateral, low, compression: middle, high };
   }
 
   const rounded = (value) => Math.round(1e9 * value);
@@ -257,7 +257,7 @@
     return seconds < 120 ? `${seconds.toFixed(0)} s` : `${(seconds / 60).toFixed(0)} min`;
   }
 
-  function verdict({ weakest, least }, loads) {
+  function verdict({ weakest, least, hands }, loads) {
     if (data.beyond) return data.beyond;
     if (!weakest) return "no strength of its joints is known";
     if (weakest.active === 0) return `holds without muscles; ${data.who}`;
@@ -267,9 +267,12 @@
       const many = Number.isFinite(weakest.use) ? `${Number(weakest.use.toPrecision(3))} times` : "it is beyond";
       return `nobody holds this: ${many} the strength of ${joint} of ${data.who}`;
     }
-    let text = `${least.percent.toFixed(0)} % of ${data.who} are strong enough`;
-    if (least.percent < weakest.percent - 0.5) text += ` (${least.joint} ${least.direction})`;
-    text += `; weakest is ${joint} with ${percent(weakest.use)} of its strength`;
+    let [share, where] = [least.percent, `${least.joint} ${least.direction}`];
+    for (const one of hands)
+      if (rounded(one.percent) < rounded(share)) [share, where] = [one.percent, `${one.hand} by the Arm Force Field`];
+    let text = `${share.toFixed(0)} % of ${data.who} are strong enough`;
+    if (share < weakest.percent - 0.5) text += ` (${where})`;
+    text += `; weakest joint is ${joint} with ${percent(weakest.use)} of its strength`;
     return weakest.endurance ? `${text}, for ${duration(weakest.endurance)}` : text;
   }
 
@@ -288,7 +291,10 @@
       else if (spine.high > largest) limit = `NIOSH's ${largest} N is within the band`;
       else if (spine.low <= action) limit = `NIOSH's ${action} N is within the band`;
       const [compression, low, high] = [spine.compression, spine.low, spine.high].map((value) => value.toFixed(0));
-      yield `L5/S1: ${withoutZero(spine.moment, 0)} N m, compression ${compression} N (${low} to ${high}); ${limit}`;
+      const [forward, left] = [spine.moment, spine.lateral].map((value) => Number(value.toFixed(0)));
+      yield `L5/S1: bent by ${Math.abs(forward)} N m ${forward >= 0 ? "forward" : "back"} and ` +
+        `${Math.abs(left)} N m to the ${left >= 0 ? "left" : "right"}, ` +
+        `compression ${compression} N (${low} to ${high}); ${limit}`;
     }
     for (const hand of hands) {
       yield `${hand.hand}: ${hand.force.toFixed(0)} N of ${hand.capacity.toFixed(0)} N by the Arm Force Field, ` +
@@ -325,10 +331,10 @@
     return [
       name,
       one.isAntagonist ? `${one.direction}*` : one.direction,
+      known ? percent(one.use) : "",
       withoutZero(one.angle, 0),
       ...[one.net, one.passive, one.active].map((value) => withoutZero(value, 1)),
       known ? withoutZero(one.capacity, 1) : "",
-      known ? percent(one.use) : "",
       known ? capable(one) : "",
       known ? duration(one.endurance) : "",
       one.origin,
@@ -417,9 +423,20 @@
     return words.join(" ") || "no load";
   }
 
+  const refusal = (sentence) => `The command refuses this: ${sentence}`;
+
+  /** The longest refusal, by whose lines the place of the verdict is reserved. */
+  function longestRefusal() {
+    if (!data.supports.length) return "";
+    const bearings = data.supports.map((support) => ({ support }));
+    return refusal(balanceSentence({ bearings, margin: -10, way: [-Math.SQRT1_2, -Math.SQRT1_2], centre: [1e3, 0, 1e3] }));
+  }
+
   function show() {
     result = judge(loads);
-    const refused = result.refusal && `The command refuses this: ${result.refusal}`;
+    const refused = result.refusal && refusal(result.refusal);
+    // A page that grows shorter would be scrolled under the pointer.
+    document.body.style.minHeight = refused ? `${document.body.offsetHeight}px` : "";
     byId("verdict").className = refused ? "refused" : "";
     byId("verdict").textContent = refused || verdict(result, loads);
     fill(byId("lines"), "p", refused ? [] : [...lines(result)]);
@@ -438,20 +455,37 @@
     const row = element("p", "", parent);
     const label = `${load.option} ${text}`;
     element("span", text, row);
+    const fault = element("span", "", row);
+    fault.id = `fault ${label}`.replace(/\W+/g, "-");
+    fault.className = "fault";
+    fault.setAttribute("role", "status");
+    const tell = (input, sentence) => {
+      fault.textContent = sentence;
+      if (sentence) input.setAttribute("aria-invalid", "true");
+      else input.removeAttribute("aria-invalid");
+    };
     const made = ["range", "number"].map((type) => {
       const input = element("input", "", row);
       input.setAttribute("aria-label", type === "range" ? `${label}, slider` : label);
       Object.assign(input, { type, min: least, max: largest, step: type === "range" ? reach / 100 : "any" });
       if (type === "range") Object.assign(input, { min: Math.max(least, -reach), max: reach });
       input.addEventListener("input", () => {
-        if (input.value === "" || !input.validity.valid) return;
+        const isValid = input.value !== "" && input.validity.valid;
+        tell(input, isValid ? "" : `not a number from ${least} to ${largest}: all numbers are still those of ${get()}`);
+        if (!isValid) return;
         set(Number(input.value));
         update(input);
       });
       return input;
     });
+    made[1].setAttribute("aria-describedby", fault.id);
+    row.append(fault);
     return (except) => {
-      for (const input of made) if (input !== except) input.value = get();
+      for (const input of made) {
+        if (input === except) continue;
+        input.value = get();
+        tell(input, "");
+      }
     };
   }
 
@@ -502,6 +536,7 @@
 
   function open() {
     byId("change").hidden = !loads.length;
+    byId("reserve").textContent = longestRefusal();
     makeControls();
     pictures.forEach((picture, k) => {
       loads.forEach((load, n) => drag(picture, data.views[k], tipOf(picture, n), load));

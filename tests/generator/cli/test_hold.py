@@ -56,7 +56,8 @@ def test_json_has_the_keys_of_its_page():
         *("capacity_5_Nm", "use", "percent_capable", "endurance_s", "class", "source"),
     ]
     assert set(said["weakest"]) == {"joint", "direction", "use"}
-    assert list(said["spine"]) == ["moment_Nm", "compression_N", "low_N", "high_N", "limits_N"]
+    moments = ["moment_Nm", "lateral_Nm"]
+    assert list(said["spine"]) == [*moments, "compression_N", "low_N", "high_N", "limits_N"]
     assert said["spine"]["limits_N"] == [3400.0, 6400.0]
     assert {"centre_of_pressure_m", "margin_m"} <= set(said["balance"])
     (hand,) = said["hands"]
@@ -103,11 +104,35 @@ def test_text_fits_a_screen_and_names_the_verdict():
     load = ("--load", "right_hand=10kg", "--load", "left_hand=10kg")
     lines = run("hold", "male50", *load, *SQUAT, "--balance").stdout.splitlines()
     assert len(lines) <= 24
-    assert "strong enough; weakest is" in lines[0]
+    assert "strong enough; weakest joint is" in lines[0]
     assert any(line.startswith("L5/S1: ") for line in lines)
     more = run("hold", "male50", *load, *SQUAT, "--balance", "--verbose").stdout
     assert "Anderson" in more
     assert len(more.splitlines()) > 40
+
+
+def test_bending_to_the_side_is_stated():
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        load = ("hold", "male50", "--load", f"{side}_hand=40kg")
+        said = answer(*load)
+        bend = said["spine"]["lateral_Nm"]
+        waist = rows_of(said)[
+            "waist", f"lumbar lateral bend to the {'right' if sign > 0 else 'left'}"
+        ]
+        assert bend == pytest.approx(sign * waist["net_Nm"], rel=0.02)
+        assert f"{abs(bend):.0f} N m to the {side}, compression" in run(*load).stdout
+
+
+def test_verdict_counts_hands():
+    load = ("hold", "male50", "--load", "right_hand=40kg")
+    said = answer(*load)
+    (hand,) = said["hands"]
+    assert hand["percent_capable"] < 1.0 < 50.0 < said["percent_capable"]
+    first = run(*load).stdout.splitlines()[0]
+    start = (
+        "male50: 0 % of men of 18-25 years are strong enough (right_hand by the Arm Force Field)"
+    )
+    assert first.startswith(f"{start}; weakest joint is waist")
 
 
 def test_heaviest_load_is_at_the_limit_of_a_joint_or_of_balance(man):

@@ -234,9 +234,32 @@ def test_a_load_is_dragged_and_keys_move_it(browser: Any, tmp_path: Path, width:
         assert tab.inner_text("#options") == "--load right_hand=5kg --load left_hand=10kg"
         colour = tab.locator('svg.view circle[data-joint="left_elbow"]').first.get_attribute("fill")
         assert re.fullmatch(r"rgb\(\d+,\d+,\d+\)", colour)
-        # What cannot be a load leaves the last one.
-        tab.get_by_label("left_hand mass [kg]", exact=True).fill("-3")
-        assert tab.evaluate("page.loads[1].mass") == 10
+        # What cannot be a load leaves the last one, and is said.
+        mass = tab.get_by_label("left_hand mass [kg]", exact=True)
+        for text in ("-3", "1e9", ""):
+            mass.fill("10")
+            assert mass.get_attribute("aria-invalid") is None
+            mass.fill(text)
+            assert mass.get_attribute("aria-invalid") == "true"
+            said = tab.locator(f"#{mass.get_attribute('aria-describedby')}")
+            assert said.inner_text().endswith("all numbers are still those of 10")
+            assert tab.evaluate("page.loads[1].mass") == 10
+        tab.get_by_role("button", name="As the command had it").press("Enter")
+        assert (mass.input_value(), mass.get_attribute("aria-invalid")) == ("0", None)
+        assert tab.locator("[aria-invalid], .fault:not(:empty)").count() == 0
+        # The use is seen without scrolling the table.
+        assert tab.locator("th").nth(2).inner_text() == "use"
+        tab.evaluate("page.set(0, { mass: 30 })")
+        assert "lateral bend" in tab.locator("#rows td").nth(1).inner_text()
+        box = tab.locator("#rows td").nth(2).bounding_box()
+        assert box["x"] + box["width"] <= width
+        # A refusal moves no picture, though the page has less to show.
+        tab.evaluate("scrollTo(0, document.documentElement.scrollHeight)")
+        place = tab.locator("svg.view").first.bounding_box()
+        for force in ([900, 0, 0], [0, 5000, 0], [-900, 0, -900], [0, 0, 0]):
+            tab.evaluate("force => page.set(0, { force })", force)
+            assert tab.evaluate("'refusal' in page.result") == any(force)
+            assert tab.locator("svg.view").first.bounding_box() == place
 
 
 @pytest.mark.slow
