@@ -34,6 +34,9 @@ MAX_FILE_BYTES = 32_000_000
 
 _UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
+_CONTROL = re.compile(rb"[\0-\x08\x0e-\x1f]")
+"""Control characters that no text has, in whatever encoding of one byte."""
+
 
 def open_regular_file(path: Path) -> BufferedReader:
     """Open a file to read its bytes.
@@ -170,10 +173,13 @@ def _decoding_error(data: bytes, name: str, offset: int) -> tuple[Source, Diagno
         return source, error("this file is UTF-16", Span(source, 0, 1), "save it as UTF-8")
     before = normalise_newlines(data[:offset].decode("utf-8"))
     source = Source(name, before + normalise_newlines(data[offset:].decode("latin-1")))
-    byte = data[offset]
+    byte, place = data[offset], Span(source, len(before), len(before) + 1)
+    if control := _CONTROL.search(data):
+        hint = f"found the control character 0x{control[0][0]:02X}"
+        return source, error("this is a binary file, not a text", place, hint)
     return source, error(
         f"byte 0x{byte:02X} is not UTF-8",
-        Span(source, len(before), len(before) + 1),
+        place,
         f"save the file as UTF-8; in Latin-1 this byte is `{chr(byte)}`"
         if chr(byte).isprintable()
         else "the file should be a text in UTF-8",

@@ -29,7 +29,7 @@ MAX_MARKER_DISTANCE = 20.0
 MAX_LISTED = 12
 """Names of columns or markers that are listed."""
 
-_FORCE = re.compile(r".*_v[xyz]")
+_FORCE, _MOMENT = re.compile(r".*_v[xyz]"), re.compile(r".+_(moment|force)")
 
 Checked = tuple[tuple[Diagnostic, ...], Sequence[str | Table], str]
 """Diagnostics, contents in words, and the command that takes the file; "" for none."""
@@ -64,11 +64,17 @@ def check_measured(name: str) -> Checked:
 
 
 def _check_table(name: str) -> Checked:
-    """Check displacements of joints, or forces of plates."""
+    """Check displacements of joints, forces of plates, or moments of inverse dynamics."""
     parsed = COORDINATES_FILE.parse_file(name, has_angles=False)
     table = parsed.value
     if table is None:
         return parsed.diagnostics, (), ""
+    columns = _listed([title.text for title in table.titles], "column")
+    frames = f"{format_frames(table.times)}{_rate(table.times)}"
+    if table.titles and all(_MOMENT.fullmatch(title.text) for title in table.titles):
+        about = f"{frames}: moments and forces of inverse dynamics\n{columns}"
+        use = "results, such as those of `mover inverse`, which no command takes"
+        return (*parsed.diagnostics, *_missing_cells(table)), [about], use
     forces = [title.text for title in table.titles if _FORCE.fullmatch(title.text)]
     is_of_forces = bool(forces) and 2 * len(forces) >= len(table.titles) // 3
     if not is_of_forces and "inDegrees" not in table.entries:
@@ -79,9 +85,8 @@ def _check_table(name: str) -> Checked:
     if not is_of_forces and not table.in_degrees and largest > MAX_RADIANS:
         hint = "write `inDegrees=yes` in the header if they are degrees"
         found.append(warning(f"values up to {largest:.3g} in a table of radians", hint=hint))
-    columns = _listed([title.text for title in table.titles], "column")
     what = "forces" if is_of_forces else f"displacements, with angles in {unit}"
-    about = f"{format_frames(table.times)}{_rate(table.times)}: {what}\n{columns}"
+    about = f"{frames}: {what}\n{columns}"
     file = quote(name)
     use = f"`mover inverse MODEL {file} -o moments.sto` takes it"
     if is_of_forces:

@@ -58,6 +58,11 @@ MAX_NAMED_BODIES = 6
 MAX_MEAN_RESIDUAL = 0.1
 """Mean residual force of the root above which moments are in doubt [body weights]; an estimate."""
 
+MAX_RESIDUAL_OF_RUN = 0.05
+"""Largest residual force of the root above which moments of a run are [body weights]; an estimate.
+
+Its forces are known, so that only the spacing of the frames, or other loads, leave one."""
+
 
 @dataclass(frozen=True)
 class CoordinateSummary:
@@ -441,14 +446,17 @@ def _doubts(
                 hint="record half a second more at both ends",
             )
         )
-    residual = moments.mean_residual_share
-    if residual > MAX_MEAN_RESIDUAL:
-        cause = (
-            "forces on the figure are missing or wrong (--forces)"
-            if motion.recording is None
-            else "loads act that are not known here, or blows need shorter frames than these"
-        )
+    residual, largest = moments.mean_residual_share, moments.largest_residual_share
+    if motion.recording is not None and largest > MAX_RESIDUAL_OF_RUN:
+        spacing = float(np.median(np.diff(motion.times)))
+        what = f"the residual of the root reaches {largest:.2g} body weights"
+        what += f", {residual:.2g} on average, with frames {spacing:.3g} s apart"
+        cause = "blows need shorter frames, such as `mover simulate ... --frame 0.0005`"
+        cause += ", or loads or self-contact act, which are not known here"
+        found.append(warning(f"{what}: do not trust the moments; {cause}"))
+    elif residual > MAX_MEAN_RESIDUAL:
         what = f"the residual of the root is {residual:.2g} body weights on average"
+        cause = "forces on the figure are missing or wrong (--forces)"
         found.append(warning(f"{what}: do not trust the moments; {cause}"))
     if cutoff is None and motion.recording is None:
         found.append(

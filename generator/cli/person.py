@@ -339,7 +339,7 @@ def _read_trial(
             raise UsageError(f"--marker {choice}: expected LANDMARK=NAME, such as left_knee=LKNE")
         names[landmark] = name
     try:
-        return measure_static_trial(read_markers(path, up), sex, mass, stature, names)
+        return measure_static_trial(read_markers(path, up), sex, mass, stature, names, up)
     except UsageError as failure:
         raise UsageError(f"{path}: {failure}") from None
 
@@ -362,7 +362,8 @@ def _measures(
         own = MeasuredDimensions(lengths, stated.units, stated.spans)
         return estimate_measures(sex, stature, mass, own)
     except UsageError as failure:
-        raise UsageError(f"{markers}: {failure}") from None
+        more = f"\n{trial.hint}" if trial.hint else ""
+        raise UsageError(f"{markers}: {failure}{more}") from None
 
 
 def _mass_sentence(weight: float) -> str:

@@ -137,15 +137,24 @@ class JointMoments:
     @property
     def mean_residual_share(self) -> float:
         """Mean size of the root's residual force in body weights, 0 without gravity or residual."""
+        return float(np.mean(self._residual_shares))
+
+    @property
+    def largest_residual_share(self) -> float:
+        """Largest size of the root's residual force, likewise."""
+        return float(np.max(self._residual_shares))
+
+    @cached_property
+    def _residual_shares(self) -> Array:
+        """Size of the root's residual force in body weights, over the samples that are kept."""
         forces = [
             one.forces[self.kept]
             for one in self.coordinates.values()
             if one.is_root and not one.is_angle
         ]
         if not forces or not self.weight:
-            return 0.0
-        sizes = np.sqrt(sum(one**2 for one in forces))
-        return float(np.mean(sizes)) / self.weight
+            return np.zeros(1)
+        return np.sqrt(sum(one**2 for one in forces)) / self.weight
 
 
 def joint_moments(

@@ -82,7 +82,7 @@ def moments_page(
     zeros = f"zeros of angles ±{degrees(uncertainty):g} deg"
     sure = moments.times[moments.is_sure]
     data["net"] = {
-        "band": f"passive: {', '.join(laws)}; {zeros}",
+        "band": f"passive: {', '.join(laws)}; {zeros}; none at angles that no law was measured at",
         "sources": [f"{law}: {_reference(law)}" for law in laws],
         "sure": [float(sure[0]), float(sure[-1])] if sure.size else None,
     }

@@ -30,6 +30,22 @@ LANDMARKS = (
 MAX_MOVEMENT = 0.05
 """Range of a marker above which a trial is not static [m]; an estimate."""
 
+GROUND = tuple(f"{side}_{name}" for name in ("heel", "toe") for side in SIDES)
+"""Landmarks that only tell where the ground and the front are; no dimension is from them."""
+
+_PAIRED = ("ankle", "knee", "trochanter", "acromion")
+"""Landmarks that are at one height on both sides of a person who stands upright."""
+
+MAX_ASYMMETRY = 0.04
+"""Difference of left and right above which a marker may be misplaced [m]; an estimate."""
+
+_GROUND_HEIGHT, MAX_ABOVE_GROUND = 0.04, 0.06
+"""Height of markers on heel and toe, and how far they and the ankle may be from theirs, in shoes
+[m]; both are estimates."""
+
+_SPREADS = (0.3, 3.0)
+"""Extent of the landmarks beyond which their unit is another one [m]; an estimate."""
+
 _MIN_HANGING = cos(radians(30.0))
 """Cosine between a hanging upper arm and the vertical; a raised one lifts the acromion."""
 
@@ -43,12 +59,14 @@ class StaticMeasures:
         lengths: Dimensions of a person by name [m].
         markers: Markers that each of them is from, in words.
         notices: Sentences on dimensions that follow the stature, and on doubts.
+        hint: Likely reason of impossible lengths, the axis or the unit; "" where none is seen.
     """
 
     stature: float
     lengths: Mapping[str, float]
     markers: Mapping[str, str]
     notices: tuple[str, ...]
+    hint: str
 
 
 def measure_static_trial(
@@ -57,6 +75,7 @@ def measure_static_trial(
     mass: float,
     stature: float | None = None,
     names: Mapping[str, str] | None = None,
+    up: str = "y",
 ) -> StaticMeasures:
     """Measure a person who stands upright, y up, with y = 0 on the floor.
 
@@ -66,6 +85,7 @@ def measure_static_trial(
         mass: Mass [kg].
         stature: Stature [m]; None for the height of the top of the head.
         names: Names of markers by the landmarks that they are on; others have the landmark's name.
+        up: Axis that pointed up in the file, for hints.
 
     Raises:
         UsageError: A landmark or a marker is unknown, there is no stature or no length, or a length
@@ -73,18 +93,22 @@ def measure_static_trial(
     """
     names = names or {}
     for landmark, marker in names.items():
-        if landmark not in LANDMARKS:
-            hint = spelling_hint(landmark, LANDMARKS)
+        if landmark not in (*LANDMARKS, *GROUND):
+            hint = spelling_hint(landmark, (*LANDMARKS, *GROUND))
             raise UsageError(f"there is no landmark `{landmark}`; {hint}")
         if marker not in markers.names:
             hint = spelling_hint(marker, markers.names)
             raise UsageError(f"there is no marker `{marker}`; {hint}")
     places: dict[str, Array] = {}
     notices: list[str] = []
-    for landmark in LANDMARKS:
+    for landmark in (*LANDMARKS, *GROUND):
         marker = names.get(landmark, landmark)
         seen = markers.positions[:, [name == marker for name in markers.names]].reshape(-1, 3)
         seen = seen[~np.isnan(seen).any(axis=1)]
+        if zeros := int((seen == 0.0).all(axis=1).sum()):
+            frames = "all frames" if zeros == len(seen) else f"{zeros} of {len(seen)} frames"
+            notices.append(f"`{marker}` is at 0, 0, 0 in {frames}: it counts as missing there")
+            seen = seen[(seen != 0.0).any(axis=1)]
         if not len(seen):
             continue
         places[landmark] = seen.mean(axis=0)
@@ -93,11 +117,22 @@ def measure_static_trial(
             notices.append(
                 f"`{marker}` moves by {100.0 * movement:.0f} cm: the trial is not static"
             )
+    is_stated = stature is not None
     if stature is None:
         if TOP not in places:
-            raise UsageError(f"there is no marker on the landmark `{TOP}`: state the --stature")
+            why = "".join(f"; {notice}" for notice in notices if "missing there" in notice)
+            raise UsageError(
+                f"there is no marker on the landmark `{TOP}`: state the --stature{why}"
+            )
         stature = float(places[TOP][1])
-    usual = estimate_measures(sex, stature, mass).length
+    hint = _axis_or_unit_hint(places, up) if places else ""
+    try:
+        usual = estimate_measures(sex, stature, mass).length
+    except UsageError as failure:
+        raise UsageError(f"{failure}; {hint}" if hint else str(failure)) from None
+    if not is_stated:
+        notices += _ground_doubts(places, usual("lateral_malleolus_height"))
+    notices += _side_doubts(places)
     found: dict[str, float] = {}
     used: dict[str, str] = {}
     for name, parts in _lengths(places):
@@ -105,6 +140,9 @@ def measure_static_trial(
             notices.append(f"`{name}` follows the other dimensions: {parts}")
             continue
         length = float(np.mean([*parts.values()]))
+        if not name.endswith("height") and np.ptp([*parts.values()]) > MAX_ASYMMETRY:
+            each = " and ".join(f"{100.0 * value:.1f}" for value in parts.values())
+            notices.append(f"`{name}` is the mean of {each} cm: a marker may be misplaced")
         used[name] = " and ".join(parts)
         if name == "lateral_femoral_epicondyle_height":
             length += usual("lateral_malleolus_height")
@@ -115,7 +153,71 @@ def measure_static_trial(
         found[name] = length
     if not found:
         raise UsageError("no two markers are on landmarks of one length; --marker LANDMARK=NAME")
-    return StaticMeasures(stature, found, used, tuple(notices))
+    return StaticMeasures(stature, found, used, tuple(notices), hint)
+
+
+def _axis_or_unit_hint(places: Mapping[str, Array], up: str) -> str:
+    """Return what a person of impossible lengths is likely to need, or ""."""
+    points = np.array([*places.values()])
+    floor = points.mean(axis=0) * (1.0, 0.0, 1.0)
+    spread: Array = np.ptp([*points, floor], axis=0)
+    if not _SPREADS[0] <= spread.max() <= _SPREADS[1]:
+        return f"the landmarks extend over {spread.max():.4g} m: the file's `Units` may be others"
+    if int(np.argmax(spread)) == 2:
+        other = "--up z" if up == "y" else "--up y"
+        return f"the landmarks extend over {spread[1]:.2g} m upwards: did you mean `{other}`?"
+    return ""
+
+
+def _ground_doubts(places: Mapping[str, Array], ankle: float) -> Iterator[str]:
+    """Yield a sentence if the feet are not on the ground, y = 0."""
+    above: dict[str, float] = {}
+    for side in SIDES:
+        for name, usual in (("heel", _GROUND_HEIGHT), ("toe", _GROUND_HEIGHT), ("ankle", ankle)):
+            if (place := places.get(f"{side}_{name}")) is not None:
+                above[f"`{side}_{name}`"] = float(place[1]) - usual
+    off = {name: value for name, value in above.items() if abs(value) > MAX_ABOVE_GROUND}
+    if off:
+        mean = 100.0 * float(np.mean([*off.values()]))
+        how = f"some {abs(mean):.0f} cm {'higher' if mean > 0.0 else 'lower'}"
+        verb = "is" if len(off) == 1 else "are"
+        yield (
+            f"{', '.join(off)} {verb} {how} than on a person on the floor at y = 0: "
+            "heights count from there; set it to zero, or state the --stature"
+        )
+
+
+def _side_doubts(places: Mapping[str, Array]) -> Iterator[str]:
+    """Yield sentences on sides that differ in height, or that are exchanged."""
+    pairs = {
+        name: (left, right)
+        for name in dict.fromkeys(one.partition("_")[2] for one in places)
+        if (left := places.get(f"left_{name}")) is not None
+        and (right := places.get(f"right_{name}")) is not None
+    }
+    for name in _PAIRED:
+        if name in pairs:
+            left, right = (float(place[1]) for place in pairs[name])
+            if abs(left - right) > MAX_ASYMMETRY:
+                cm = 100.0 * abs(left - right)
+                higher, lower = ("left", "right") if left > right else ("right", "left")
+                yield (
+                    f"`{higher}_{name}` is {cm:.1f} cm higher than `{lower}_{name}`: their mean "
+                    "counts; a marker may be misplaced"
+                )
+    ahead = [
+        places[toe] - places[heel]
+        for side in SIDES
+        if (heel := f"{side}_heel") in places and (toe := f"{side}_toe") in places
+    ]
+    if not ahead and {"cervicale", "suprasternale"} <= places.keys():
+        ahead = [places["suprasternale"] - places["cervicale"]]
+    if not ahead:
+        return
+    x, _, z = np.sum(ahead, axis=0).tolist()
+    leftwards = np.array([z, 0.0, -x])
+    if wrong := [name for name, (left, right) in pairs.items() if (left - right) @ leftwards < 0.0]:
+        yield f"left and right are exchanged, by the direction of the front: {', '.join(wrong)}"
 
 
 def _lengths(places: Mapping[str, Array]) -> Iterator[tuple[str, Mapping[str, float] | str]]:

@@ -294,11 +294,11 @@
     strip?.move(timeLine.position(timeLine.time));
   }
 
-  /** Passive moments at the present time, in words. */
+  /** Passive moments at the present time, in words; not known at angles that no law was measured at. */
   function passive({ lower, upper }) {
     if (!lower) return "";
     const ends = [lower, upper].map((end) => between(floats(end), timeLine.position(timeLine.time)));
-    return Number.isFinite(ends[0]) ? `; passive ${fixed(ends[0], 1)} to ${fixed(ends[1], 1)} N m` : "; passive not known";
+    return Number.isFinite(ends[0]) ? `; passive ${fixed(ends[0], 1)} to ${fixed(ends[1], 1)} N m` : "; passive not known at this angle";
   }
 
   function select(k) {
@@ -382,6 +382,9 @@
     for (const button of views) button.addEventListener("click", () => look(button));
     byId("follow").addEventListener("change", () => timeLine.seek(timeLine.time));
     byId("forces").addEventListener("change", () => stage.showForces());
+    byId("about").addEventListener("toggle", () => {
+      if (byId("about").open) byId("about").scrollIntoView();
+    });
     byId("theme").addEventListener("click", () =>
       setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
     fits = [fitPlot(byId("moment-plot"), () => momentPlot, movePoints), fitPlot(byId("time-plot"), () => timePlot, movePoints)];

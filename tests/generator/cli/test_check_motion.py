@@ -22,6 +22,16 @@ def test_a_walk_and_its_forces(tmp_path: Path):
         assert answer("check", path)["faults"] == []
 
 
+def test_moments_are_not_displacements(tmp_path: Path):
+    path = tmp_path / "moments.sto"
+    run("inverse", MODEL, MOTION, "--forces", LOADS, "-o", path)
+    said = answer("check", path)
+    assert said["faults"] == []
+    text = run("check", path).stdout
+    assert "moments and forces of inverse dynamics" in text
+    assert "radians" not in text
+
+
 def test_doubts_about_a_table_have_their_places(tmp_path: Path):
     lines = MOTION.read_text().replace("inDegrees=yes", "inDegrees=no").splitlines()
     kept = [line for line in lines if not line.startswith("nRows")]
@@ -46,6 +56,9 @@ def test_doubts_about_a_table_have_their_places(tmp_path: Path):
         ("walk.mot", "Coordinates\nendheader\ntime\ta\n0\t1\n", "whether angles are in degrees"),
         ("walk.mot", None, "no such file"),
         ("walk.trc", "time,x\n", "this is not a file of markers"),
+        ("walk.trc", "caf\udce9 \x07", "this is a binary file, not a text"),
+        ("share.csv", "time,x\n", "it takes figures (.fig)"),
+        ("walk.html", "<p>", "it takes figures (.fig)"),
         ("run.npz", "PK", "run.npz"),
         ("model.osim", "<OpenSimDocument", "model.osim:1"),
         ("loads.xml", "<ExternalLoads/>", "`datafile` with the columns is missing"),
@@ -56,7 +69,7 @@ def test_a_wrong_file_is_told_with_its_place(
 ):
     path = tmp_path / name
     if text is not None:
-        path.write_text(text)
+        path.write_bytes(text.encode(errors="surrogateescape"))
     said = mover("check", path)
     assert said.exit_code == 1
     assert message in said.stdout + said.stderr

@@ -11,7 +11,7 @@ from generator.diagnostics import InputError
 from generator.input_files.coordinates import NO_COORDINATES
 from generator.inverse.moments import joint_moments
 from generator.inverse.run_contact import contact_of_run
-from tests.command import answer, run
+from tests.command import answer, mover, run
 
 TWO_BODIES = """<mujoco model="box"><worldbody><body name="top" pos="0 0 0.5">
 <freejoint name="root"/><geom type="sphere" size="0.1" pos="0.1 0 0" mass="2"/>
@@ -39,6 +39,17 @@ def test_contact_of_a_run_leaves_nothing_over(fall: Path):
     assert with_them.mean_residual_share < 0.01
     assert float(np.median(np.abs(with_them.coordinates["j_1"].forces))) < 1e-3
     assert joint_moments(motion, NO_COORDINATES).mean_residual_share > 0.5
+
+
+def test_frames_that_are_too_far_apart_for_blows_are_told(fall: Path, tmp_path: Path):
+    far, figure = tmp_path / "far.npz", fall.with_suffix(".fig")
+    run("simulate", figure, "--floor", "--stop", "0.5", "--frame", "0.01", "-o", far)
+    said = mover("inverse", figure, far)
+    assert "body weights, " in said.stderr
+    assert "with frames 0.01 s apart" in said.stderr
+    air = tmp_path / "air.npz"
+    run("simulate", figure, "--stop", "0.5", "--frame", "0.01", "-o", air)
+    assert "residual" not in mover("inverse", figure, air).stderr
 
 
 def test_moments_of_contact_are_those_of_the_whole(fall: Path):

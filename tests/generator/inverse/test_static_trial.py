@@ -116,6 +116,51 @@ def test_what_is_missing_is_told_and_one_side_is_enough():
     assert not legs & measure(without_knee, stature=1.79).lengths.keys()
 
 
+def exchanged(places: dict[str, Array]) -> dict[str, Array]:
+    """Exchange left and right of places by their names."""
+    other = {"left": "right", "right": "left"}
+    parts = {name: name.partition("_") for name in places}
+    return {f"{other.get(a, a)}{b}{c}": places[name] for name, (a, b, c) in parts.items()}
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"left_knee": (0.0, 0.09, 0.0)}, "`left_knee` is 9.0 cm higher than `right_knee`"),
+        ({"left_wrist": (0.0, -0.09, 0.0)}, "`radiale_stylion_length` is the mean of"),
+        (dict.fromkeys(LANDMARKS, (0.0, 0.4, 0.0)), "`left_ankle`, `right_ankle` are some 38 cm"),
+    ],
+)
+def test_a_misplaced_body_or_marker_is_told(changes: dict[str, tuple[float, ...]], told: str):
+    places = landmarks()
+    for name, shift in changes.items():
+        places[name] = places[name] + shift
+    (notice,) = measure(places).notices
+    assert notice.startswith(told)
+
+
+def test_left_is_on_the_left_of_the_front():
+    """The trunk or, before it, the feet say where the front is."""
+    (notice,) = measure(exchanged(landmarks())).notices
+    assert notice.startswith("left and right are exchanged")
+    feet = {
+        f"{side}_{name}": np.array([sign * 0.17, 0.04, ahead])
+        for side, sign in (("left", 1.0), ("right", -1.0))
+        for name, ahead in (("heel", -0.05), ("toe", 0.18))
+    }
+    places = {name: at for name, at in (landmarks() | feet).items() if name != "cervicale"}
+    assert not any("exchanged" in notice for notice in measure(places).notices)
+    assert any("exchanged" in notice for notice in measure(exchanged(places)).notices)
+
+
+def test_a_marker_at_the_origin_is_missing():
+    found = measure({**landmarks(), "left_wrist": np.zeros(3)})
+    assert found.notices == (
+        "`left_wrist` is at 0, 0, 0 in all frames: it counts as missing there",
+    )
+    assert found.markers["radiale_stylion_length"] == "right_elbow to right_wrist"
+
+
 def test_a_walk_is_no_static_trial():
     places = landmarks()
     markers = trial(places)
@@ -129,7 +174,7 @@ def test_a_walk_is_no_static_trial():
     [
         ({}, "no marker on the landmark `top_of_head`"),
         ({"top_of_head": np.array([0.0, 1.79, 0.0])}, "no two markers are on landmarks"),
-        ({**landmarks(), "top_of_head": np.array([0.0, 17.9, 0.0])}, "stature of 17.9 m is imp"),
+        ({**landmarks(), "top_of_head": np.array([0.0, 17.9, 0.0])}, "17.9 m is imp.*`Units`"),
     ],
 )
 def test_nothing_to_measure_is_refused(places: dict[str, Array], message: str):
@@ -169,6 +214,7 @@ def test_a_person_from_a_trial(tmp_path: Path):
         (("--marker", "left_knee=LKN"), "there is no marker `LKN`; did you mean `LKNE`?"),
         (("--up", "x"), "y or z points up"),
         (("--up", "z"), "static.trc: a stature of 0.02 m is impossible"),
+        (("--up", "z", "--stature", "1.79m"), "upwards: did you mean `--up y`?"),
     ],
 )
 def test_options_of_a_trial_are_checked(words: tuple[str, ...], message: str, tmp_path: Path):

@@ -217,6 +217,10 @@ def test_a_fall_fits_a_phone_a_tablet_and_a_laptop(open_file: Callable[..., Any]
             assert box["y"] + box["height"] <= height, part
         assert page.evaluate("document.documentElement.scrollWidth") == width
         assert page.locator("#body").bounding_box()["height"] >= 0.45 * height
+        height_of_body = page.locator("#body").bounding_box()["height"]
+        page.click("#about summary")
+        assert page.locator("#body").bounding_box()["height"] == height_of_body
+        page.click("#about summary")
         for part in ("#row", "#quantity"):
             box = page.locator(part).bounding_box()
             assert box["width"] > 150.0, part
