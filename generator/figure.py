@@ -5,7 +5,7 @@ is made and raises ModelError; what concerns several of them, such as a joint's 
 when a figure is read, written or simulated (`generator.figure_file.check`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property, reduce
@@ -422,6 +422,37 @@ class Joint:
         if self.followers:
             return tuple(next(turns) if one is None else 0.0 for one in self.followers)
         return tuple(next(turns) if is_rotation(one.kind) else 0.0 for one in self.chain)
+
+
+FOLLOWER_TOLERANCE = 1e-4
+"""Largest difference of a stated displacement from its curve that rounding may make [rad or m]."""
+
+
+def follower_faults(
+    joints: Mapping[str, Joint],
+    stated: Mapping[str, Sequence[float] | Array],
+    displacements: Mapping[str, Sequence[float] | Array],
+) -> Iterator[tuple[str, str]]:
+    """Yield joints with displacements stated off the curves that they follow, and a sentence each.
+
+    Args:
+        joints: Joints by name.
+        stated: Stated displacements by joint; zero states nothing [rad or m].
+        displacements: Displacements of all joints, of which those that are followed matter.
+    """
+    for name in stated:
+        for k, one in enumerate(joints[name].followers if name in joints else ()):
+            if one is None or one.joint not in displacements or not stated[name][k]:
+                continue
+            value = float(one.curve.at(displacements[one.joint][one.index]))
+            if abs(stated[name][k] - value) > FOLLOWER_TOLERANCE:
+                units = joints[name].chain[k].units
+                yield (
+                    name,
+                    f"displacement {k + 1} of `{shorten(name)}` follows displacement "
+                    f"{one.index + 1} of `{shorten(one.joint)}` and is {units.format(value)}, "
+                    f"not {units.format(stated[name][k])}",
+                )
 
 
 def _format_displacements(joint: Joint) -> str:

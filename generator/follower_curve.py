@@ -64,7 +64,9 @@ class FollowerCurve:
                     f"a polynomial has 1 to {MAX_COEFFICIENTS} coefficients, not {count}"
                 )
         elif count % 2 or not 4 <= count <= 2 * MAX_POINTS:
-            raise ModelError(f"a spline has the numbers x, y of 2 to {MAX_POINTS} points")
+            raise ModelError(
+                f"a spline has the numbers x, y of 2 to {MAX_POINTS} points, not {count} numbers"
+            )
         elif not np.all(np.diff(numbers[::2]) > 0.0):
             raise ModelError("the points of a spline are in the order of increasing x")
         if not np.all(np.isfinite(self.pieces[:, ORIGIN:])):

@@ -43,7 +43,7 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
-from generator.losses import Losses
+from generator.losses import Loss, Losses
 from generator.model import Model, contact_of_figure
 from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
@@ -95,11 +95,12 @@ class Conversion(CommandResult):
     def _losses_lines(self) -> Iterator[str]:
         """Yield the lines that list the losses of files."""
         for path, losses in self.losses.items():
-            entries = shown = [str(loss) for loss in losses.entries]
+            entries = losses.entries
+            shown = [str(loss) for loss in entries]
             if not self.lists_all:
-                entries = [entry for entry in entries if not entry.startswith(ROUNDING_LOSS)]
+                entries = [one for one in entries if not one.what.startswith(ROUNDING_LOSS)]
                 count = max(1, MAX_BRIEF_LOSSES // len(self.losses))
-                shown = [_shorten_loss(entry) for entry in entries[:count]]
+                shown = [_shorten_loss(loss) for loss in entries[:count]]
             if shown:
                 yield f"not in {path}{', or not as in the model' if self.is_import else ''}:"
                 yield from (f"  {entry}" for entry in shown)
@@ -107,9 +108,12 @@ class Conversion(CommandResult):
                 yield f"  {len(entries) - len(shown)} more: see them with --verbose"
 
 
-def _shorten_loss(text: str) -> str:
-    """Return a loss that fits a line."""
-    limit = MAX_BRIEF_LOSS_LENGTH
+def _shorten_loss(loss: Loss) -> str:
+    """Return a loss that fits a line, with a place in front where its sentence alone is longer."""
+    limit, text, first = MAX_BRIEF_LOSS_LENGTH, str(loss), next(iter(loss.where), "")
+    if first and len(f"{loss.what}: {first}") > limit - 4:
+        more = f" and {len(loss.where) - 1} more" if len(loss.where) > 1 else ""
+        text = f"{first}{more}: {loss.what}"
     return text if len(text) <= limit else text[: limit - 4].rpartition(" ")[0] + " ..."
 
 

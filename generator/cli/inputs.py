@@ -30,7 +30,7 @@ from generator.diagnostics import (
     warning,
 )
 from generator.drive import Drive
-from generator.figure import Figure
+from generator.figure import Figure, follower_faults
 from generator.figure_file import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
@@ -314,9 +314,18 @@ def placement_from_options(
         **from_file,
         **{name: np.array(values, dtype=float) for name, values in set_values.items()},
     }
+    _refuse_off_curves(figure, set_values, asked)
     placement = close_loops(tree, asked, fixed=set(set_values or from_file))
     check_segment_distances(placement)
     return placement, warnings
+
+
+def _refuse_off_curves(
+    figure: Figure, set_values: DisplacementValues, asked: Mapping[str, Sequence[float] | Array]
+) -> None:
+    """Raise UsageError if `--set` states a displacement off the curve that it follows."""
+    for name, fault in follower_faults(figure.joints, set_values, asked):
+        raise UsageError(f"--set {name}: {fault}; leave it out")
 
 
 def start_displacements_from_options(
@@ -330,7 +339,10 @@ def start_displacements_from_options(
     if pose is None and not sets:
         return {}, ()
     if pose is None:
-        return displacements_from_options("--set", sets, settable_joints(figure)), ()
+        set_values = displacements_from_options("--set", sets, settable_joints(figure))
+        drawn = {name: joint.displacement for name, joint in figure.joints.items()}
+        _refuse_off_curves(figure, set_values, {**drawn, **set_values})
+        return set_values, ()
     placement, warnings = placement_from_options(figure, pose, sets)
     values = placement.displacements.items()
     return {name: tuple(float(value) for value in row) for name, row in values}, warnings

@@ -20,7 +20,15 @@ from generator.diagnostics import (
     spelling_hint,
     warning,
 )
-from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Rotation, Segment, SiteRef
+from generator.figure import (
+    CENTRE_OF_MASS_SITE,
+    Figure,
+    Joint,
+    Rotation,
+    Segment,
+    SiteRef,
+    follower_faults,
+)
 from generator.figure_file.resolve import FigureDraft, origin_span
 from generator.text_io import is_file
 from generator.units import MAX_MODEL_NUMBER
@@ -53,6 +61,9 @@ MEDIAN_MALE_MASS = 78.0
 """Mass of a 50th-percentile man [kg], rounded."""
 
 
+FOLLOWER_HINT = "a follower's displacement is that of its curve: write this, or 0"
+
+
 def check_figure(
     draft: FigureDraft, directory: Path | None, diagnostics: Diagnostics
 ) -> Figure | None:
@@ -81,7 +92,12 @@ def check_figure(
     if not root_found or diagnostics.is_incomplete:
         return None
     figure = draft.build_figure(draft.root)
-    if diagnostics.has_errors:
+    if not diagnostics.has_errors:
+        stated = {name: joint.displacement for name, joint in draft.joints.items()}
+        for name, fault in follower_faults(draft.joints, stated, stated):
+            place = origin_span(draft.joints[name].origins, "displacement")
+            diagnostics.warning(fault, place, FOLLOWER_HINT)
+    else:
         sound = {key: joint for key, joint in draft.joints.items() if _is_complete(joint, draft)}
         figure = Figure(draft.segments, sound, draft.root)
     if len(figure.joints) == len(draft.joints):
@@ -271,8 +287,12 @@ def _check_followers(joint: Joint, draft: FigureDraft, diagnostics: Diagnostics)
             message = f"{follower} follows one that the figure does not have"
             diagnostics.error(message, span, spelling_hint(one.joint, draft.joints))
         elif control.followers and control.followers[one.index] is not None:
-            message = f"{follower} follows one of `{shorten(one.joint)}` that is not free"
-            diagnostics.error(message, span, "let both follow the same displacement")
+            if (one.joint, one.index) == (joint.name, place - 1):
+                message, hint = f"{follower} follows itself", "let it follow another, or be `free`"
+            else:
+                message = f"{follower} follows one of `{shorten(one.joint)}` that is not free"
+                hint = "let both follow the same displacement"
+            diagnostics.error(message, span, hint)
 
 
 def _check_site(

@@ -3,7 +3,7 @@
 Without a psurf a segment is drawn as the capsule of its mass, and without a mass as sticks.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import pi
@@ -11,10 +11,11 @@ from math import pi
 import numpy as np
 
 from generator.diagnostics import InputError
-from generator.figure import Figure, Segment
+from generator.figure import Figure, Joint, Segment
 from generator.geometry.intersections import triangulate
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
+from generator.joint_chain import Chain
 from generator.losses import Loss
 from generator.rotations import Array, rotation_with_z_axis
 
@@ -60,6 +61,7 @@ class MassCapsule:
 def mass_capsule(figure: Figure, segment: Segment) -> MassCapsule | None:
     """Return the lines from a segment's centre of mass to its joints, and a radius around them.
 
+    A line ends where the joint holds the child at zero, wherever curves of followers have it.
     A segment with one joint extends as far beyond its centre of mass as the joint is before it.
     The radius r is that of a capsule of the segment's mass m with the density of water around a
     line of the total length l from the centre of mass to all others: m / density =
@@ -68,18 +70,32 @@ def mass_capsule(figure: Figure, segment: Segment) -> MassCapsule | None:
     centre = segment.centre_of_mass
     if not segment.mass or segment.mass <= 0.0 or centre is None:
         return None
-    sites = dict.fromkeys(
-        end.site
-        for joint in figure.joints.values()
-        for end in joint.ends
-        if end.segment == segment.name
-    )
-    ends = [segment.sites[site].pose_in_segment[:3, 3] for site in sites]
+    ends = _joint_positions(figure.joints.values(), segment)
     if len(ends) == 1:
         ends.append(2.0 * centre - ends[0])
     length = sum(float(np.linalg.norm(end - centre)) for end in ends)
     roots = np.roots([4.0 / 3.0 * pi, pi * length, 0.0, -segment.mass / DENSITY])
     return MassCapsule(centre, np.array(ends).reshape(-1, 3), float(roots.real.max()))
+
+
+def _joint_positions(joints: Iterable[Joint], segment: Segment) -> list[Array]:
+    """Return where joints hold a segment, in its frame, once for each site [m].
+
+    It is the segment's site, or where the child's site is that a follower's curve moves away from
+    the parent's while all free displacements are zero.
+    """
+    found: dict[tuple[str, str], Array] = {}
+    for joint in joints:
+        values = [0.0 if one is None else float(one.curve.at(0.0)) for one in joint.followers]
+        for end in joint.ends:
+            if end.segment != segment.name:
+                continue
+            is_moved = end is joint.parent and any(values)
+            pose = segment.sites[end.site].pose_in_segment
+            if is_moved:
+                pose = pose @ Chain(joint.chain).pose(values)
+            found.setdefault((end.site, joint.name if is_moved else ""), pose[:3, 3])
+    return list(found.values())
 
 
 def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple[Loss, ...]]:
@@ -173,22 +189,16 @@ def _corners_around_line(tail: Array, head: Array, radius: float) -> Array:
 
 def _stick_ends(figure: Figure, segment: Segment) -> Iterator[tuple[Array, Array]]:
     """From the first joint's site to those of the others; of a body with one, to all its sites."""
-    used = [
-        ref.site
-        for joint in figure.joints.values()
-        if joint.chain
-        for ref in joint.ends
-        if ref.segment == segment.name
-    ]
-    points = _distinct_positions(segment, used)
+    used = _joint_positions((one for one in figure.joints.values() if one.chain), segment)
+    points = _distinct_positions(used)
     if len(points) == 1 and segment.name not in figure.ground:
-        points = _distinct_positions(segment, [*used, *segment.sites])
+        sites = [site.pose_in_segment[:3, 3] for site in segment.sites.values()]
+        points = _distinct_positions([*used, *sites])
     yield from ((points[0], other) for other in points[1:])
 
 
-def _distinct_positions(segment: Segment, sites: Sequence[str]) -> list[Array]:
-    """Return the distinct positions of sites in the segment's frame."""
-    points = [segment.sites[site].pose_in_segment[:3, 3] for site in sites]
+def _distinct_positions(points: Sequence[Array]) -> list[Array]:
+    """Return the positions without those that are near an earlier one."""
     close = {
         later
         for (_, one), (later, other) in combinations(enumerate(points), 2)

@@ -19,7 +19,8 @@ from generator.diagnostics import (
     shorten,
     spelling_hint,
 )
-from generator.figure import Figure, Joint
+from generator.figure import Figure, Joint, follower_faults
+from generator.figure_file.check import FOLLOWER_HINT
 from generator.figure_file.lexer import keywords_in
 from generator.figure_file.parser import (
     Block,
@@ -72,6 +73,9 @@ def _parse_pose(source: Source, diagnostics: Diagnostics, figure: Figure) -> Map
         values = _resolve_displacement(statement, joint, diagnostics)
         if values is not None:
             displacements[joint.name] = values
+    drawn = {name: joint.displacement for name, joint in figure.joints.items()}
+    for name, fault in follower_faults(figure.joints, displacements, {**drawn, **displacements}):
+        diagnostics.warning(fault, first[name], FOLLOWER_HINT)
     return displacements
 
 

@@ -29,8 +29,8 @@ class RangeExcess:
 
     Attributes:
         joint: Name of the joint.
-        motion: Positive sense of the displacement by the springs ("flexion"); "" where they do not
-            name it, and for a reach.
+        motion: Positive sense of the displacement by the springs ("flexion"), or "displacement 2"
+            for one that follows another; "" where they do not name it, and for a reach.
         limit: End of the range, in this sense [rad or m]; None for the boundary of a reach.
         beyond: Largest displacement beyond it, positive [rad or m].
         time: Time of this displacement [s].
@@ -111,6 +111,8 @@ def _beyond_limits(
             sign = parallel_sign(spring.direction, factor.axis)
             if sign and spring.motion:
                 motion, sense = spring.motion, sign
+        if not motion and k not in joint.free_places:
+            motion = f"displacement {k + 1}"
         for limit, side in ((lower[k], -1.0), (upper[k], 1.0)):
             if abs(limit) < inf:
                 time, beyond = peak_of(times, side * (values[:, k] - limit))

@@ -144,8 +144,8 @@ def run_compiled(
     if model.plan.integrator is Integrator.IMPLICIT:
         if len(compiled.mechanism.rows):
             raise ModelError(
-                "the implicit integrator is for figures without closed loops and links: choose the "
-                "compiled one"
+                "the implicit integrator is for figures without closed loops, links and "
+                "displacements that follow others (`follow`): choose the compiled one"
             )
         alone = run_once(
             compiled,

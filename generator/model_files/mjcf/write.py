@@ -181,10 +181,7 @@ _ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
 _DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 _REACH_DAMPING = "unequal damping of joints with a reach"
 _SOFT_FOLLOWERS = "exact curves of displacements that follow others: MuJoCo holds them softly"
-_HELD_FOLLOWERS = (
-    "curves by which displacements follow others, other than polynomials of degree 4: they are "
-    "held where they are in the file"
-)
+_HELD_FOLLOWERS = "followers' curves other than polynomials of degree 4: held where they are"
 MAX_POWERS = 5
 """Number of coefficients of the polynomial of MuJoCo's equality of two joints."""
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"

@@ -15,7 +15,12 @@ from generator.geometry.appearance import (
     segment_appearances,
 )
 from generator.geometry.validate import build_solid
+from generator.kinematics.placement import forward_kinematics, site_pose, with_followers
+from generator.kinematics.tree import build_tree
+from generator.model_files.formats import read_model
+from generator.rotations import inverse_pose
 from tests.chains import BALL, at, body, figure, ground, joint
+from tests.generator.model_files.imported_models import MODELS
 
 
 def test_colours_of_a_display_as_shares_of_light():
@@ -103,3 +108,19 @@ def test_a_capsule_with_a_bend_reaches_all_joints():
         beyond = np.array(end) - [0.1, 0.1, 0.0]
         beyond /= np.linalg.norm(beyond)
         assert (corners @ beyond).max() == pytest.approx(np.dot(end, beyond) + capsule.radius)
+
+
+def test_a_capsule_ends_where_a_curve_has_the_child_at_zero():
+    made = read_model(MODELS / "knee.osim").figure
+    knee = made.joints["knee"]
+    zeros = {name: np.zeros(len(one.chain)) for name, one in made.joints.items()}
+    placement = forward_kinematics(build_tree(made), with_followers(made, zeros))
+    end = (
+        inverse_pose(placement.poses[knee.parent.segment]) @ site_pose(placement, knee, "child")
+    )[:3, 3]
+    assert np.linalg.norm(end - made.site(knee.parent).pose_in_segment[:3, 3]) > 0.3
+    capsule = mass_capsule(made, made.segments[knee.parent.segment])
+    assert capsule is not None
+    assert np.linalg.norm(capsule.ends - end, axis=1).min() < 1e-12
+    sticks = segment_appearances(without_masses(made))[0][knee.parent.segment].surface.vertices
+    assert np.linalg.norm(sticks - end, axis=1).min() < 1e-12
