@@ -109,9 +109,9 @@ class Conversion(CommandResult):
 
 
 def _shorten_loss(loss: Loss) -> str:
-    """Return a loss that fits a line, with a place in front where its sentence alone is longer."""
+    """Return a loss that fits a line, with a short place in front where its sentence alone is longer."""
     limit, text, first = MAX_BRIEF_LOSS_LENGTH, str(loss), next(iter(loss.where), "")
-    if first and len(f"{loss.what}: {first}") > limit - 4:
+    if 0 < len(first) <= limit // 4 and len(f"{loss.what}: {first}") > limit - 4:
         more = f" and {len(loss.where) - 1} more" if len(loss.where) > 1 else ""
         text = f"{first}{more}: {loss.what}"
     return text if len(text) <= limit else text[: limit - 4].rpartition(" ")[0] + " ..."
