@@ -109,7 +109,7 @@ class Conversion(CommandResult):
 
 
 def _shorten_loss(loss: Loss) -> str:
-    """Return a loss that fits a line, with a short place in front where its sentence alone is longer."""
+    """Return a loss that fits a line; a short place goes ahead of a sentence that is longer."""
     limit, text, first = MAX_BRIEF_LOSS_LENGTH, str(loss), next(iter(loss.where), "")
     if 0 < len(first) <= limit // 4 and len(f"{loss.what}: {first}") > limit - 4:
         more = f" and {len(loss.where) - 1} more" if len(loss.where) > 1 else ""

@@ -163,5 +163,5 @@ def test_exudyns_own_integrator_moves_the_same(fall: Recording):
 
 
 def test_an_implicit_run_of_followers_is_refused():
-    with pytest.raises(ModelError, match="implicit"):
+    with pytest.raises(ModelError, match=r"implicit .*`follow`"):
         run(integrator=Integrator.IMPLICIT)

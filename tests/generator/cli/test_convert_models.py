@@ -230,3 +230,13 @@ def test_a_scaled_coordinate_has_another_name(gait: Path):
     said = run("convert", figure, gait.parent / "scaled.osim", "--verbose").stdout
     assert "scaled, shifted or not plain: here they are JOINT_k: ankle_angle_l" in said
     assert "ankle_l_1" in coordinate_names_of(gait.parent / "scaled.osim")
+
+
+def test_followers_are_named_in_a_cut_loss_and_refused_off_their_curves(gait: Path):
+    said = run("convert", gait, gait.parent / "held.xml").stdout
+    assert "other than polynomials of degree 4: held where they are: knee_r 2, " in said
+    for words in (("picture", gait, "-o", gait.parent / "set.png"), ("simulate", gait)):
+        refused = mover(*words, "--set", "knee_r=-30,-45.77,99")
+        assert refused.exit_code != 0
+        assert "displacement 3 of `knee_r` follows" in refused.output
+        assert "not 99 cm" in refused.output

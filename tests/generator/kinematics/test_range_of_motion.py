@@ -8,9 +8,11 @@ import pytest
 from generator import read_figure
 from generator.kinematics.range_of_motion import RangeExcess, range_excesses
 from generator.model import Model
+from generator.model_files.formats import read_model
 from generator.rotations import Array
 from generator.units import ROTATION_UNITS
-from springs import JointSprings
+from springs import JointSprings, SpringSet
+from tests.generator.model_files.imported_models import MODELS
 
 MALE = Model.of(read_figure("male50"))
 TIMES = np.linspace(0.0, 1.0, 101)
@@ -93,3 +95,12 @@ def test_excesses_come_in_their_order_in_metres_too() -> None:
     assert names == ["right_knee", "left_knee"]
     text = str(RangeExcess("rail", "", 0.1, 0.021, 0.5, ROTATION_UNITS))
     assert text.startswith("rail 1.2 deg beyond 5.73 deg")
+
+
+def test_the_limit_of_a_follower_names_its_displacement() -> None:
+    figure = read_model(MODELS / "knee.osim").figure
+    knee = replace(figure.joints["knee"], upper_limit=(np.inf, np.inf, -0.6, np.inf))
+    model = Model(figure.with_parts(knee), SpringSet({}))
+    rows = {"knee": np.tile(knee.displacement, (3, 1))}
+    (found,) = range_excesses(model, np.arange(3.0), rows, {})
+    assert str(found).startswith("knee 16 cm beyond -60 cm of displacement 3 (at ")
