@@ -591,7 +591,7 @@ class Figure:
 
     @property
     def has_followers(self) -> bool:
-        """Whether a displacement follows another by a curve."""
+        """Return whether a displacement follows another by a curve."""
         return any(any(joint.followers) for joint in self.joints.values())
 
     @property
