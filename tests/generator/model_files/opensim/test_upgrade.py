@@ -11,7 +11,7 @@ from generator.model_files.formats import parse_model, read_model
 from generator.model_files.opensim import upgrade
 from tests.generator.model_files.imported_models import MODELS, lost, placed, pose_in_model
 
-OLDER = MODELS / "older.osim"
+OLDER = MODELS.parent / "older" / "older.osim"
 """A rod on a pin, as OpenSim 3 writes models."""
 
 

@@ -190,5 +190,5 @@ def test_a_half_turn_ends_the_run() -> None:
 
 def test_closed_loops_are_refused() -> None:
     plan = Plan(stop=0.1, integrator=Integrator.IMPLICIT)
-    with pytest.raises(ModelError, match="without closed loops and links: choose the compiled"):
+    with pytest.raises(ModelError, match="without closed loops, links and displacements"):
         simulate(read_figure("fourbar"), plan)
