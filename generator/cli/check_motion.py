@@ -193,7 +193,7 @@ def _gaps(times: Array) -> Iterator[Diagnostic]:
     if len(steps) and steps.max() > MAX_GAP * np.median(steps):
         k = int(np.argmax(steps))
         hint = "`mover inverse` needs a motion without gaps"
-        message = f"there is no frame between {times[k]:g} and {times[k + 1]:g} s"
+        message = f"no frame lies between {times[k]:g} and {times[k + 1]:g} s"
         yield warning(message, hint=hint)
 
 

@@ -364,7 +364,7 @@ def _resolve_follower(
     joint = draft.joints.get(control.text)
     if joint is None:
         hint = spelling_hint(control.text, draft.joints)
-        diagnostics.error(f"there is no joint `{shorten(control.text)}`", control.span, hint)
+        diagnostics.error(f"unknown joint `{shorten(control.text)}`", control.span, hint)
         return None
     count = len(joint.chain)
     if not place.text.isdecimal() or not 1 <= int(place.text) <= count or place.unit:

@@ -102,7 +102,7 @@ def _parse_coordinates(
 def _mapping(table: TableReader, figure: Figure, has_all_joints: bool) -> CoordinateMapping | None:
     """Return the displacement of a table; None, with an error, where the figure has none.
 
-    Without `has_all_joints` there is no error for a joint that the figure lacks.
+    Without `has_all_joints`, joints that the figure lacks are accepted.
     """
     values: dict[str, Any] = COORDINATE_ROWS.read(table)
     if "joint" not in values or "place" not in values:

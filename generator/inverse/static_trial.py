@@ -88,17 +88,17 @@ def measure_static_trial(
         up: Axis that pointed up in the file, for hints.
 
     Raises:
-        UsageError: A landmark or a marker is unknown, there is no stature or no length, or a length
-            is impossible.
+        UsageError: A landmark or a marker is unknown, the stature or all lengths are missing, or a
+            length is impossible.
     """
     names = names or {}
     for landmark, marker in names.items():
         if landmark not in (*LANDMARKS, *GROUND):
             hint = spelling_hint(landmark, (*LANDMARKS, *GROUND))
-            raise UsageError(f"there is no landmark `{landmark}`; {hint}")
+            raise UsageError(f"unknown landmark `{landmark}`; {hint}")
         if marker not in markers.names:
             hint = spelling_hint(marker, markers.names)
-            raise UsageError(f"there is no marker `{marker}`; {hint}")
+            raise UsageError(f"unknown marker `{marker}`; {hint}")
     places: dict[str, Array] = {}
     notices: list[str] = []
     for landmark in (*LANDMARKS, *GROUND):

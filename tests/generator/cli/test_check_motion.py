@@ -44,7 +44,7 @@ def test_doubts_about_a_table_have_their_places(tmp_path: Path):
     said = answer("check", path)
     messages = [fault["message"] for fault in said["faults"]]
     assert [fault["severity"] for fault in said["faults"]] == ["warning"] * 3
-    assert messages[0].startswith("there is no frame between 0.3 and 0.48")
+    assert messages[0].startswith("no frame lies between 0.3 and 0.48")
     assert messages[1] == "1 number of `pelvis_tx` are not finite"
     assert "in a table of radians" in messages[2]
     assert said["faults"][1]["line"] == titles + 1

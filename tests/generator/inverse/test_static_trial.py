@@ -210,8 +210,8 @@ def test_a_person_from_a_trial(tmp_path: Path):
     ("words", "message"),
     [
         (("--marker", "left_knee"), "expected LANDMARK=NAME"),
-        (("--marker", "knee=LKNE"), "there is no landmark `knee`; did you mean `left_knee`?"),
-        (("--marker", "left_knee=LKN"), "there is no marker `LKN`; did you mean `LKNE`?"),
+        (("--marker", "knee=LKNE"), "unknown landmark `knee`; did you mean `left_knee`?"),
+        (("--marker", "left_knee=LKN"), "unknown marker `LKN`; did you mean `LKNE`?"),
         (("--up", "x"), "y or z points up"),
         (("--up", "z"), "static.trc: a stature of 0.02 m is impossible"),
         (("--up", "z", "--stature", "1.79m"), "upwards: did you mean `--up y`?"),
