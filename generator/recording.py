@@ -111,7 +111,7 @@ class RecordingPart(Enum):
     PASSIVE_TORQUES = "passive torques"
     ENERGY = "energy"
     LOSSES = "losses"
-    """The energies that are integrals of powers alone: what is lost, and the work."""
+    """Energies that are integrals of powers alone (what is lost, and the work)."""
     CONTACT = "contact"
     """Contact record, without the sensitivity."""
     CONTACT_STEPS = "contact of steps"
