@@ -207,7 +207,10 @@ class TestPage:
             process.send_signal(number)
 
         code, _, rest = serve(["pendulum", "--no-browser"], end)
-        assert (code, rest) == (-number if number == signal.SIGKILL else 0, "")
+        if number == signal.SIGKILL:  # a child that is still starting may tell that its parent died
+            assert code == -number
+        else:
+            assert (code, rest) == (0, "")
         wait_until(lambda: all(map(has_ended, children)))
 
     @pytest.mark.skipif(os.name != "posix", reason="needs signals")
