@@ -125,6 +125,7 @@ from generator.simulation.compiled.runge_kutta import (
     STEPS,
     SWITCH,
     TIME,
+    UNCORRECTED,
     Progress,
     keep_step,
     normalize_quaternions,
@@ -564,6 +565,7 @@ def march_implicitly(
             if counts[NEEDS_FIRST_STAGE]:
                 age = STEPS_PER_TANGENT
                 counts[NEEDS_FIRST_STAGE] = 0
+                clock[UNCORRECTED] = 0.0
             if time >= stop:
                 keep_step(equations, mechanism, scratch, progress)
                 return FINISHED
@@ -587,6 +589,12 @@ def march_implicitly(
         solve_stage(
             equations.laws, mechanism, scratch, tangents, interval, time, state, g, False, first
         )
+        # Powers and forces of the last step were taken where the second stage was predicted to end.
+        last = float(clock[UNCORRECTED])
+        if last > 0.0:
+            for k in range(progress.sums.shape[1], len(state)):
+                state[k] += 0.5 * last * (first[k] - second[k])
+            clock[UNCORRECTED] = 0.0
         if progress.path_times.size > 0 and not counts[SWITCH]:
             keep_step(equations, mechanism, scratch, progress)
         for k in range(len(state)):
@@ -632,7 +640,7 @@ def march_implicitly(
             counts[FRAME] += 1
         for k in range(len(state)):
             state[k] = end[k]
-        clock[TIME] = reached
+        clock[TIME], clock[UNCORRECTED] = reached, step
         ended = _turn_branches(mechanism, scratch)
         if ended >= 0:
             counts[SWITCH] = ended

@@ -411,7 +411,7 @@ def start_progress(
     counts[NEEDS_FIRST_STAGE] = 1
     return Progress(
         state.copy(),
-        np.array([time, step]),
+        np.array([time, step, 0.0]),
         counts,
         np.zeros(max_events),
         np.zeros(max_events, dtype=np.int64),

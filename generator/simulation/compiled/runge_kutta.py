@@ -29,7 +29,7 @@ from generator.simulation.compiled.tableau import (
     Method,
 )
 
-TIME, STEP = range(2)
+TIME, STEP, UNCORRECTED = range(3)
 """Places in `Progress.clock` [s]."""
 
 STEPS, REJECTED, FRAME, INTERVAL, EVENTS, NEEDS_FIRST_STAGE, SWITCH, PATH = range(8)
@@ -48,7 +48,8 @@ class Progress(NamedTuple):
 
     Attributes:
         state: shape (n,).
-        clock: time and next step, shape (2,) [s].
+        clock: time, next step, and the last step while its integrals hold a predicted power, else
+            0, shape (3,) [s].
         counts: shape (8,).
         event_times: times of the first e breakpoints passed [s], shape (e,).
         event_switches: their switching functions, shape (e,).
