@@ -1,4 +1,4 @@
-"""Shaded picture of the moments of a motion, side by side, with the boxes of the scene."""
+"""Shaded picture of the moments of a motion, side by side, with boxes and contact forces."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,20 +8,25 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.contact.appearance import FLOOR_COLOUR, PROP_COLOUR
+from generator.contact.appearance import FLOOR_COLOUR, FORCE_COLOUR, PROP_COLOUR
+from generator.contact.arrows import ArrowScale
 from generator.contact.box import Box
 from generator.contact.scene import Scene
 from generator.contact.shape import Shape
 from generator.figure import Figure
 from generator.geometry.appearance import Colour, segment_appearances, triangles_with_normals
 from generator.geometry.intersections import triangulate
+from generator.geometry.primitives import arrow
 from generator.geometry.surface import Surface, build_edges, build_tetrahedra
 from generator.losses import Loss
 from generator.recording import Recording
 from generator.rotations import Array
 
-PROP, GROUND = (*PROP_COLOUR, 0.0), (*FLOOR_COLOUR, 1.0)
-"""Colours of boxes and of the floor; the last component is 1 where shadows fall."""
+PROP, GROUND, FORCE = (*PROP_COLOUR, 0.0), (*FLOOR_COLOUR, 1.0), (*FORCE_COLOUR, 0.0)
+"""Colours of boxes, of the floor and of arrows; the last component is 1 where shadows fall."""
+
+_BEFORE_ALL = 1e4
+"""Distance towards the viewer by which arrows are moved, so that they are over all else [m]."""
 
 _LIGHT = np.array([-0.40, 0.55, 0.75])
 """Direction to the lamp, along the right, up and towards the viewer."""
@@ -241,13 +246,38 @@ def strip_image(
     return draw_moments(Body.of_figure(figure), moments, strip, scene)
 
 
+def arrow_triangles(ends: Array, scale: ArrowScale) -> Array:
+    """Return the triangles of arrows, counter-clockwise from outside, shape (n, 3, 3) [m].
+
+    Args:
+        ends: Tails and tips of k arrows, shape (k, 2, 3) [m].
+        scale: Scale of the arrows.
+    """
+    made: list[Array] = [np.empty((0, 3, 3))]
+    corners = _outward_triangles(arrow(3.0, scale.shaft_radius, scale.head_radius, 1.0))
+    for tail, tip in ends:
+        along = (tip - tail) / (length := float(np.linalg.norm(tip - tail)))
+        head = min(scale.head_length, 0.6 * length)
+        neck, placed = length - head, corners * (head / scale.head_length)  # short ones are slim
+        placed[..., 2] = np.interp(corners[..., 2], [0.0, 2.0, 3.0], [0.0, neck, length])
+        right = np.cross(np.eye(3)[np.argmin(np.abs(along))], along)
+        right /= np.linalg.norm(right)
+        made.append(placed @ np.stack([right, np.cross(along, right), along]) + tail)
+    return np.concatenate(made)
+
+
 def draw_moments(
-    body: Body, moments: Sequence[Poses], strip: Strip, scene: Scene
+    body: Body,
+    moments: Sequence[Poses],
+    strip: Strip,
+    scene: Scene,
+    arrows: Sequence[Array] = (),
 ) -> NDArray[np.uint8]:
     """Draw moments from left to right, shape (height, width, 4), rows from above.
 
     Planes of the scene are not drawn. The floor is as wide as the picture. What is above the floor
-    or a prop casts a shadow straight down.
+    or a prop casts a shadow straight down. `arrows` are triangles of each moment, or none; they are
+    drawn over all else.
     """
     view, fine = strip.view, _SAMPLES * strip.scale
     height, width = strip.shape(len(moments))
@@ -264,6 +294,11 @@ def draw_moments(
     shades = _Shades.below(np.concatenate([part.corners for part in parts]))
     if strip.floor is not None:
         parts.append(_floor_triangles(strip, len(moments)))
+    for place, triangles in enumerate(arrows):
+        shift = place * strip.spacing * view.axes[0] + _BEFORE_ALL * view.axes[2]
+        parts.append(
+            _Triangles(triangles + shift, np.broadcast_to(FORCE, (*triangles.shape[:2], 4)))
+        )
     corners = np.concatenate([part.corners for part in parts])
     colours = np.concatenate([part.colours for part in parts])
     shift = np.array([strip.left, strip.bottom, 0.0])

@@ -36,6 +36,8 @@ _UNITS: Mapping[str, float] = {"cm": 1.0 / 2.54, "mm": 0.1 / 2.54, "in": 1.0}
 _MARGIN, _GAP, _FLOOR_MARGIN = 0.03, 0.08, 0.15
 """Margin of a picture, gap between moments, and margin of the floor, relative to the extent."""
 
+_NO_ARROWS = np.empty((0, 3, 3))
+
 _FLOOR_THICKNESS = 0.012
 """Of the floor, relative to the extent of what stands on it."""
 
@@ -114,14 +116,14 @@ def floor_height(scene: Scene, floor: bool) -> float | None:
     return 0.0 if floor else None
 
 
-def bounds(body: Body, poses: Poses, scene: Scene, view: View) -> Array:
-    """Least and largest coordinates of a body and the props of a scene, shape (2, 3) [m].
+def bounds(body: Body, poses: Poses, scene: Scene, view: View, arrows: Array = _NO_ARROWS) -> Array:
+    """Least and largest coordinates of a body, of props and of arrows, shape (2, 3) [m].
 
     Along the right and the upper direction of the view, and level towards the viewer. Raises
     MoverError if there is nothing to draw.
     """
     right, up, _ = view.axes
-    points = [body.place(poses)[0].reshape(-1, 3)]
+    points = [body.place(poses)[0].reshape(-1, 3), arrows.reshape(-1, 3)]
     for prop in scene.props:
         if (surface := prop.shape.surface()) is not None:
             pose = prop.shape.pose

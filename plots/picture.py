@@ -1,7 +1,8 @@
 """`mover picture`: shaded pictures of a figure, a pose or moments of a motion, and videos."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from generator.cli.inputs import (
     load_figure,
     load_motion,
     placement_from_options,
+    range_warnings,
 )
 from generator.cli.outputs import (
     OutputWriter,
@@ -27,17 +29,20 @@ from generator.cli.outputs import (
 )
 from generator.cli.progress import item_progress_bar, no_monitor
 from generator.contact.appearance import is_level
+from generator.contact.arrows import ArrowScale, part_forces_at
 from generator.contact.scene import NO_SCENE, Scene
 from generator.conversion import check_readable
-from generator.diagnostics import Diagnostic, UsageError
+from generator.diagnostics import Diagnostic, MoverError, UsageError
+from generator.figure import Figure
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import read_scene
 from generator.kinematics.placement import Placement, batched_placements
 from generator.losses import Loss, Losses
 from generator.motion_files import MOTION_FORMATS, FigureMotion
 from generator.rotations import Array
+from generator.springs_file.read import read_springs
 from generator.text_io import write_atomic
-from plots.figure_image import Body, Poses, View, draw_moments
+from plots.figure_image import Body, Poses, View, arrow_triangles, draw_moments
 from plots.framing import (
     Size,
     bounds,
@@ -61,23 +66,60 @@ _FONT_SIZE, _LABEL_HEIGHT = 9.0, 2.0
 _LABEL_LENGTH = 4.5
 """Width of a label with its gap, relative to its size."""
 
+_CAPTION_LETTER = 0.6
+"""Width of a letter of the caption, relative to its size, at most on average."""
+
 _LABEL_GREY = "#808080"
 """Colour of the labels on a transparent background: readable on white and on black."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A figure in a pose, or at moments of a motion, with the files and warnings of reading it."""
+    """A figure in a pose, or at moments of a motion, with the files and warnings of reading it.
+
+    `with_forces` tells whether contact forces are drawn.
+    """
 
     body: Body
     placement: Placement | None
     motion: FigureMotion | None
     inputs: tuple[str | Path | None, ...]
     warnings: tuple[Diagnostic, ...]
+    with_forces: bool = True
 
     def moments(self, times: Sequence[float]) -> list[Poses]:
         """Poses at times of the motion [s], or the pose once."""
         return [self.placement.poses] if self.placement else list(self._interpolate(times))
+
+    def arrows(self, times: Sequence[float]) -> list[Array]:
+        """Triangles of the contact forces at times of the motion [s], shape (n, 3, 3) each [m].
+
+        Those of a pose, and of a motion without such forces, have no triangle.
+        """
+        run = None if self.motion is None else self.motion.recording
+        found: Mapping[str, tuple[Array, Array]] = {}
+        if self.with_forces and run is not None and run.contact is not None:
+            found = part_forces_at(run.contact, run.times, np.array(times))
+        if self._arrow_scale is None or not found:
+            return [np.empty((0, 3, 3))] * max(len(times), 1)
+        forces, points = (np.stack(some, axis=1) for some in zip(*found.values(), strict=True))
+        return [
+            arrow_triangles(self._arrow_scale.arrows(*one), self._arrow_scale)
+            for one in zip(forces, points, strict=True)
+        ]
+
+    def caption(self, arrows: Sequence[Array]) -> str:
+        """The scale of arrows in words; "" where there are none."""
+        if self._arrow_scale is None or not any(len(each) for each in arrows):
+            return ""
+        return self._arrow_scale.text
+
+    @cached_property
+    def _arrow_scale(self) -> ArrowScale | None:
+        if self.motion is None:
+            return None
+        first = {name: poses[0] for name, poses in self.motion.poses.items()}
+        return ArrowScale.of_figure(self.motion.figure, first)
 
     def _interpolate(self, times: Sequence[float]) -> Iterator[Poses]:
         assert self.motion is not None, "a subject has a pose or a motion"
@@ -121,12 +163,14 @@ class Picture:
         labels: column of the middle, and text.
         dpi: [dots/inch].
         transparent: leave out the background.
+        caption: scale of the forces, below all; "" for none.
     """
 
     image: NDArray[np.uint8]
     labels: Sequence[tuple[float, str]]
     dpi: float
     transparent: bool
+    caption: str = ""
 
     @cached_property
     def font_size(self) -> float:
@@ -137,10 +181,16 @@ class Picture:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Columns and rows with the labels [pixels]."""
+        """Columns and rows with the labels and the caption [pixels]."""
         rows, columns = self.image.shape[:2]
-        line = round(_LABEL_HEIGHT * self.font_size * self.dpi / 72.0) if self.labels else 0
-        return columns, rows + line
+        return columns, rows + sum(self._lines)
+
+    @property
+    def _lines(self) -> tuple[int, int]:
+        """Heights of the lines of the labels and of the caption [pixels]."""
+        label = _line_height(self.font_size, self.dpi) if self.labels else 0
+        size = caption_size(self.caption, self.image.shape[1], self.dpi)
+        return label, _line_height(size, self.dpi) if self.caption else 0
 
     def write(self, path: Path, kind: str) -> Losses:
         """Write the picture as png, svg or pdf. The last two hold pixels, and labels as outlines.
@@ -169,17 +219,64 @@ class Picture:
             axes.set_axis_off()
             image = self.image if self.transparent else on_white(self.image)
             axes.imshow(image, interpolation="none", aspect="auto", resample=False)
+            colour = _LABEL_GREY if self.transparent else "black"
+            line, caption = self._lines
             for column, text in self.labels:
                 canvas.text(
                     column / columns,
-                    0.5 * (1.0 - height / rows),
+                    (caption + 0.5 * line) / rows,
                     text,
                     fontsize=self.font_size,
                     ha="center",
                     va="center",
-                    color=_LABEL_GREY if self.transparent else "black",
+                    color=colour,
                 )
+            _write_caption(canvas, self.caption, (columns, rows, caption), self.dpi, colour)
         return canvas
+
+
+def _line_height(font_size: float, dpi: float) -> int:
+    """Height of a line of text of a size [points], in pixels."""
+    return round(_LABEL_HEIGHT * font_size * dpi / 72.0)
+
+
+def caption_size(text: str, columns: int, dpi: float) -> float:
+    """Size of a caption that fits so many columns [points]."""
+    return min(_FONT_SIZE, columns * 72.0 / dpi / (_CAPTION_LETTER * max(len(text), 1)))
+
+
+def _write_caption(
+    canvas: "Canvas", text: str, size: tuple[int, int, int], dpi: float, colour: str
+) -> None:
+    """Write a caption at the lower edge of columns and rows, as a line of a height [pixels]."""
+    columns, rows, line = size
+    if text:
+        canvas.text(
+            0.5,
+            0.5 * line / rows,
+            text,
+            fontsize=caption_size(text, columns, dpi),
+            ha="center",
+            va="center",
+            color=colour,
+        )
+
+
+def caption_image(text: str, columns: int, dpi: float) -> NDArray[np.uint8]:
+    """Return a caption on white, as a picture of shape (rows, columns, 3)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from plots.canvas import plot_style
+
+    rows = _line_height(caption_size(text, columns, dpi), dpi)
+    with plot_style():
+        canvas = Figure(figsize=((columns + 0.01) / dpi, (rows + 0.01) / dpi), dpi=dpi)
+        canvas.patch.set_facecolor("white")
+        _write_caption(canvas, text, (columns, rows, rows), dpi, "black")
+        agg = FigureCanvasAgg(canvas)
+        agg.draw()
+        return np.asarray(agg.buffer_rgba())[..., :3].copy()
 
 
 def on_white(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -201,7 +298,11 @@ def draw_picture(
 ) -> Picture:
     """Draw a pose, or moments of a motion [s]. Raises UsageError and MoverError."""
     moments = subject.moments(times)
-    limits = [bounds(subject.body, poses, scene, view) for poses in moments]
+    arrows = subject.arrows(times)
+    limits = [
+        bounds(subject.body, poses, scene, view, own)
+        for poses, own in zip(moments, arrows, strict=True)
+    ]
     strip = scaled(frame_moments(limits, view, floor), len(moments), size)
     labels: list[tuple[float, str]] = []
     if labelled:
@@ -209,8 +310,8 @@ def draw_picture(
             own = bounds(subject.body, moments[place], Scene(), view)
             middle = 0.5 * float(own[0, 0] + own[1, 0]) + place * strip.spacing
             labels.append((strip.scale * (middle - strip.left), text))
-    image = draw_moments(subject.body, moments, strip, scene)
-    return Picture(image, labels, size.dpi, transparent)
+    image = draw_moments(subject.body, moments, strip, scene, arrows)
+    return Picture(image, labels, size.dpi, transparent, subject.caption(arrows))
 
 
 def film_times(times: Array, fps: float) -> list[float]:
@@ -231,12 +332,17 @@ def make_film(
     assert subject.motion is not None, "a video needs a motion"
     times = film_times(subject.motion.times, fps)
     moments = subject.moments(times)
-    limits = np.array([bounds(subject.body, poses, scene, view) for poses in moments])
+    arrows = subject.arrows(times)
+    both = zip(moments, arrows, strict=True)
+    limits = np.array([bounds(subject.body, poses, scene, view, own) for poses, own in both])
     whole = np.stack([limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)])
     strip = scaled(frame_moments([whole], view, floor), 1, size)
+    caption = subject.caption(arrows)
+    below = [caption_image(caption, strip.shape(1)[1], size.dpi)] if caption else []
 
     def draw(frame: int) -> NDArray[np.uint8]:
-        image = on_white(draw_moments(subject.body, [moments[frame]], strip, scene))
+        drawn = draw_moments(subject.body, [moments[frame]], strip, scene, [arrows[frame]])
+        image = np.concatenate([on_white(drawn), *below])
         # Encoders need even numbers of rows and columns.
         rows, columns = image.shape[0] % 2, image.shape[1] % 2
         return np.pad(image, ((rows, 0), (0, columns), (0, 0)), mode="edge")
@@ -270,7 +376,19 @@ def read_subject(
     else:
         figure, warnings = load_figure(source)
     placement, more = placement_from_options(figure, pose, sets)
-    return Subject(Body.of_figure(figure), placement, None, (figure.path, pose), (*warnings, *more))
+    warnings = *warnings, *more, *_range_warnings(figure, placement)
+    return Subject(Body.of_figure(figure), placement, None, (figure.path, pose), warnings)
+
+
+def _range_warnings(figure: Figure, placement: Placement) -> Iterator[Diagnostic]:
+    """Yield warnings of joints that a pose moves outside their ranges."""
+    moved = {
+        name: placement.displacements[name].tolist()
+        for name, joint in figure.joints.items()
+        if not np.array_equal(placement.displacements[name], joint.displacement)
+    }
+    with suppress(MoverError):  # of a springs file that cannot be read
+        yield from range_warnings(figure, read_springs(None, figure), moved, is_start=False)
 
 
 def _read_moving(
@@ -447,6 +565,9 @@ def picture(
     no_scene: Annotated[
         bool, typer.Option("--no-scene", help="Leave out the props of the motion.")
     ] = False,
+    no_forces: Annotated[
+        bool, typer.Option("--no-forces", help="Leave out the contact forces of the motion.")
+    ] = False,
     floor: Annotated[bool, typer.Option("--floor", help="Draw a floor at the height 0.")] = False,
     width: Annotated[
         str | None,
@@ -482,7 +603,9 @@ def picture(
     size = size_from_options(width, scale, dpi)
     progress = item_progress_bar if show_progress and not as_json else no_monitor
     _check_outputs(files)
-    subject = read_subject(source, figure, pose, displacements or ())
+    subject = replace(
+        read_subject(source, figure, pose, displacements or ()), with_forces=not no_forces
+    )
     _check_options(files, subject, at, strip, fps, transparent)
     check_writable(files, (*subject.inputs, scene))
     props = NO_SCENE if subject.motion is None or no_scene else subject.motion.scene

@@ -134,6 +134,7 @@ def _part_data(part: PartContact) -> dict[str, object]:
         "peak_force_s": part.peak_time,
         "peak_force_body_weights": part.body_weights,
         "stiffness_band": part.band,
+        "likely_force_N": part.force_band,
         "class": part.evidence,
         **({"within": part.within} if part.within else {}),
     }
@@ -169,14 +170,16 @@ def range_rows(excesses: Sequence[RangeExcess]) -> list[tuple[str, str]]:
 def parts_table(record: ContactRecord) -> Table | str:
     """Return the contact of the parts of the body that touched, in the order of their touches.
 
-    "" where none did.
+    Heads are always among them. "" where none did.
     """
     touched = {name: one for name, one in record.parts.items() if one.first_time is not None}
     if not touched:
         return ""
-    by_force = sorted(touched, key=lambda name: -touched[name].peak_force)
+    by_force = sorted(
+        touched, key=lambda name: (name not in record.heads, -touched[name].peak_force)
+    )
     kept = sorted(by_force[:MAX_PARTS], key=lambda name: touched[name].first_time or 0.0)
-    titles = ("touch [s]", "speed [m/s]", "force [N]", "body weights", "stiffness times", "class")
+    titles = ("touch [s]", "speed [m/s]", "force [N]", "likely [N]", "body weights", "class")
     rows: list[tuple[str, ...]] = [("part", *titles), *(_part_cells(n, touched[n]) for n in kept)]
     more = len(touched) - len(kept)
     return Table([*rows, (f"{more} more (--json)",)] if more else rows)
@@ -184,10 +187,10 @@ def parts_table(record: ContactRecord) -> Table | str:
 
 def _part_cells(name: str, part: PartContact) -> tuple[str, ...]:
     weights = "" if part.body_weights is None else f"{part.body_weights:.2g}"
-    low, high = part.band
+    likely = " to ".join(f"{float(f'{force:.2g}'):g}" for force in part.force_band)
     numbers = f"{part.first_time:.3g}", f"{part.impact_speed:.2g}", f"{part.peak_force:.4g}"
     title = f"{name} of {part.within}" if part.within else name
-    return title, *numbers, weights, f"{low:g} to {high:g}", part.evidence.value
+    return title, *numbers, likely, weights, part.evidence.value
 
 
 def laws_table(parts: Sequence[BodyPart]) -> Table:

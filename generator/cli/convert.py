@@ -431,7 +431,7 @@ class _Start:
             return conversion.StartedFigure(figure, springs), warnings
         inputs.check_chains(figure)
         start, more = inputs.start_displacements_from_options(figure, self.pose, self.sets)
-        warnings += (*more, *inputs.start_warnings(figure, springs, start))
+        warnings += (*more, *inputs.range_warnings(figure, springs, start))
         if self.settings.keys() & {"floor", "scene", "fall", "height"}:
             plan, more = self._plan(figure, start)
             model = Model(figure, springs, contact_of_figure(figure))

@@ -352,13 +352,22 @@ MAX_ANGLE_BEYOND_RANGE = np.radians(10.0)
 """Angle beyond its normal range of motion at which a joint may start without a warning [rad]."""
 
 
-def start_warnings(
-    figure: Figure, springs: SpringSet, displacements: Mapping[str, Sequence[float]]
+def range_warnings(
+    figure: Figure,
+    springs: SpringSet,
+    displacements: Mapping[str, Sequence[float]],
+    *,
+    is_start: bool = True,
 ) -> Iterator[Diagnostic]:
-    """Yield warnings of joints that start outside their limits or their normal range of motion.
+    """Yield warnings of joints that are outside their limits or their normal range of motion.
 
-    The springs name the motions; `displacements` are initial ones by joint [rad or m].
+    Args:
+        figure: Figure.
+        springs: Springs, which name the motions.
+        displacements: Displacements by joint [rad or m].
+        is_start: Whether a run starts there.
     """
+    verb, hint = ("starts", "its stop pushes it back") if is_start else ("is", "")
     for name, values in displacements.items():
         joint = figure.joints[name]
         lower = joint.lower_limit or (-inf,) * len(values)
@@ -372,9 +381,9 @@ def start_warnings(
                 )
                 limits = " to ".join(f"{end:.4g}" for end in ends)
                 yield warning(
-                    f"joint {name} starts at {shown[k]:.4g} {units[k]}, outside its limits "
+                    f"joint {name} {verb} at {shown[k]:.4g} {units[k]}, outside its limits "
                     f"{limits} {units[k]}",
-                    hint="its stop pushes it back",
+                    hint=hint,
                 )
         own = springs.joints.get(name)
         if own is None or len(values) != 1 or not own.axes:
@@ -389,7 +398,7 @@ def start_warnings(
         if not least - margin <= angle <= largest + margin:
             ends = ("?" if end is None else f"{degrees(end):.4g}" for end in (low, high))
             yield warning(
-                f"joint {name} starts at {degrees(angle):.4g} deg of {spring.motion}; "
+                f"joint {name} {verb} at {degrees(angle):.4g} deg of {spring.motion}; "
                 f"its normal range of motion is {' to '.join(ends)} deg"
             )
 

@@ -271,7 +271,7 @@ def simulate(
     scaled = inputs.scale_parameters(unscaled_model, unscaled_plan, scales or ())
     model, plan = scaled.model, scaled.plan
     figure, spring_set = model.figure, model.springs
-    diagnostics += (*more, *inputs.start_warnings(figure, spring_set, plan.displacements))
+    diagnostics += (*more, *inputs.range_warnings(figure, spring_set, plan.displacements))
     is_prescribed = bool(links or locks or drive)
     inputs.require_simulatable(model, None if is_prescribed else plan.displacements, diagnostics)
     constraints, more = inputs.constraints_from_options(

@@ -10,21 +10,28 @@ from typing import Any
 from generator.comparison.comparison import Comparison
 from generator.comparison.difference import Quantity
 from generator.comparison.pair import known_springs, name_axis
+from generator.contact.arrows import ArrowScale, part_forces_at
 from generator.contact.scene import NO_SCENE
+from generator.motion_files import FigureMotion
 from generator.motion_files.columns import Column
 from generator.motion_files.glb import format_glb
 from generator.motion_files.page import (
     SHARED_SCRIPTS,
     STYLES,
     Frames,
+    arrow_scale,
     encode_doubles,
     encode_floats,
     encode_glb,
     fill_page,
+    first_poses,
+    force_row,
     kept_frames,
     script_json,
+    touches,
 )
 from generator.recording import RecordingPart
+from generator.rotations import Array
 from springs import SpringSet
 
 _GROUPS = {
@@ -46,11 +53,14 @@ def format_comparison(found: Comparison) -> str:
         "notes": list(_notes(found, frames)),
         "times": encode_doubles(found.times[frames]),
         "motions": list(_motions(found, frames)),
+        "arrows": arrow_scale(
+            ArrowScale.of_figure(found.aligned[0].figure, first_poses(found.aligned[0]))
+        ),
         "columns": list(_columns(found, frames)),
         "tables": list(_tables(found)),
     }
     title = " and ".join(found.names)
-    scripts = (*SHARED_SCRIPTS, "compare.js")
+    scripts = (*SHARED_SCRIPTS, "force_strip.js", "compare.js")
     return fill_page(
         "compare.html",
         scripts,
@@ -77,7 +87,7 @@ def _shown_scene(found: Comparison) -> int:
 
 
 def _motions(found: Comparison, frames: Frames) -> Iterator[dict[str, Any]]:
-    """Yield the name, the body and the origin of each motion."""
+    """Yield the name, the body, the contact and the origin of each motion."""
     for k, (name, motion) in enumerate(zip(found.names, found.aligned, strict=True)):
         if frames.size < found.times.size:
             moved = {joint: values[frames] for joint, values in motion.displacements.items()}
@@ -87,12 +97,29 @@ def _motions(found: Comparison, frames: Frames) -> Iterator[dict[str, Any]]:
         yield {
             "name": name,
             "glb": encode_glb(format_glb(motion)[0]),
+            **_contact(found.motions[k], found.times[frames]),
             "facts": [
                 ["Figure", motion.header.figure],
                 ["Springs", f"{motion.header.springs}, law {motion.header.law}"],
                 ["Outcome", found.motions[k].header.message],
             ],
         }
+
+
+def _contact(motion: FigureMotion, times: Array) -> dict[str, Any]:
+    """Return contact forces at times and first touches until the last of them, if any."""
+    run = motion.recording
+    if run is None or run.contact is None:
+        return {"forces": [], "touches": []}
+    forces = part_forces_at(run.contact, run.times, times)
+    return {
+        "forces": [
+            force_row(name.replace("_", " "), *some)
+            for name, some in forces.items()
+            if some[0].any()
+        ],
+        "touches": [one for one in touches(run) if times[0] <= one["time"] <= times[-1]],
+    }
 
 
 def _columns(found: Comparison, frames: Frames) -> Iterator[dict[str, Any]]:

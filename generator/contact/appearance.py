@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 PROP_COLOUR, FLOOR_COLOUR = (0.60, 0.68, 0.78), (0.83, 0.83, 0.81)
 """Colours of props with an end and of those without, red, green and blue from 0 to 1."""
 
+FORCE_COLOUR = (123 / 255, 44 / 255, 191 / 255)
+"""Colour of arrows of contact forces, red, green and blue from 0 to 1."""
+
 SHEET_MARGIN = 1.0
 """Distance by which a sheet extends beyond the points of a motion [m]."""
 

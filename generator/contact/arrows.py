@@ -1,4 +1,4 @@
-"""Contact forces as arrows: their scale, and where they begin and end."""
+"""Contact forces as arrows: their scale, where they begin and end, and forces between frames."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from math import floor, log10
 
 import numpy as np
 
-from generator.contact.record import STANDARD_ACCELERATION
+from generator.contact.record import STANDARD_ACCELERATION, ContactRecord
 from generator.figure import Figure
 from generator.rotations import Array
 
@@ -57,6 +57,21 @@ class ArrowScale:
         """Length at which arrows are cut [m]."""
         return LONGEST_ARROW * self.length
 
+    @property
+    def shaft_radius(self) -> float:
+        """Radius of the shaft of each arrow [m]."""
+        return 0.05 * self.length
+
+    @property
+    def head_radius(self) -> float:
+        """Radius of the head of each arrow [m]."""
+        return 0.13 * self.length
+
+    @property
+    def head_length(self) -> float:
+        """Length of the head of each arrow that is not shorter [m]."""
+        return 0.3 * self.length
+
     def arrows(self, forces: Array, points: Array) -> Array:
         """Return the tails and tips of arrows that end at points, shape (k, 2, 3) [m].
 
@@ -69,6 +84,36 @@ class ArrowScale:
         sizes, tips = sizes[kept], points[kept]
         lengths = np.minimum(sizes * self.length / self.force, self.longest)
         return np.stack([tips - (lengths / sizes)[:, None] * forces[kept], tips], axis=1)
+
+
+def part_forces_at(
+    contact: ContactRecord, times: Array, at: Array
+) -> Mapping[str, tuple[Array, Array]]:
+    """Return forces on parts [N] and their points [m] at times, shape (m, 3) each.
+
+    Between two frames forces are linear, and so are points where both frames have a force; else
+    the point is that of the frame that has one.
+
+    Args:
+        contact: Contact with n frames.
+        times: Times of the frames, shape (n,) [s].
+        at: Times within those of the frames, shape (m,) [s].
+    """
+    low = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 1)
+    high = np.minimum(low + 1, len(times) - 1)
+    gap = np.where(high > low, times[high] - times[low], 1.0)
+    share = np.clip((at - times[low]) / gap, 0.0, 1.0)[:, None]
+    found: dict[str, tuple[Array, Array]] = {}
+    for name, forces in contact.part_forces.items():
+        points, acting = contact.force_points[name], np.any(forces, axis=1)
+        begin, end = (
+            points[np.where(acting[k], k, other)] for k, other in ((low, high), (high, low))
+        )
+        found[name] = (
+            forces[low] + share * (forces[high] - forces[low]),
+            begin + share * (end - begin),
+        )
+    return found
 
 
 def _round_down(number: float) -> float:

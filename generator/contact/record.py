@@ -103,6 +103,15 @@ class PartContact:
     evidence: Evidence
     within: str = ""
 
+    @property
+    def force_band(self) -> tuple[float, float]:
+        """Peak forces at the ends of the band [N].
+
+        They are those of a mass that hits a linear spring, with the root of the stiffness.
+        """
+        low, high = self.band
+        return self.peak_force * low**0.5, self.peak_force * high**0.5
+
 
 @short_repr
 @dataclass(frozen=True)

@@ -52,6 +52,13 @@ def capsule(radius: float, half: float) -> Surface:
     return Surface.from_faces(*_revolved(profile, np.ones(3)))
 
 
+def arrow(length: float, shaft_radius: float, head_radius: float, head_length: float) -> Surface:
+    """Return an arrow along z from the origin, with its head, a cone, at the end [m]."""
+    neck = length - head_length
+    profile = [(0.0, 0.0), (shaft_radius, 0.0), (shaft_radius, neck), (head_radius, neck)]
+    return Surface.from_faces(*_revolved([*profile, (0.0, length)], np.ones(3)))
+
+
 def _arc(height: float, first: float, last: float) -> list[tuple[float, float]]:
     """Radii and heights of the unit circle from a pole or the equator to another.
 

@@ -190,7 +190,7 @@ def page_data(
         "energy": [] if recording is None else list(_energy_rows(recording, frames)),
         "forces": [] if recording is None else list(_force_rows(recording, frames)),
         "arrows": arrow_scale(ArrowScale.of_figure(motion.figure, first_poses(motion))),
-        "touches": [] if recording is None else list(_touches(recording)),
+        "touches": [] if recording is None else list(touches(recording)),
         "total_force": None if recording is None else _total_force(recording, frames),
     }
 
@@ -271,7 +271,7 @@ def force_row(name: str, forces: Array, points: Array) -> dict[str, str]:
     }
 
 
-def _touches(recording: Recording) -> Iterator[dict[str, Any]]:
+def touches(recording: Recording) -> Iterator[dict[str, Any]]:
     """Yield the first touch of each part of the body in order of time, or of each segment."""
     contact = recording.contact
     if contact is None:

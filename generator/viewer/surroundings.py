@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import viser
 
-from generator.contact.appearance import is_level, prop_colour, prop_surface
+from generator.contact.appearance import FORCE_COLOUR, is_level, prop_colour, prop_surface
 from generator.contact.arrows import ArrowScale
 from generator.contact.scene import NO_SCENE, Scene
 from generator.figure import Figure
@@ -27,8 +27,6 @@ MIN_GROUND_REACH = 4.0
 
 _WALL_OPACITY, _PROP_OPACITY = 0.2, 0.7
 """Opacity of planes that are not level, and of other props: arrows below a body are seen."""
-
-FORCE_COLOUR = (123, 44, 191)
 
 
 class Surroundings:
@@ -125,14 +123,13 @@ class ForceArrows:
         if not len(arrows):
             self.hide()
         elif self._node is None:
-            length = self._scale.length
             self._node = self._server.scene.add_arrows(
                 self._name,
                 arrows,
-                FORCE_COLOUR,
-                shaft_radius=0.05 * length,
-                head_radius=0.13 * length,
-                head_length=0.3 * length,
+                rgb(FORCE_COLOUR),
+                shaft_radius=self._scale.shaft_radius,
+                head_radius=self._scale.head_radius,
+                head_length=self._scale.head_length,
             )
         else:
             self._node.points = arrows

@@ -9,16 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from generator.contact.arrows import ArrowScale
 from generator.diagnostics import UsageError
 from generator.input_files.scene import write_scene
 from generator.kinematics.placement import forward_kinematics
 from generator.motion_files import PICTURE_SUFFIXES, motion_writer
-from plots.figure_image import draw_moments
+from plots.figure_image import Body, arrow_triangles, draw_moments
 from plots.framing import Size
-from plots.picture import IMAGE_FORMATS, film_times, make_film, on_white, time_labels
+from plots.picture import IMAGE_FORMATS, Subject, film_times, make_film, on_white, time_labels
 from plots.video import VIDEO_FORMATS
 from tests.command import answer, mover, run
-from tests.contacts import PROPS
+from tests.contacts import PROPS, with_contact
 from tests.motions import clip
 from tests.pictures import NO_SCENE, drawn, motion_file, moving, standing, swing, view_of
 
@@ -130,6 +131,61 @@ def test_the_props_of_a_run_are_drawn(tmp_path: Path):
         assert said["losses"] == (["planes that are not drawn: wall"] if has_props else [])
         pixels.append(Image.open(output).tobytes())
     assert pixels[0] == pixels[1] != pixels[2] == pixels[3]
+
+
+def purple_rows(image: np.ndarray) -> np.ndarray:
+    """Rows in which the colour of forces is seen."""
+    return np.flatnonzero(np.all(image[..., :3] == [123, 44, 191], axis=-1).any(axis=1))
+
+
+def test_contact_forces_are_arrows_with_their_scale(tmp_path: Path):
+    """At a frame, between two, and in a video; --no-forces leaves them and the scale out."""
+    motion = with_contact(clip("prototype"))
+    run = motion.recording
+    assert run is not None
+    assert run.contact is not None
+    run.write(tmp_path / "run.npz")
+    time = float(0.5 * (run.times[2] + run.times[3]))
+    line = ("picture", tmp_path / "run.npz", "--view", "front", "--at", time)
+    answer(*line, "-o", tmp_path / "a.png", "-o", tmp_path / "a.svg")
+    answer(*line, "--no-forces", "-o", tmp_path / "b.png", "-o", tmp_path / "b.svg")
+    drawn, bare = (np.array(Image.open(tmp_path / f"{name}.png")) for name in "ab")
+    assert len(purple_rows(drawn)) > 10
+    assert len(purple_rows(bare)) == 0
+    first = {name: poses[0] for name, poses in motion.poses.items()}
+    scale = ArrowScale.of_figure(motion.figure, first)
+    assert f"<!-- {scale.text} -->" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert "<!-- Arrow" not in (tmp_path / "b.svg").read_text(encoding="utf-8")
+    subject = Subject(Body.of_figure(motion.figure), None, motion, (), ())
+    film = make_film(subject, view_of("front"), NO_SCENE, None, Size(400), 10.0)
+    assert len(purple_rows(film.draw(0))) == 0  # nothing touches at the first frame
+    assert len(purple_rows(film.draw(1))) > 2
+    assert np.any(film.draw(0)[-25:] < 128), "the scale below"
+
+
+def test_arrows_are_as_long_as_their_forces():
+    scale = ArrowScale(0.2, 500.0)
+    forces, tips = (
+        np.array([[0.0, 250.0, 0.0], [0.0, 0.0, -20.0]]),
+        np.array([[1.0] * 3, [2.0] * 3]),
+    )
+    for ends in scale.arrows(forces, tips):
+        corners = arrow_triangles(ends[None], scale).reshape(-1, 3)
+        direction = ends[1] - ends[0]
+        along = (corners - ends[0]) @ direction / np.linalg.norm(direction)
+        assert along.min() == pytest.approx(0.0, abs=1e-12)
+        assert along.max() == pytest.approx(np.linalg.norm(direction))
+        across = np.linalg.norm(np.cross(corners - ends[0], direction), axis=1)
+        assert across.max() / np.linalg.norm(direction) <= scale.head_radius + 1e-12
+
+
+def test_a_pose_outside_its_ranges_is_told(tmp_path: Path):
+    line = ("picture", "male50", "--width", 20, "-o", tmp_path / "a.png")
+    said = mover(*line, "--set", "left_knee=175").stderr
+    assert "warning: joint left_knee is at 175 deg, outside its limits -1 to 137.7 deg" in said
+    assert "its normal range of motion is -1 to 137.7 deg" in said
+    assert "push" not in said
+    assert mover(*line, "--set", "left_knee=60").stderr == ""
 
 
 def test_a_transparent_picture_has_no_background(tmp_path: Path):

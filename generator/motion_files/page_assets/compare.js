@@ -18,7 +18,8 @@
 
   const canvas = byId("body");
   const views = [...byId("views").children];
-  const nothing = { move() {}, recolour() {}, show() {}, place() {}, view() {}, pose: () => null, props: () => [], triangles: () => 0 };
+  const nothing = { move() {}, recolour() {}, show() {}, place() {}, view() {}, showForces() {}, pose: () => null, props: () => [], triangles: () => 0, forces: () => [] };
+  const forces = motions.map((motion) => motion.forces.map((row) => mover.forcesOf(row, times.length)));
   let stage = nothing;
 
   function notice(text) {
@@ -45,7 +46,9 @@
     const isFar = bodies.some((body) => body.isFar);
     const follow = byId("follow");
     follow.checked = isFar;
-    byId("scale").textContent = surroundings.text;
+    const arrows = bodies.map((body, k) => mover.addArrows(made, forces[k], comparison.arrows, size));
+    const areTouched = forces.some((parts) => parts.length);
+    byId("forces-choice").hidden = !areTouched;
     bodies.forEach((body, k) => {
       for (const { material } of body.meshes) {
         material.transparent = k > 0;
@@ -55,6 +58,7 @@
       made.add(body.figure, () => {
         for (const { material } of body.meshes) material.color.set(series(k));
       });
+      body.figure.add(arrows[k].group); // hidden and put apart with its body
     });
     made.light(isFar ? start : whole, size);
     place();
@@ -70,7 +74,10 @@
     }
 
     function move(position) {
-      for (const body of bodies) body.move(position);
+      bodies.forEach((body, k) => {
+        body.move(position);
+        arrows[k].move(position);
+      });
       if (follow.checked) made.shift(middle());
       made.draw();
     }
@@ -90,6 +97,13 @@
       }
     }
 
+    function showForces() {
+      const areShown = areTouched && byId("forces").checked;
+      for (const each of arrows) each.show(areShown);
+      byId("scale").textContent = [surroundings.text, ...(areShown ? [comparison.arrows.text] : [])].join(". ");
+      made.draw();
+    }
+
     function show(k, isShown) {
       bodies[k].figure.visible = isShown;
       made.draw();
@@ -97,8 +111,9 @@
 
     made.controls.addEventListener("start", () => press(views[0]));
     made.recolour();
+    showForces();
     return {
-      move, view, show, place, recolour: made.recolour, triangles: made.triangles,
+      move, view, show, place, showForces, forces: (k) => arrows[k].visible(), recolour: made.recolour, triangles: made.triangles,
       pose: (k, name) => bodies[k].pose(name),
       props: () => props.map(({ name, userData }) => [name, userData.prop]),
     };
@@ -227,6 +242,16 @@
       element("h2", text, byId("tables"));
       for (const part of parts) addTable(part, byId("tables"));
     }
+    motions.forEach(({ name, touches }, k) => {
+      if (!touches.length) return;
+      const lane = element("div", "", byId("lanes"));
+      lane.className = "touches";
+      lane.style.setProperty("--touch", `var(--series-${k + 1})`);
+      lane.setAttribute("role", "group");
+      lane.setAttribute("aria-label", `First touches of ${name}`);
+      mover.touchLane(lane, touches, timeLine, `${name}, `);
+    });
+    byId("lanes").classList.toggle("low", byId("lanes").children.length > 2);
     for (const note of comparison.notes) element("li", note, byId("notes"));
   }
 
@@ -234,6 +259,7 @@
     byId("column").addEventListener("change", () => select(byId("column").selectedIndex));
     for (const button of views) button.addEventListener("click", () => look(button));
     byId("follow").addEventListener("change", () => timeLine.seek(timeLine.time));
+    byId("forces").addEventListener("change", () => stage.showForces());
     byId("apart").addEventListener("change", () => {
       stage.place();
       timeLine.seek(timeLine.time);
@@ -271,7 +297,8 @@
 
   /**
    * Handle for scripts and tests: `ready` is a promise; times are in s; `pose(k, name)` is the column-major matrix
-   * in the world of a node of body k; `values` are those of the selected column at the present time.
+   * in the world of a node of body k; `values` are those of the selected column at the present time, `forces(k)` the names of
+   * the parts of body k whose arrows are seen.
    */
   window.page = {
     comparison,
@@ -283,6 +310,7 @@
     values: () => valuesAt(timeLine.position(timeLine.time)),
     pose: (k, name) => stage.pose(k, name),
     props: () => stage.props(),
+    forces: (k) => stage.forces(k),
     triangles: () => stage.triangles(),
     get column() { return columns[selected].name; },
     get time() { return timeLine.time; },

@@ -1,4 +1,4 @@
-// Above the slider of the time: the total contact force as a small chart, and marks of first touches.
+// Above the slider of the time: the total contact force as a small chart, and lanes with marks of first touches.
 "use strict";
 (() => {
   const { axis, between, byId, colour, element, fixed, fitPlot, floats, makePlot, marker, scrub, withGaps } = mover;
@@ -28,15 +28,75 @@
     return groups;
   }
 
+  const describe = ({ time, name, speed, force }) =>
+    `${name}: ${fixed(time, 3)} s, at ${fixed(speed, 1)} m/s; at most ${newtons(force)}`;
+
+  /**
+   * Fill a lane with marks of touches: each a tick, with words beside it where neither words nor ticks of others are.
+   * `owner` is what the words begin with for those who do not see the lane.
+   */
+  mover.touchLane = (lane, touches, timeLine, owner = "") => {
+    const duration = timeLine.stop - timeLine.start;
+
+    function place() {
+      lane.replaceChildren();
+      const width = lane.clientWidth;
+      if (!width) return;
+      const rows = Math.floor(lane.clientHeight / ROW);
+      const taken = Array.from({ length: rows }, () => []);
+      const isFree = (row, low, high) => taken[row].every(([from, to]) => high < from || to < low);
+
+      /** Put words into the first row that has room for them, whole or only the first, right or left of their tick. */
+      function findPlace(text, words, left) {
+        const [first] = words.split(",");
+        for (const shown of first === words ? [words] : [words, `${first}, ...`]) {
+          text.textContent = shown;
+          const size = text.offsetWidth + 6;
+          for (const [low, high] of [[left - 2, left + size], [left - size, left + 2]]) {
+            if (low < -20 || high > width + 12) continue;
+            for (let row = 0; row < rows; row++) {
+              const below = taken.map((_, k) => k).filter((k) => k > row);
+              if (!isFree(row, low, high) || !below.every((k) => isFree(k, left - 2, left + 2))) continue;
+              taken[row].push([low, high]);
+              for (const k of below) taken[k].push([left - 2, left + 2]);
+              return [row, low < left - 2];
+            }
+          }
+        }
+        return null;
+      }
+
+      for (const group of grouped(touches, (GAP / width) * duration)) {
+        const left = (width * (group[0].time - timeLine.start)) / (duration || 1);
+        const words = inWords(group.map(({ name }) => name));
+        const button = element("button", "", lane);
+        const text = element("span", "", button);
+        button.type = "button";
+        button.title = group.map((each) => describe(each)).join("\n");
+        button.setAttribute("aria-label", `${owner}${words}: first touch at ${fixed(group[0].time, 3)} s`);
+        const [row, isLeft] = findPlace(text, words, left) ?? [rows, false];
+        if (row === rows) text.remove();
+        button.classList.toggle("before", isLeft);
+        button.style.left = `${left}px`;
+        button.style.top = `${row * ROW}px`;
+        button.addEventListener("click", () => {
+          timeLine.pause();
+          timeLine.seek(group[0].time);
+        });
+      }
+    }
+
+    place();
+    new ResizeObserver(place).observe(lane);
+  };
+
   /**
    * Fill the strip with the total force and the touches of a motion; both are hidden where there are none. Return
    * how to move the mark of the time, and how to draw the strip in another theme.
    */
   mover.forceStrip = ({ total_force: total, touches }, times, timeLine) => {
     const host = byId("force-plot");
-    const lane = byId("touches");
     const values = total ? floats(total.values) : [];
-    const duration = timeLine.stop - timeLine.start;
     let plot = null;
     let cursor = null;
     let peak = null;
@@ -79,58 +139,6 @@
       peak.style.top = `${plot.valToPos(total.peak, "y")}px`;
     }
 
-    /** Place the marks: each a tick, with words beside it where neither words nor ticks of others are. */
-    function placeTouches() {
-      lane.replaceChildren();
-      const width = lane.clientWidth;
-      if (!width) return;
-      const rows = Math.floor(lane.clientHeight / ROW);
-      const taken = Array.from({ length: rows }, () => []);
-      const isFree = (row, low, high) => taken[row].every(([from, to]) => high < from || to < low);
-
-      /** Put words into the first row that has room for them, whole or only the first, right or left of their tick. */
-      function findPlace(text, words, left) {
-        const [first] = words.split(",");
-        for (const shown of first === words ? [words] : [words, `${first}, ...`]) {
-          text.textContent = shown;
-          const size = text.offsetWidth + 6;
-          for (const [low, high] of [[left - 2, left + size], [left - size, left + 2]]) {
-            if (low < -20 || high > width + 12) continue;
-            for (let row = 0; row < rows; row++) {
-              const below = taken.map((_, k) => k).filter((k) => k > row);
-              if (!isFree(row, low, high) || !below.every((k) => isFree(k, left - 2, left + 2))) continue;
-              taken[row].push([low, high]);
-              for (const k of below) taken[k].push([left - 2, left + 2]);
-              return [row, low < left - 2];
-            }
-          }
-        }
-        return null;
-      }
-
-      for (const group of grouped(touches, (GAP / width) * duration)) {
-        const left = (width * (group[0].time - timeLine.start)) / (duration || 1);
-        const words = inWords(group.map(({ name }) => name));
-        const button = element("button", "", lane);
-        const text = element("span", "", button);
-        button.type = "button";
-        button.title = group.map((each) => describe(each)).join("\n");
-        button.setAttribute("aria-label", `${words}: first touch at ${fixed(group[0].time, 3)} s`);
-        const [row, isLeft] = findPlace(text, words, left) ?? [rows, false];
-        if (row === rows) text.remove();
-        button.classList.toggle("before", isLeft);
-        button.style.left = `${left}px`;
-        button.style.top = `${row * ROW}px`;
-        button.addEventListener("click", () => {
-          timeLine.pause();
-          timeLine.seek(group[0].time);
-        });
-      }
-    }
-
-    const describe = ({ time, name, speed, force }) =>
-      `${name}: ${fixed(time, 3)} s, at ${fixed(speed, 1)} m/s; at most ${newtons(force)}`;
-
     byId("force").hidden = !total;
     byId("touches").hidden = byId("touch-list").hidden = !touches.length;
     if (total) {
@@ -140,9 +148,8 @@
     }
     for (const touch of touches) element("li", describe(touch), byId("touch-list").querySelector("ol"));
     redraw();
-    placeTouches();
+    mover.touchLane(byId("touches"), touches, timeLine);
     fitPlot(host, () => plot, redraw);
-    new ResizeObserver(placeTouches).observe(lane);
 
     function move(position) {
       mark();

@@ -80,8 +80,8 @@
   /**
    * Add arrows of contact forces, parts as `forcesOf` returns them, to the stage; `size` is that of the body [m],
    * `scale` has `metres_per_newton` and the `longest` arrow [m]. Arrows end where the forces act, or
-   * with `begin_at_point` begin there, and are drawn over all else. Return how to move and show them, and the names of
-   * those that are seen.
+   * with `begin_at_point` begin there, and are drawn over all else. Return their group, how to move and show them, and
+   * the names of those that are seen.
    */
   mover.addArrows = (stage, parts, scale, size) => {
     const material = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.9, depthTest: false });
@@ -116,12 +116,13 @@
         arrow.quaternion.setFromUnitVectors(up, force);
         arrow.position.copy(point).addScaledVector(force, scale.begin_at_point ? 0 : -long);
         line.scale.set(0.005 * size, long - top, 0.005 * size);
-        tip.scale.set(0.014 * size, top, 0.014 * size);
+        tip.scale.set(0.28 * top, top, 0.28 * top); // short ones are slim
         tip.position.y = long - top;
       }
     }
 
     return {
+      group,
       move,
       show: (isShown) => (group.visible = isShown),
       visible: () => (group.visible ? arrows.filter(({ arrow }) => arrow.visible).map(({ part }) => part.name) : []),

@@ -282,13 +282,18 @@ def test_the_table_of_parts_has_those_that_touched_in_a_dozen_rows(fall: FloorRu
     few = contact.parts_table(of_parts(fall, 3))
     assert isinstance(few, Table)
     assert [row[0] for row in few.rows] == ["part", "part 0", "part 1", "part 2"]
-    assert few.rows[2] == ("part 1", "0.1", "2", "99", "0.1", "0.5 to 2", "scaled")
+    assert few.rows[2] == ("part 1", "0.1", "2", "99", "70 to 140", "0.1", "scaled")
     many = contact.parts_table(of_parts(fall, 14))
     assert isinstance(many, Table)
     assert len(many.rows) == 13
     shown = [f"part {k}" for k in range(11)]
     assert [row[0] for row in many.rows[1:]] == [*shown, "3 more (--json)"]
     assert contact.parts_table(of_parts(fall, 0)) == ""
+    # A head is shown however small its force.
+    heads = {"part 13": HeadImpact(10.0, 0.1, 5.0)}
+    with_head = contact.parts_table(replace(of_parts(fall, 14), heads=heads))
+    assert isinstance(with_head, Table)
+    assert [row[0] for row in with_head.rows[-2:]] == ["part 13", "3 more (--json)"]
 
 
 def test_the_json_has_each_part(fall: FloorRun):
@@ -300,6 +305,7 @@ def test_the_json_has_each_part(fall: FloorRun):
         "peak_force_s": 0.2,
         "peak_force_body_weights": 0.1,
         "stiffness_band": [0.5, 2.0],
+        "likely_force_N": pytest.approx([100.0 * 0.5**0.5, 100.0 * 2.0**0.5]),
         "class": "scaled",
     }
     assert data["far"]["first_contact_s"] is None

@@ -12,6 +12,7 @@ import pytest
 from generator import Figure
 from generator.comparison.comparison import Comparison, compare_motions
 from generator.comparison.difference import Quantity
+from generator.contact.arrows import ArrowScale
 from generator.motion_files import FigureMotion, page
 from springs import AxisSpring, JointSprings, Linear, SpringSet
 from tests.browser import assert_accessible, launch_browser, offline_page
@@ -150,6 +151,36 @@ def test_text_of_files_stays_text_and_only_own_scripts_run(tmp_path: Path):
 
 
 @pytest.fixture(scope="module")
+def touched() -> Comparison:
+    """Two runs with contact and one without."""
+    bare = clip("slides")
+    first, other = with_contact(bare), with_contact(bare, seed=1)
+    return compare_motions([first, other, bare], ["soft", "hard", "air"])
+
+
+def test_forces_and_touches_are_those_of_the_runs(touched: Comparison, tmp_path: Path):
+    data = read(touched, tmp_path).data
+    for one, motion in zip(data["motions"], touched.motions, strict=True):
+        run = motion.recording
+        if run is None or run.contact is None:
+            assert (one["forces"], one["touches"]) == ([], [])
+            continue
+        rows = {row["name"]: row for row in one["forces"]}
+        assert rows["pelvis"]["name"] in rows
+        frames = Page.floats(rows["pelvis"]["frames"]).astype(int)
+        assert frames.tolist() == list(range(1, run.times.size))
+        for key, values in (
+            ("forces", run.contact.part_forces),
+            ("points", run.contact.force_points),
+        ):
+            found = Page.floats(rows["pelvis"][key]).reshape(-1, 3)
+            np.testing.assert_allclose(found, values["pelvis"][1:], rtol=1e-5, atol=1e-6)
+        assert [touch["name"] for touch in one["touches"]] == ["pelvis"]
+    scale = ArrowScale.of_figure(touched.aligned[0].figure, page.first_poses(touched.aligned[0]))
+    assert data["arrows"] == page.arrow_scale(scale)
+
+
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     with launch_browser() as found:
         yield found
@@ -187,6 +218,45 @@ def test_the_page_in_a_window(
         for view in ("Front", "Side", "Top"):
             tab.get_by_role("button", name=view).click()
             assert tab.locator("#views [aria-pressed=true]").inner_text() == view
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "height"), WIDTHS)
+def test_forces_and_touches_in_a_window(
+    browser: Any, touched: Comparison, tmp_path: Path, width: int, height: int
+):
+    touched.write(tmp_path / "out.html")
+    with offline_page(browser, tmp_path / "out.html", width, height) as tab:
+        for selector in ("#stage", "#lanes", "#play", "#time", "#forces", "#column", "#time-plot"):
+            assert in_window(tab, selector), selector
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        lanes = tab.locator("#lanes .touches")
+        names = [lanes.nth(k).get_attribute("aria-label") for k in range(lanes.count())]
+        assert names == ["First touches of soft", "First touches of hard"]
+        mark = lanes.nth(1).get_by_role("button")
+        assert "hard, pelvis: first touch at" in mark.get_attribute("aria-label")
+        assert mark.inner_text() == "pelvis"
+        colours = [
+            lanes.nth(k).evaluate(
+                "each => getComputedStyle(each.firstChild, '::before').background"
+            )
+            for k in range(2)
+        ]
+        assert colours[0] != colours[1]
+        mark.click()
+        first = touched.motions[1].recording.contact.parts["pelvis"].first_time
+        assert tab.evaluate("page.time") == pytest.approx(first)
+        tab.evaluate("page.seek(page.times[1])")
+        assert [tab.evaluate("k => page.forces(k)", k) for k in range(3)] == [
+            ["pelvis"], ["pelvis"], [],
+        ]  # fmt: skip
+        text = page.arrow_scale(
+            ArrowScale.of_figure(touched.aligned[0].figure, page.first_poses(touched.aligned[0]))
+        )["text"]
+        assert text in tab.inner_text("#scale")
+        tab.uncheck("#forces")
+        assert tab.evaluate("page.forces(0)") == []
+        assert text not in tab.inner_text("#scale")
 
 
 @pytest.mark.slow

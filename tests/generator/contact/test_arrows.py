@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.contact.arrows import LONGEST_ARROW, ArrowScale
+from generator.contact.arrows import LONGEST_ARROW, ArrowScale, part_forces_at
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
+from tests.contacts import contact_record
 
 
 def test_arrows_end_at_their_points_and_are_in_scale():
@@ -20,6 +21,20 @@ def test_arrows_end_at_their_points_and_are_in_scale():
     expected = [[0.0, 0.1, 0.0], [0.12, 0.0, -0.16], [0.0, -LONGEST_ARROW * 0.2, 0.0]]
     assert along == pytest.approx(np.array(expected))
     assert scale.arrows(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0, 2, 3)
+
+
+def test_forces_between_frames():
+    """Forces are linear; a point is that of the frame with a force where only one has it."""
+    contact, times = contact_record(["trunk", "foot"], 4), np.array([0.0, 0.1, 0.3, 0.4])
+    forces, points = contact.part_forces["pelvis"], contact.force_points["pelvis"]
+    at_frames, where = part_forces_at(contact, times, times)["pelvis"]
+    np.testing.assert_allclose(at_frames, forces, rtol=1e-14)
+    np.testing.assert_allclose(where[1:], points[1:], rtol=1e-14)
+    found, where = part_forces_at(contact, times, np.array([0.05, 0.25]))["pelvis"]
+    np.testing.assert_allclose(found[0], 0.5 * forces[1])
+    np.testing.assert_allclose(where[0], points[1])  # nothing touches at the first frame
+    np.testing.assert_allclose(found[1], 0.25 * forces[1] + 0.75 * forces[2])
+    np.testing.assert_allclose(where[1], 0.25 * points[1] + 0.75 * points[2])
 
 
 @pytest.mark.parametrize(
