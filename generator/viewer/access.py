@@ -26,6 +26,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from generator.diagnostics import MoverError
+from generator.viewer.client_page import with_additions
 
 KEY = "key"
 """Parameter of the address that is printed."""
@@ -142,7 +143,10 @@ def guarded_websockets(
 
         def answer(connection: ServerConnection, request: Request) -> Any:
             refusal = access.answer(connection, request)
-            return own(connection, request) if refusal is None and own is not None else refusal
+            if refusal is not None or own is None:
+                return refusal
+            found = own(connection, request)
+            return with_additions(found) if isinstance(found, Response) else found
 
         changed = {
             "process_request": answer,

@@ -24,6 +24,7 @@ from generator.figure import Figure
 from generator.kinematics.placement import Placement
 from generator.motion_files.motion import FigureMotion
 from generator.rotations import Array
+from generator.viewer.client_page import PHONE_WIDTH
 from generator.viewer.scene import (
     VIEW_ANGLE,
     VIEW_DIRECTIONS,
@@ -223,7 +224,20 @@ class Viewer:
         self.frame_camera(self._framed if is_motion else (), view, around)
 
     async def _frame_new_page(self, client: Any) -> None:
-        self.post(lambda: _frame_client(client, self._framed_points(), "Free"))
+        is_phone = client.camera.image_width <= PHONE_WIDTH
+
+        async def follow_width(camera: Any) -> None:
+            """Frame the figure again where the controls go below it, or beside it."""
+            nonlocal is_phone
+            if is_phone != (camera.image_width <= PHONE_WIDTH):
+                is_phone = not is_phone
+                frame()
+
+        def frame() -> None:
+            self.post(lambda: _frame_client(client, self._framed_points(), "Free"))
+
+        client.camera.on_update(follow_width)
+        frame()
 
     def listen(
         self,
@@ -344,7 +358,7 @@ def _camera_of_page(
 ) -> tuple[Array, Array]:
     """Return `camera_position` for a page of a size [pixels]."""
     width, height = max(width, 1), max(height, 1)  # a hidden page may have no size
-    covered = min(CONTROLS_WIDTH / width, 0.5)
+    covered = 0.0 if width <= PHONE_WIDTH else min(CONTROLS_WIDTH / width, 0.5)
     return camera_position(points, width / height, covered, view)
 
 

@@ -26,6 +26,7 @@ from generator.viewer import live_panel, live_start
 from generator.viewer.live_process import LiveFrame
 from generator.viewer.live_start import Preset
 from generator.viewer.play_panel import PlayPanel
+from generator.viewer.server import CONTROLS_WIDTH
 from generator.viewer.viewer import Driver, FigureState
 from tests.browser import PageClient, go_to_page, node_pose
 from tests.command import run
@@ -472,12 +473,53 @@ def test_the_body_is_seen_beside_the_panel(run_viewer, browser, width: int, heig
     wait_until(lambda: is_seen(page, "/figure"))
     page.get_by_role("tab", name="Live").click()
     page.wait_for_timeout(2000)
-    edge = page.get_by_role("tablist").bounding_box()["x"] - 10.0
-    columns = body_columns(page, edge)
+    panel = page.get_by_role("tablist").bounding_box()
+    if width >= 768:
+        columns = body_columns(page, panel["x"] - 10.0)
+        assert columns.max() < panel["x"] - 20.0
+    else:  # the figure is above the panel, which is as wide as the page
+        columns = body_columns(page, width)
+        assert panel["x"] < 10.0
+        assert panel["width"] > width - 40.0
+        canvas = page.locator("canvas").first.bounding_box()
+        assert canvas["height"] == pytest.approx(0.5 * height, abs=2.0)
+        assert 0.3 * width < 0.5 * (columns.min() + columns.max()) < 0.7 * width
     assert len(columns) > 30
-    if width >= 768:  # on a phone the panel lies over the page
-        assert columns.max() < edge - 10.0
+    start = page.get_by_role("button", name="Start", exact=True).bounding_box()
+    assert start["x"] >= 0.0
+    assert start["x"] + start["width"] <= width
+    assert start["y"] + start["height"] <= height
     context.close()
+    assert said == []
+
+
+@pytest.mark.slow
+def test_the_tab_stays_when_the_window_becomes_narrow(run_viewer, open_page):
+    """And when it becomes wide again; the figure is framed anew for the room that it has."""
+    page = open_page(run_viewer("male50"))
+    said: list[str] = []
+    page.on("pageerror", lambda failure: said.append(str(failure)))
+
+    def selected() -> list[str]:
+        tabs = page.get_by_role("tab", selected=True)
+        return [text.strip() for text in tabs.all_inner_texts()]
+
+    page.get_by_role("tab", name="Curve").click()
+    page.get_by_role("tab", name="Live").click()
+    for width, height in ((390, 844), (768, 1024), (390, 844), (1366, 768)):
+        page.set_viewport_size({"width": width, "height": height})
+        wait_until(lambda: selected() == ["Live"], 20.0)
+        page.wait_for_timeout(2000)
+        assert selected() == ["Live"]
+        assert page.get_by_role("button", name="Start", exact=True).is_visible()
+        columns = body_columns(page, width)
+        middle = 0.5 * float(columns.min() + columns.max())
+        free = width if width < 576 else width - CONTROLS_WIDTH
+        assert 0.3 * free < middle < 0.7 * free
+    page.get_by_role("tab", name="Body").focus()
+    page.keyboard.press("Enter")
+    page.set_viewport_size({"width": 390, "height": 844})
+    wait_until(lambda: selected() == ["Body"], 20.0)
     assert said == []
 
 
