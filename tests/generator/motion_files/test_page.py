@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from generator import Plan, read_springs, simulate
+from generator.contact.appearance import FORCE_COLOUR
 from generator.contact.scene import Scene
 from generator.losses import Losses
 from generator.model import Model
@@ -144,6 +145,12 @@ def test_contact_forces_are_there_in_the_frames_in_which_a_part_is_touched(tmp_p
         "crate",
         "wall",
     ]
+
+
+def test_arrows_of_a_page_have_the_colour_of_forces():
+    red, green, blue = (round(255.0 * part) for part in FORCE_COLOUR)
+    style = ASSETS.joinpath("page.css").read_text(encoding="utf-8")
+    assert f"--force: #{red:02x}{green:02x}{blue:02x};" in style
 
 
 def test_a_run_from_an_older_file_says_that_its_props_are_unknown(tmp_path: Path):
