@@ -29,9 +29,9 @@ from numpy.typing import ArrayLike
 
 from generator.diagnostics import Diagnostics, Source
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
-from generator.follower_curve import CurveKind
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.identifiers import reserve_name
-from generator.kinematics.links import figure_links
+from generator.kinematics.links import Coordinate, figure_links
 from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Losses
@@ -94,7 +94,8 @@ from springs.exponential import Exponential, ExponentialTerm
 from springs.spherical import VectorLaw
 
 _SOLVER = {"solref": "0.002 1", "solimp": "0.999 0.9999 0.001 0.5 2"}
-"""Stiffness of loop constraints: the largest that the file's time step allows."""
+"""Stiffness of loops and of displacements that follow others: the largest that the file's time
+step allows, of which the time constant is at least twice."""
 
 
 def site_name(model: ExportModel, ref: SiteRef) -> str:
@@ -180,8 +181,7 @@ _FIT_SAMPLES = 721
 _ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
 _DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 _REACH_DAMPING = "unequal damping of joints with a reach"
-_SOFT_FOLLOWERS = "exact curves of displacements that follow others: MuJoCo holds them softly"
-_HELD_FOLLOWERS = "followers' curves other than polynomials of degree 4: held where they are"
+_FITTED_FOLLOWERS = "curves of displacements that follow others, fitted by polynomials of degree 4"
 MAX_POWERS = 5
 """Number of coefficients of the polynomial of MuJoCo's equality of two joints."""
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
@@ -324,22 +324,37 @@ class _BodyWriter:
             add_sites(model, self.bodies[branch.outboard], branch.outboard, np.eye(4))
 
     def add_followers(self, equality: Element) -> None:
-        """Constrain the displacements that follow others by polynomials of degree four or less."""
+        """Constrain the displacements that follow others, by polynomials of degree four or less."""
         for link in figure_links(self._model.figure).links:
             follower, control, curve = link.follower, link.control, link.curve
             if not {follower.joint, control.joint} <= self._names.keys() or curve is None:
                 continue
-            powers, ends = curve.numbers, (follower, control)
-            one, other = (self._names[end.joint][end.index] for end in ends)
-            if curve.kind is CurveKind.POLYNOMIAL and not any(powers[MAX_POWERS:]):
-                self._losses.add(_SOFT_FOLLOWERS, str(follower))
-                joints = {"joint1": one, "joint2": other}
-            else:
-                self._losses.add(_HELD_FOLLOWERS, str(follower))
-                start = self._model.placement.displacements[follower.joint][follower.index]
-                powers, joints = (float(start),), {"joint1": one}
-            polynomial = format_numbers((*powers, *(0.0,) * MAX_POWERS)[:MAX_POWERS])
-            add_element(equality, "joint", **joints, polycoef=polynomial)
+            if curve.kind is not CurveKind.POLYNOMIAL or any(curve.numbers[MAX_POWERS:]):
+                curve = self._fit_follower(follower, control, curve)
+            one, other = (self._names[end.joint][end.index] for end in (follower, control))
+            polynomial = format_numbers((*curve.numbers, *(0.0,) * MAX_POWERS)[:MAX_POWERS])
+            add_element(equality, "joint", joint1=one, joint2=other, polycoef=polynomial, **_SOLVER)
+
+    def _fit_follower(
+        self, follower: Coordinate, control: Coordinate, curve: FollowerCurve
+    ) -> FollowerCurve:
+        """Return a polynomial in place of a curve, over the range of the control."""
+        joints, start = self._model.figure.joints, self._model.placement.displacements
+        joint, at = joints[control.joint], float(start[control.joint][control.index])
+        units = joint.chain[control.index].units
+        low, high = joint_ranges(joint, self._model.joint_springs(control.joint))[control.index]
+        if curve.kind is CurveKind.SIMM_SPLINE:
+            low, high = max(low, curve.numbers[0]), min(high, curve.numbers[-2])
+        low, high = min(low, at), max(high, at)
+        fitted = curve.fitted_by_polynomial(MAX_POWERS - 1, (low, high), at)
+        values = np.linspace(low, high, _FIT_SAMPLES)
+        of_follower = joints[follower.joint].chain[follower.index].units
+        differences = of_follower.scale * (fitted.at(values) - curve.at(values))
+        error = FitError.from_differences(differences, of_follower.displacement)
+        if error.largest > ROUNDING * np.abs(of_follower.scale * curve.at(values)).max():
+            over = f" over {format_range((low, high), units)}"
+            self._fits.add(_FITTED_FOLLOWERS, str(follower), error, over)
+        return fitted
 
     def report_fits(self) -> None:
         """Report the springs that are approximated."""
