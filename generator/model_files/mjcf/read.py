@@ -8,7 +8,7 @@ import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.inertia import MassProperties
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
@@ -321,6 +321,7 @@ _LOST: Final = {
     "statistic": "rendering settings",
     "size": "memory sizes",
 }
+_MOVING: Final = ("actuator", "equality", "contact", "extension", "deformable")
 _READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "tendon", "worldbody")
 
 _COMPILER: Final = {
@@ -388,15 +389,16 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
         if section.tag in _READ_SECTIONS:
             continue
         what = _LOST.get(section.tag)
+        effect = Effect.MOTION if section.tag in _MOVING else Effect.DESCRIPTION
         if what is None:
             losses.add("unknown sections", section.tag)
         elif section.tag == "visual" or not section.children:
-            losses.add(what)
+            losses.add(what, effect=Effect.DESCRIPTION)
         else:
             names = [element.get("name") or element.tag for element in section.children]
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
-                losses.add(what, *others)
+                losses.add(what, *others, effect=effect)
     for name in document.compiler.attributes:
         if name not in _COMPILER:
             losses.add("attributes that a figure does not have", f"compiler {name}")

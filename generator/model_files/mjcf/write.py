@@ -34,7 +34,7 @@ from generator.identifiers import reserve_name
 from generator.kinematics.links import Coordinate, figure_links
 from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
@@ -617,7 +617,7 @@ class _BodyWriter:
         if any(has_friction(spring) for spring in every):
             self._losses.add("friction that depends on the angle", joint.name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
-            self._losses.add(_COULOMB, joint.name)
+            self._losses.add(_COULOMB, joint.name, effect=Effect.APPROXIMATION)
         if any(spring.damping.coulomb for spring in laws.combined):
             self._losses.add("Coulomb friction of several rotations", joint.name)
 

@@ -17,7 +17,7 @@ from generator.diagnostics import Diagnostics, TooManyErrors, shorten
 from generator.figure import is_rotation
 from generator.follower_curve import FollowerCurve
 from generator.inertia import MassProperties
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -347,4 +347,8 @@ def _add_part_losses(model: XmlElement, losses: Losses, followed: Followed) -> N
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
-                losses.add("wrapping surfaces of muscles", part.get("name") or part.tag)
+                losses.add(
+                    "wrapping surfaces of muscles",
+                    part.get("name") or part.tag,
+                    effect=Effect.DESCRIPTION,
+                )
