@@ -18,6 +18,11 @@ from generator.model_files.body_tree.tree import (
     own_site_names,
     rotation_to_y_up,
 )
+from generator.model_files.coupled_laws import (
+    CarriedLaws,
+    find_carried_laws,
+    with_carried_laws,
+)
 from generator.model_files.embedded import MARK, imported_from_embedded
 from generator.model_files.imported import Imported
 from generator.model_files.mjcf.document import (
@@ -35,6 +40,7 @@ from generator.model_files.mjcf.joints import (
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
 from generator.model_files.mjcf.tendons import with_tendons
+from generator.model_files.mjcf.write import coupled_elements
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
@@ -352,8 +358,14 @@ def figure_from_mjcf(
         diagnostics.error("this model has no `worldbody`", root.span, "its bodies stand in one")
     for world in worlds:
         reader.read_world(world)
-    bodies = with_tendons(document, reader.scaled_bodies(), diagnostics, losses)
-    _add_section_losses(document, losses)
+    springs = [
+        child
+        for section in document.root.find_all("tendon", "actuator")
+        for child in section.children
+    ]
+    laws = find_carried_laws(root, springs, coupled_elements)
+    bodies = with_tendons(document, reader.scaled_bodies(), laws, diagnostics, losses)
+    _add_section_losses(document, laws, losses)
     geoms.add_asset_losses()
     tree = BodyTree(
         tuple(bodies),
@@ -364,7 +376,10 @@ def figure_from_mjcf(
         reader.shapes,
     )
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
-    return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
+    if carried is not None:
+        return carried
+    figure = figure_from_tree(tree, diagnostics, losses, separate=separate)
+    return with_carried_laws(figure, laws, losses)
 
 
 def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:
@@ -383,7 +398,7 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
     return rotation_to_y_up(gravity, losses)
 
 
-def _add_section_losses(document: Document, losses: Losses) -> None:
+def _add_section_losses(document: Document, laws: CarriedLaws, losses: Losses) -> None:
     """Report sections and settings that a figure does not have."""
     for section in document.root.children:
         if section.tag in _READ_SECTIONS:
@@ -395,7 +410,8 @@ def _add_section_losses(document: Document, losses: Losses) -> None:
         elif section.tag == "visual" or not section.children:
             losses.add(what, effect=Effect.DESCRIPTION)
         else:
-            names = [element.get("name") or element.tag for element in section.children]
+            left = laws.without(section.children)
+            names = [element.get("name") or element.tag for element in left]
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
                 losses.add(what, *others, effect=effect)

@@ -18,7 +18,7 @@ torque that is equal in all directions and viscous damping that is equal about a
 the ball's own. Under a law of coordinates the springs are those of hinges.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -35,6 +35,8 @@ from generator.kinematics.links import Coordinate, figure_links
 from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
 from generator.losses import Effect, Losses
+from generator.model import Model
+from generator.model_files.coupled_laws import CoupledElements
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
@@ -243,17 +245,34 @@ def format_mjcf(
     )
     if start is not None and any(map(any, start.rates.values())):
         key.set("qvel", format_numbers(_start_speeds(root, model, start.rates)))
+    coupled = model.springs.coupled
+    left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    coupled = model.springs.coupled
-    left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     builder.report_fits()
     rest = replace(model, springs=replace(model.springs, coupled=left))
     has_contact = start is not None and start.contact is not None
     add_common_losses(rest, losses, has_contact=has_contact, has_followers=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
+
+
+def coupled_elements(model: Model) -> CoupledElements:
+    """Return the laws over several joints of a model, each with its tendons and actuators."""
+    losses = Losses("")
+    export = build_export_model(model.figure, model.springs, losses)
+    sections = {tag: Element(tag) for tag in ("worldbody", "tendon", "actuator")}
+    builder = _BodyWriter(export, losses, sections)
+    builder.add_bodies()
+    found: list[tuple[CoupledSpring, Sequence[Element]]] = []
+    for spring in export.springs.coupled:
+        made = [sections[tag] for tag in ("tendon", "actuator")]
+        counts = [len(one) for one in made]
+        builder.add_coupled_spring(spring)
+        rows = zip(made, counts, strict=True)
+        found.append((spring, [element for one, count in rows for element in one[count:]]))
+    return found
 
 
 def _start_speeds(root: Element, model: ExportModel, rates: Displacements) -> Array:
