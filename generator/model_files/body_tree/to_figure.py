@@ -422,6 +422,7 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
             f"{CARRIER_SHARE:g} of its mass and inertia (at least {LEAST_CARRIER:g} kg m2), which "
             "changes its accelerations by about this share",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
+            effect=Effect.APPROXIMATION,
         )
         draft.segment_frames[name] = draft.add_segment(
             f"{body.name}_{k}", carrier, {}, is_carrier=True

@@ -190,7 +190,9 @@ class BodyReader:
                     pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
-                    self.losses.add(f"{child.tag}s", *filter(None, [child.get("name")]))
+                    effect = Effect.MOTION if child.tag == "plugin" else Effect.DESCRIPTION
+                    names = filter(None, [child.get("name")])
+                    self.losses.add(f"{child.tag}s", *names, effect=effect)
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
                     diagnostics.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
@@ -392,9 +394,9 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
             gravity = (0.0, 0.0, 0.0)
         for name in option.attributes:
             if name != "gravity":
-                losses.add("settings of the simulation", name)
+                losses.add("settings of the simulation", name, effect=Effect.DESCRIPTION)
         for name in () if flag is None else flag.attributes:
-            losses.add("settings of the simulation", f"flag {name}")
+            losses.add("settings of the simulation", f"flag {name}", effect=Effect.DESCRIPTION)
     return rotation_to_y_up(gravity, losses)
 
 
