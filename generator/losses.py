@@ -11,7 +11,7 @@ MAX_NAMED_PLACES = 8
 
 
 class Effect(IntEnum):
-    """What a loss changes; the gravest first."""
+    """Kind of change that a loss makes, the gravest first."""
 
     MOTION = 0
     """The motion, or what acts."""
