@@ -196,7 +196,7 @@ def loading_fault(figure: Path, written: Path, kind: str) -> str:
         return f"{type(failure).__name__}: {' '.join(str(failure).split())[:100]}"
     if abs(mass - of.total_mass) > 1e-6 * of.total_mass:
         return f"a mass of {mass:.6g} kg instead of {of.total_mass:.6g} kg"
-    expected = of.degrees_of_freedom
+    expected = sum(len(joint.chain) for joint in of.joints.values())
     return "" if freedoms == expected else f"{freedoms} freedoms instead of {expected}"
 
 

@@ -387,8 +387,8 @@ class Joint:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Number of factors in the chain."""
-        return len(self.chain)
+        """Number of displacements that follow no other."""
+        return len(self.free_places)
 
     @property
     def free_places(self) -> tuple[int, ...]:
@@ -432,27 +432,52 @@ def follower_faults(
     joints: Mapping[str, Joint],
     stated: Mapping[str, Sequence[float] | Array],
     displacements: Mapping[str, Sequence[float] | Array],
+    rates: Mapping[str, Sequence[float] | Array] | None = None,
 ) -> Iterator[tuple[str, str]]:
-    """Yield joints with displacements stated off the curves that they follow, and a sentence each.
+    """Yield joints with values stated off the curves that they follow, and a sentence each.
 
     Args:
         joints: Joints by name.
-        stated: Stated displacements by joint; zero states nothing [rad or m].
+        stated: Stated displacements by joint, or rates; zero states nothing [rad or m, per second].
         displacements: Displacements of all joints, of which those that are followed matter.
+        rates: Rates of joints, if rates are stated; those of joints without any are zero.
     """
     for name in stated:
         for k, one in enumerate(joints[name].followers if name in joints else ()):
             if one is None or one.joint not in displacements or not stated[name][k]:
                 continue
-            value = float(one.curve.at(displacements[one.joint][one.index]))
+            value = float(one.curve.at(displacements[one.joint][one.index], int(rates is not None)))
+            if rates is not None:
+                value *= rates[one.joint][one.index] if one.joint in rates else 0.0
             if abs(stated[name][k] - value) > FOLLOWER_TOLERANCE:
-                units = joints[name].chain[k].units
+                units, per = joints[name].chain[k].units, "" if rates is None else "/s"
                 yield (
                     name,
-                    f"displacement {k + 1} of `{shorten(name)}` follows displacement "
-                    f"{one.index + 1} of `{shorten(one.joint)}` and is {units.format(value)}, "
-                    f"not {units.format(stated[name][k])}",
+                    f"{follower_sentence(name, k, one)} and "
+                    f"{'is' if rates is None else 'moves by'} {units.format(value)}{per}, "
+                    f"not {units.format(stated[name][k])}{per}",
                 )
+
+
+def follower_sentence(joint: str, index: int, follower: Follower) -> str:
+    """Say what a displacement of a joint follows."""
+    return (
+        f"displacement {index + 1} of `{shorten(joint)}` follows displacement "
+        f"{follower.index + 1} of `{shorten(follower.joint)}`"
+    )
+
+
+def without_followers(
+    joints: Mapping[str, Joint], values: Mapping[str, Sequence[float] | Array]
+) -> dict[str, tuple[float, ...]]:
+    """Return values by joint with zeros, which state nothing, for displacements that follow."""
+    return {
+        name: tuple(
+            float(value) if name not in joints or k in joints[name].free_places else 0.0
+            for k, value in enumerate(row)
+        )
+        for name, row in values.items()
+    }
 
 
 def _format_displacements(joint: Joint) -> str:
@@ -517,7 +542,7 @@ class Figure:
         return (
             f"<Figure {name}: {format_count(len(self.segments), 'segment')}, "
             f"{format_count(len(self.joints), 'joint')}, "
-            f"{format_count(self.degrees_of_freedom, 'degree')} of freedom, "
+            f"{self.freedoms}, "
             f"{self.total_mass:.4g} kg>"
         )
 
@@ -570,8 +595,17 @@ class Figure:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Total over the joints; a closed loop takes some of them away again."""
+        """Displacements that follow no other, of all joints; a loop takes some of them away."""
         return sum(joint.degrees_of_freedom for joint in self.joints.values())
+
+    @property
+    def freedoms(self) -> str:
+        """The degrees of freedom in words, and the displacements that follow others."""
+        followers = sum(
+            one is not None for joint in self.joints.values() for one in joint.followers
+        )
+        more = f" and {format_count(followers, 'follower')}" if followers else ""
+        return f"{format_count(self.degrees_of_freedom, 'degree')} of freedom{more}"
 
     @cached_property
     def ground(self) -> frozenset[str]:

@@ -23,6 +23,9 @@ MAX_COEFFICIENTS = 20
 MAX_POINTS = 1000
 """Largest number of points of a spline."""
 
+_FITTED_POINTS = 400
+"""Number of points of a curve that a fit considers."""
+
 START, ORIGIN, POWERS_FROM = 0, 1, 2
 """Columns of pieces: first argument of the piece, argument from which powers are, coefficients."""
 
@@ -121,6 +124,26 @@ class FollowerCurve:
             return FollowerCurve(self.kind, tuple(powers[: len(self.numbers)]))
         points = (np.reshape(self.numbers, (-1, 2)) - (constant, 0.0)) / (slope, 1.0)
         return FollowerCurve(self.kind, tuple(points[:: 1 if slope > 0.0 else -1].ravel()))
+
+    def fitted_by_polynomial(
+        self, degree: int, ends: tuple[float, float], through: float
+    ) -> "FollowerCurve":
+        """Return the polynomial that is nearest at the Chebyshev points of a range.
+
+        Args:
+            degree: Degree of the polynomial, at least 1.
+            ends: Range of the argument [rad or m].
+            through: Argument at which it has the value of the curve [rad or m].
+        """
+        angles = np.pi * (np.arange(_FITTED_POINTS) + 0.5) / _FITTED_POINTS
+        low, high = ends
+        x = (high + low) / 2.0 + (high - low) / 2.0 * np.cos(angles) - through
+        here = self.at(through)
+        size, exponents = max(float(np.abs(x).max()), 1e-9), np.arange(1, degree + 1)
+        columns = (x[:, None] / size) ** exponents
+        powers = np.linalg.lstsq(columns, self.at(x + through) - here)[0] / size**exponents
+        fitted = FollowerCurve(CurveKind.POLYNOMIAL, (float(here), *map(float, powers)))
+        return fitted.of_line(1.0, -through)
 
     def scaled(self, factor: float, added: float = 0.0) -> "FollowerCurve":
         """Return factor * curve + added."""

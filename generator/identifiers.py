@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import count
 
 from generator.figure import JointAxis
-from generator.losses import Loss
+from generator.losses import Effect, Loss
 
 _INVALID_CHARACTER = re.compile(r"[^A-Za-z0-9_]")
 
@@ -44,7 +44,9 @@ def renaming_loss(new_names: Mapping[str, str]) -> Loss | None:
     changed = tuple(f"{name!r} is {word}" for name, word in new_names.items() if name != word)
     if not changed:
         return None
-    return Loss("names with other characters than letters, digits and _", changed)
+    return Loss(
+        "names with other characters than letters, digits and _", changed, effect=Effect.DESCRIPTION
+    )
 
 
 def coordinate_names(chains: Mapping[str, Sequence[JointAxis]]) -> dict[str, tuple[str, ...]]:

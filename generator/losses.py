@@ -2,11 +2,28 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 from springs.short_repr import short_repr
 
 MAX_NAMED_PLACES = 8
 """Number of places that a sentence names; the data name all."""
+
+
+class Effect(IntEnum):
+    """Kind of change that a loss makes, the gravest first."""
+
+    MOTION = 0
+    """The motion, or what acts."""
+
+    APPROXIMATION = 1
+    """The motion, by an error that is small or stated."""
+
+    DESCRIPTION = 2
+    """Shapes, names, sources: what does not move."""
+
+    ROUNDING = 3
+    """The last digits of numbers."""
 
 
 @dataclass(frozen=True)
@@ -16,10 +33,12 @@ class Loss:
     Attributes:
         what: the sentence that says it, without a full stop.
         where: the joints, segments or other names that it is about; empty for the whole.
+        effect: what it changes.
     """
 
     what: str
     where: tuple[str, ...] = ()
+    effect: Effect = field(default=Effect.MOTION, kw_only=True)
 
     def __post_init__(self) -> None:
         """Refuse a loss without a sentence."""
@@ -38,7 +57,7 @@ class Loss:
 @short_repr
 @dataclass
 class Losses:
-    """All that one file does not hold, in the order in which it was noted.
+    """All that one file does not hold, by effect, and then in the order in which it was noted.
 
     Losses of one kind are one sentence with all its places.
 
@@ -48,6 +67,7 @@ class Losses:
 
     format: str
     _places: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    _effects: dict[str, Effect] = field(default_factory=dict[str, Effect])
 
     @classmethod
     def collect(cls, name: str, each: Iterable[Loss | None]) -> "Losses":
@@ -57,15 +77,16 @@ class Losses:
             losses.add_loss(loss)
         return losses
 
-    def add(self, what: str, *where: str) -> None:
+    def add(self, what: str, *where: str, effect: Effect = Effect.MOTION) -> None:
         """Note a loss, at places or of the whole."""
+        self._effects[what] = min(effect, self._effects.get(what, effect))
         places = self._places.setdefault(what, [])
         places += [place for place in dict.fromkeys(where) if place not in places]
 
     def add_loss(self, loss: Loss | None) -> None:
         """Note a loss that has its sentence already; None stands for no loss."""
         if loss is not None:
-            self.add(loss.what, *loss.where)
+            self.add(loss.what, *loss.where, effect=loss.effect)
 
     def __str__(self) -> str:
         """A loss a line."""
@@ -73,8 +94,10 @@ class Losses:
 
     @property
     def entries(self) -> tuple[Loss, ...]:
-        """The losses; empty where the file holds everything."""
-        return tuple(Loss(what, tuple(where)) for what, where in self._places.items())
+        """The losses, the gravest first; empty where the file holds everything."""
+        places, effects = self._places, self._effects
+        ordered = sorted(places, key=lambda what: effects[what])
+        return tuple(Loss(one, tuple(places[one]), effect=effects[one]) for one in ordered)
 
     def to_json(self) -> list[dict[str, object]]:
         """Return the losses for `--json`."""

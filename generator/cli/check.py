@@ -55,12 +55,6 @@ from springs.lint.report import (
     report_curves,
 )
 
-_OTHER_SUFFIXES = (
-    *(".csv", ".json", ".html", ".htm", ".md", ".pdf", ".ipynb", ".py", ".xlsx", ".zip"),
-    *(".png", ".jpg", ".jpeg", ".gif", ".svg", ".mp4", ".glb", ".gltf", ".obj", ".stl", ".vtp"),
-)
-"""Suffixes of files that this program or others write, and that are never figures."""
-
 _TAKEN = (
     "it takes figures (.fig), springs (.toml), scenes, tones, contact files and studies "
     "(.scene.toml ...), motions (.mot .sto .action .npz), markers (.trc .c3d) and models "
@@ -236,12 +230,13 @@ def _range_publications(figure: Figure | None) -> tuple[str, ...]:
     return range_publications(identity and identity.sex)
 
 
-def _is_other_output(name: str) -> bool:
-    """Return whether a file is of a kind that is never checked."""
-    return Path(name).suffix.lower() in _OTHER_SUFFIXES and is_file(Path(name))
+def _is_unknown(name: str) -> bool:
+    """Return whether a file has the suffix of no kind that is checked."""
+    known = ("", ".toml", FIGURE_FILE.suffix)
+    return Path(name).suffix.lower() not in known and is_file(Path(name))
 
 
-def _refuse_output(name: str) -> answer.CommandResult:
+def _refuse_unknown(name: str) -> answer.CommandResult:
     fault = error(f"`{name}` is not a file that `mover check` takes", hint=_TAKEN)
     verdict = f"{name}: {_severity_counts((fault,))}; the file cannot be used"
     return CheckResult(verdict, (fault,))
@@ -355,7 +350,7 @@ _OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], answer.
     ("a contact file", partial(_is_file_of, CONTACT_FILE), _check_contact),
     ("a study", _is_study, _check_study),
     ("a motion, markers or a model", _is_measured, _check_measured),
-    ("another file", _is_other_output, _refuse_output),
+    ("another file", _is_unknown, _refuse_unknown),
     ("a springs file", lambda name: Path(name).suffix == ".toml", _check_springs_file),
 )
 """Kinds of files other than figures: with the article, which names are theirs, and their check."""

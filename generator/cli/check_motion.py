@@ -173,7 +173,7 @@ def _check_model(name: str) -> Checked:
     figure, losses = imported.figure, imported.losses.entries
     about = (
         f"{format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
-        f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom; "
+        f"{figure.freedoms}; "
         f"lost as a figure: {len(losses)}"
     )
     use = f"`mover convert {file} {quote(Path(name).stem)}.fig` makes a figure of it"

@@ -43,7 +43,7 @@ from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
-from generator.losses import Loss, Losses
+from generator.losses import Effect, Loss, Losses
 from generator.model import Model, contact_of_figure
 from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
@@ -58,9 +58,6 @@ MAX_BRIEF_LOSSES = 4
 
 MAX_BRIEF_LOSS_LENGTH = 110
 """Length of the line of a loss without `--verbose`."""
-
-ROUNDING_LOSS = "digits:"
-"""Beginning of the losses that are left out without `--verbose`: they state how numbers round."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +95,7 @@ class Conversion(CommandResult):
             entries = losses.entries
             shown = [str(loss) for loss in entries]
             if not self.lists_all:
-                entries = [one for one in entries if not one.what.startswith(ROUNDING_LOSS)]
+                entries = [one for one in entries if one.effect < Effect.ROUNDING]
                 count = max(1, MAX_BRIEF_LOSSES // len(self.losses))
                 shown = [_shorten_loss(loss) for loss in entries[:count]]
             if shown:
@@ -147,7 +144,7 @@ def import_model(
     figure = imported.figure
     title = (
         f"{source}: {format_count(len(figure.bodies), 'segment')} of {figure.total_mass:.4g} kg, "
-        f"{format_count(figure.degrees_of_freedom, 'degree')} of freedom"
+        f"{figure.freedoms}"
     )
     coordinates = {
         name: {

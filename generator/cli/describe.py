@@ -111,6 +111,7 @@ class Description(CommandResult):
     parts: Sequence[Mapping[str, object]]
     can_be_simulated: bool
     obstacles: Sequence[Diagnostic]
+    freedoms: str = field(metadata=HIDDEN)
     spring_set: SpringSet = field(metadata=HIDDEN)
     spheres_fault: str | None = field(metadata=HIDDEN)
     body: BodyContact | None = field(metadata=HIDDEN)
@@ -120,8 +121,8 @@ class Description(CommandResult):
         bodies = sum(not segment.ground for segment in self.segments)
         lines = [
             f"{self.figure}: {format_count(bodies, 'moving segment')}, "
-            f"{format_count(len(self.joints), 'joint')}, {self.degrees_of_freedom} degrees of "
-            f"freedom, {self.total_mass_kg:.4g} kg",
+            f"{format_count(len(self.joints), 'joint')}, {self.freedoms}, "
+            f"{self.total_mass_kg:.4g} kg",
             f"root {self.root}",
         ]
         if self.sex is not None:
@@ -199,6 +200,7 @@ def describe(name: options.FigureName, springs: options.SpringsChoice = None) ->
         parts=[] if body is None else [_part_data(part) for part in body.parts],
         can_be_simulated=not obstacles,
         obstacles=obstacles,
+        freedoms=figure.freedoms,
         spring_set=spring_set,
         spheres_fault=spheres_fault,
         body=body,

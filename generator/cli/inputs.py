@@ -375,7 +375,7 @@ def range_warnings(
         shown = in_display_units(values, joint.chain)
         units = [factor.units.displacement for factor in joint.chain]
         for k, (low, value, high) in enumerate(zip(lower, values, upper, strict=True)):
-            if not low <= value <= high:
+            if k in joint.free_places and not low <= value <= high:
                 ends = (
                     in_display_units([end] * len(values), joint.chain)[k] for end in (low, high)
                 )
@@ -555,7 +555,7 @@ def _check_rates(
 ) -> None:
     """Raise UsageError for velocities other than what is prescribed at the start [s]."""
     asked = {
-        name: np.array(velocities.get(name, np.zeros(joint.degrees_of_freedom)), dtype=float)
+        name: np.array(velocities.get(name, np.zeros(len(joint.chain))), dtype=float)
         for name, joint in prescribed.tree.figure.joints.items()
     }
     put = prescribed.impose_rates(asked, start, displacements)

@@ -11,13 +11,13 @@ from math import pi
 import numpy as np
 
 from generator.diagnostics import InputError
-from generator.figure import Figure, Joint, Segment
+from generator.figure import Figure, Joint, Segment, SiteRef
 from generator.geometry.intersections import triangulate
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
 from generator.joint_chain import Chain
-from generator.losses import Loss
-from generator.rotations import Array, rotation_with_z_axis
+from generator.losses import Effect, Loss
+from generator.rotations import Array, inverse_pose, rotation_with_z_axis
 
 Colour = tuple[float, float, float]
 
@@ -70,7 +70,7 @@ def mass_capsule(figure: Figure, segment: Segment) -> MassCapsule | None:
     centre = segment.centre_of_mass
     if not segment.mass or segment.mass <= 0.0 or centre is None:
         return None
-    ends = _joint_positions(figure.joints.values(), segment)
+    ends = _joint_positions(figure, figure.joints.values(), segment)
     if len(ends) == 1:
         ends.append(2.0 * centre - ends[0])
     length = sum(float(np.linalg.norm(end - centre)) for end in ends)
@@ -78,24 +78,39 @@ def mass_capsule(figure: Figure, segment: Segment) -> MassCapsule | None:
     return MassCapsule(centre, np.array(ends).reshape(-1, 3), float(roots.real.max()))
 
 
-def _joint_positions(joints: Iterable[Joint], segment: Segment) -> list[Array]:
+def _joint_positions(figure: Figure, joints: Iterable[Joint], segment: Segment) -> list[Array]:
     """Return where joints hold a segment, in its frame, once for each site [m].
 
-    It is the segment's site, or where the child's site is that a follower's curve moves away from
-    the parent's while all free displacements are zero.
+    It is the segment's site, or where the site of the segment farther from the root is that a
+    follower's curve moves away from it while all free displacements are zero.
     """
     found: dict[tuple[str, str], Array] = {}
     for joint in joints:
+        if segment.name not in (joint.parent.segment, joint.child.segment):
+            continue
         values = [0.0 if one is None else float(one.curve.at(0.0)) for one in joint.followers]
+        inboard = _inboard_end(figure, joint) if any(values) else None
         for end in joint.ends:
             if end.segment != segment.name:
                 continue
-            is_moved = end is joint.parent and any(values)
             pose = segment.sites[end.site].pose_in_segment
-            if is_moved:
-                pose = pose @ Chain(joint.chain).pose(values)
-            found.setdefault((end.site, joint.name if is_moved else ""), pose[:3, 3])
+            if end is inboard:
+                moved = Chain(joint.chain).pose(values)
+                pose = pose @ (moved if end is joint.parent else inverse_pose(moved))
+            found.setdefault((end.site, joint.name if end is inboard else ""), pose[:3, 3])
     return list(found.values())
+
+
+def _inboard_end(figure: Figure, joint: Joint) -> SiteRef:
+    """Return the end of a joint whose segment is fewer joints from the root."""
+    reached = {figure.root.segment, *figure.ground}
+    while not {end.segment for end in joint.ends} & reached:
+        pairs = [{end.segment for end in one.ends} for one in figure.joints.values()]
+        further = {name for pair in pairs if pair & reached for name in pair} - reached
+        if not further:
+            break
+        reached |= further
+    return joint.child if joint.parent.segment not in reached else joint.parent
 
 
 def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple[Loss, ...]]:
@@ -120,11 +135,21 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
         if surface is not None and surface.face_count:
             appearances[name] = Appearance(surface, segment_colour(figure, segment))
     losses = [
-        Loss("psurfs that could not be read", tuple(unread)) if unread else None,
-        Loss("segments without a psurf are capsules of their mass", tuple(capsules))
+        Loss("psurfs that could not be read", tuple(unread), effect=Effect.DESCRIPTION)
+        if unread
+        else None,
+        Loss(
+            "segments without a psurf are capsules of their mass",
+            tuple(capsules),
+            effect=Effect.DESCRIPTION,
+        )
         if capsules
         else None,
-        Loss("segments without a psurf and a mass are sticks between their sites", tuple(sticks))
+        Loss(
+            "segments without a psurf and a mass are sticks between their sites",
+            tuple(sticks),
+            effect=Effect.DESCRIPTION,
+        )
         if sticks
         else None,
     ]
@@ -189,7 +214,8 @@ def _corners_around_line(tail: Array, head: Array, radius: float) -> Array:
 
 def _stick_ends(figure: Figure, segment: Segment) -> Iterator[tuple[Array, Array]]:
     """From the first joint's site to those of the others; of a body with one, to all its sites."""
-    used = _joint_positions((one for one in figure.joints.values() if one.chain), segment)
+    moving = (one for one in figure.joints.values() if one.chain)
+    used = _joint_positions(figure, moving, segment)
     points = _distinct_positions(used)
     if len(points) == 1 and segment.name not in figure.ground:
         sites = [site.pose_in_segment[:3, 3] for site in segment.sites.values()]

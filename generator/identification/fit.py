@@ -423,6 +423,8 @@ def start_angles(
     for k, (joint, coordinate) in enumerate(data.columns):
         has_one = len(case.figure.joints[joint].chain) == 1
         text = f"pose.{joint}" if has_one else f"pose.{joint}.{coordinate + 1}"
+        if coordinate not in case.figure.joints[joint].free_places:
+            continue
         if joint in known or {text, f"pose.{joint}.{coordinate + 1}"} & named:
             continue
         path = parse_path(text, case)

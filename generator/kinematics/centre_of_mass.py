@@ -80,10 +80,11 @@ class Masses:
         levers = weights.T @ self.centres(placement.poses)
         velocities = np.sum(weights, axis=0)[:, None] * twists[..., 3:]
         slopes = np.swapaxes(velocities + np.cross(twists[..., :3], levers), -1, -2)
-        result = np.zeros((*slopes.shape[:-1], tree.figure.degrees_of_freedom))
+        count = sum(len(joint.chain) for joint in tree.figure.joints.values())
+        result = np.zeros((*slopes.shape[:-1], count))
         start = 0
         for joint in tree.figure.joints.values():
-            stop = start + joint.degrees_of_freedom
+            stop = start + len(joint.chain)
             if joint.name in kinematics.columns:
                 result[..., start:stop] = slopes[..., kinematics.columns[joint.name]]
             start = stop

@@ -79,7 +79,7 @@ def _solve_loops(tree: Tree, target: Displacements, fixed: Set[str]) -> Placemen
 
     free = [b.joint for b in tree.joints if b.joint.name not in fixed and b.joint.chain]
     fixed_closures = [joint for joint in tree.closures if joint.name in fixed]
-    cuts = np.cumsum([joint.degrees_of_freedom for joint in free])[:-1]
+    cuts = np.cumsum([len(joint.chain) for joint in free])[:-1]
 
     def place(values: Array) -> Placement:
         parts = np.split(values, cuts) if free else []
@@ -154,7 +154,7 @@ def consistent_rates(placement: Placement, rates: Displacements, fixed: Set[str]
             targets.append(np.zeros(6))
     loops, target = np.vstack(rows), np.concatenate(targets)
     may_change = np.concatenate(
-        [np.full(joint.degrees_of_freedom, joint.name not in fixed) for joint in joints]
+        [np.full(len(joint.chain), joint.name not in fixed) for joint in joints]
     )
     change = np.linalg.lstsq(loops[:, may_change], target - loops @ requested, rcond=1e-10)[0]
     result = requested.copy()

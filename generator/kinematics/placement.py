@@ -81,10 +81,8 @@ def checked_joint_values(figure: Figure, values: Mapping[str, ArrayLike]) -> dic
             raise ModelError(f"the values for joint {name} are not numbers: {numbers!r}") from None
         if array.ndim == 1 and not {joint.parent.segment, joint.child.segment} & figure.ground:
             array = np.array(joint.complete(array.tolist()))
-        if array.shape != (joint.degrees_of_freedom,):
-            raise ModelError(
-                f"joint {name} has {joint.degrees_of_freedom} displacements, not {array.size}"
-            )
+        if array.shape != (len(joint.chain),):
+            raise ModelError(f"joint {name} has {len(joint.chain)} displacements, not {array.size}")
         if not np.all(np.isfinite(array)):
             raise ModelError(f"a value for joint {name} is not finite")
         checked[name] = array

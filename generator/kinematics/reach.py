@@ -206,7 +206,7 @@ class _Space:
         names = [
             Coordinate(joint.name, k)
             for joint in self.tree.closures
-            for k in range(joint.degrees_of_freedom)
+            for k in range(len(joint.chain))
         ]
         return {name: k for k, name in enumerate(names)}
 
@@ -538,7 +538,7 @@ def _newton_step(
 def _limits(joints: Sequence[Joint], end: str) -> Array:
     """Return the limits of all displacements of joints [rad or m]; infinite where none is set."""
     none = -inf if end == "lower_limit" else inf
-    rows = [getattr(joint, end) or (none,) * joint.degrees_of_freedom for joint in joints]
+    rows = [getattr(joint, end) or (none,) * len(joint.chain) for joint in joints]
     return np.array([value for row in rows for value in row], dtype=float)
 
 

@@ -63,7 +63,7 @@ class Kinematics:
         self._ground = _ground_poses(figure)
         self._links: list[_JointTransform] = []
         self.columns: dict[str, slice] = {}
-        self.size = sum(branch.joint.degrees_of_freedom for branch in branches)
+        self.size = sum(len(branch.joint.chain) for branch in branches)
         self.motion_masks: dict[str, NDArray[np.bool_]] = {
             name: np.zeros(self.size, dtype=bool) for name in figure.ground
         }
@@ -73,7 +73,7 @@ class Kinematics:
         start = 0
         for branch in branches:
             joint = branch.joint
-            stop = start + joint.degrees_of_freedom
+            stop = start + len(joint.chain)
             self.columns[joint.name] = slice(start, stop)
             for k, factor in enumerate(joint.chain, start):
                 sense = 1.0 if branch.parent_is_inboard else -1.0

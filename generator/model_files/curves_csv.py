@@ -17,7 +17,7 @@ from generator.diagnostics import InputError, error
 from generator.figure import Figure, Joint
 from generator.identifiers import coordinate_names, plain_names, renaming_loss
 from generator.joint_chain import Chain, build_chain
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.fit_error import format_size
 from generator.model_files.model_files import ModelFiles
 from generator.passive_curve import PassiveCurve, axis_springs, initial_angles, passive_curve
@@ -286,7 +286,8 @@ def _losses(figure: Figure, springs: SpringSet, curves: list[_Curve]) -> Losses:
         losses.add(
             f"straight lines between the rows, which err by {format_size(size)} {effort} at most",
             largest.joint,
+            effect=Effect.APPROXIMATION,
         )
     if any(curve.friction.any() for curve in curves):
-        losses.add("the rate at which friction sets in")
+        losses.add("the rate at which friction sets in", effect=Effect.APPROXIMATION)
     return losses

@@ -31,7 +31,7 @@ from generator.input_files.coordinates import (
 )
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model import Model
 from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import Body, BodyTree
@@ -220,6 +220,13 @@ def _digests(root: XmlElement) -> tuple[str, ...]:
     return tuple(digest.hexdigest() for digest in digests.values())
 
 
+def canonical_element(element: XmlElement) -> bytes:
+    """Return an element and what is in it as text that spaces and forms of numbers leave."""
+    attributes = {name: written.text for name, written in element.attributes.items()}
+    inside = b"".join(map(canonical_element, element.children))
+    return _canonical_line(element.tag, attributes, element.text.text) + inside + b"end\n"
+
+
 def _canonical_line(path: str, attributes: Mapping[str, str], text: str) -> bytes:
     """Return an element as a line that spaces and the forms of numbers do not change."""
     words = [f"{name}={_canonical_text(value)}" for name, value in sorted(attributes.items())]
@@ -272,7 +279,10 @@ def imported_from_embedded(
         return None
     losses = Losses(read_losses.format)
     if not same["others"]:
-        losses.add("cameras, sensors, settings of a run and the like that were added or changed")
+        losses.add(
+            "cameras, sensors, settings of a run and the like that were added or changed",
+            effect=Effect.DESCRIPTION,
+        )
     if parts["springs"] == NO_SPRINGS and any(
         joint.lower_limit or joint.upper_limit for joint in updated.joints.values()
     ):
@@ -297,6 +307,20 @@ def imported_from_embedded(
         _coordinates(updated, tree, parts.get(_COORDINATES, "")),
         surfaces,
     )
+
+
+def edited_model(root: XmlElement) -> Model | None:
+    """Return the figure and the springs that a model carries whose joints or springs were changed.
+
+    None for a model that is as it was written, and as `carried_model`.
+    """
+    parts = _read_parts(root)
+    if parts is None:
+        return None
+    now = dict(zip(DIGESTED, _digests(root), strict=True))
+    if all(now[group] == parts[f"{group}_sha256"] for group in ("model", "springs")):
+        return None
+    return carried_model(root)
 
 
 def carried_model(root: XmlElement) -> Model | None:

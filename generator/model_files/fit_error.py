@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generator.figure import Joint
 from generator.joint_chain import Chain
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.passive_curve import rotation_vector
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
@@ -86,7 +86,11 @@ class FitErrors:
             places: dict[str, list[str]] = {}
             for _, place, sizes in sorted(found, key=lambda each: -each[0].largest):
                 places.setdefault(sizes, []).append(place)
-            losses.add(what, *(f"{' and '.join(each)} ({sizes})" for sizes, each in places.items()))
+            losses.add(
+                what,
+                *(f"{' and '.join(each)} ({sizes})" for sizes, each in places.items()),
+                effect=Effect.APPROXIMATION,
+            )
 
 
 def orientations(chain: Chain, ranges: tuple[Range, ...]) -> Array:

@@ -22,7 +22,7 @@ from generator.input_files.coordinates import (
     coordinates_of_figure,
     write_coordinates,
 )
-from generator.losses import Loss, Losses
+from generator.losses import Effect, Loss, Losses
 from generator.model_files import curves_csv
 from generator.model_files.biomod import write as biomod
 from generator.model_files.dyspam import write as dyspam
@@ -51,11 +51,20 @@ def format_fig(figure: Figure, springs: SpringSet, path: Path) -> ModelFiles:
 
     Raises ValueError for a name or a string of the figure that the language cannot say.
     """
-    losses = [Loss("the comments of the figure's file, and the units it was written in")]
+    losses = [
+        Loss(
+            "the comments of the figure's file, and the units it was written in",
+            effect=Effect.DESCRIPTION,
+        )
+    ]
     psurfs = tuple(seg.psurf for seg in figure.segments.values() if seg.psurf is not None)
     if psurfs and (figure.path is None or figure.path.parent.resolve() != path.resolve().parent):
         losses.append(
-            Loss("the psurfs, which stay where they are", tuple(dict.fromkeys(map(str, psurfs))))
+            Loss(
+                "the psurfs, which stay where they are",
+                tuple(dict.fromkeys(map(str, psurfs))),
+                effect=Effect.DESCRIPTION,
+            )
         )
     beside: dict[Path, str] = {}
     if figure.springs_text is not None and springs.origin == WITHIN_FIGURE:

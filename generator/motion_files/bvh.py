@@ -13,7 +13,7 @@ import numpy as np
 
 from generator.diagnostics import UsageError
 from generator.identifiers import plain_names, renaming_loss
-from generator.losses import Loss, Losses
+from generator.losses import Effect, Loss, Losses
 from generator.motion_files.motion import FigureMotion, lost_props, unrepresented
 from generator.motion_files.resample import resample
 from generator.motion_files.skeleton import Bone, Skeleton, bones_with_block_ends, build_skeleton
@@ -85,10 +85,13 @@ def write(motion: FigureMotion, path: Path, scale: float = CENTIMETRES_PER_METRE
         renaming_loss(names),
         Loss("shapes, colours, masses and springs, and all segments that do not move"),
         Loss("displacements: the file holds orientations as angles of its own, X Y Z"),
-        Loss("where the motion is from, and how the run ended"),
+        Loss("where the motion is from, and how the run ended", effect=Effect.DESCRIPTION),
         lost_props(motion),
         unrepresented(motion),
-        Loss(f"digits: numbers have {decimals} decimals, angles in deg, lengths in {_unit(scale)}"),
+        Loss(
+            f"digits: numbers have {decimals} decimals, angles in deg, lengths in {_unit(scale)}",
+            effect=Effect.ROUNDING,
+        ),
     ]
     return Losses.collect("BVH", losses)
 

@@ -33,7 +33,7 @@ from generator.geometry.appearance import (
     triangles_with_normals,
 )
 from generator.identifiers import free_name
-from generator.losses import Loss, Losses
+from generator.losses import Effect, Loss, Losses
 from generator.motion_files.motion import NO_MASSES, FigureMotion, unknown_props, unrepresented
 from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
 from generator.rotations import Array, inverse_pose
@@ -117,7 +117,7 @@ _MIN_TRANSLATION = 1e-7
 
 _WALL_OPACITY = 0.2
 
-_ROUNDED = Loss("digits: numbers have 24 bits, some 7 digits")
+_ROUNDED = Loss("digits: numbers have 24 bits, some 7 digits", effect=Effect.ROUNDING)
 
 
 def write(motion: FigureMotion, path: Path) -> Losses:

@@ -15,7 +15,7 @@ from generator.input_files.coordinates import Coordinates
 from generator.kinematics.free_root import tree_for_motion
 from generator.kinematics.placement import batched_placements
 from generator.kinematics.tree import Tree
-from generator.losses import Loss
+from generator.losses import Effect, Loss
 from generator.recording import Ending, Recording
 from generator.rotations import Array
 from generator.text_io import open_regular_file
@@ -243,7 +243,7 @@ def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
     driven = ["drive torques"] if motion.recording.drive_torques else []
     contact = _contact_quantities(motion.recording.contact)
     left = [name for name in (*_QUANTITIES, *driven, *contact) if name not in represented]
-    return Loss("results of the run other than the motion", tuple(left))
+    return Loss("results of the run other than the motion", tuple(left), effect=Effect.DESCRIPTION)
 
 
 def lost_props(motion: FigureMotion) -> Loss | None:
@@ -263,5 +263,5 @@ def unknown_props(motion: FigureMotion) -> Loss | None:
 NO_FIGURE = Loss("the figure: its segments, masses and shapes; the joints alone are named")
 """Loss of files that hold displacements only."""
 
-NO_MASSES = Loss("the masses, inertias and springs of the figure")
+NO_MASSES = Loss("the masses, inertias and springs of the figure", effect=Effect.DESCRIPTION)
 """Loss of files that hold the appearance of a figure."""

@@ -48,7 +48,7 @@ from generator.kinematics.free_root import (
 )
 from generator.kinematics.placement import initial_displacements, with_followers
 from generator.kinematics.tree import build_tree
-from generator.losses import Loss, Losses
+from generator.losses import Effect, Loss, Losses
 from generator.motion_files.action import DIGEST, format_chain, parse_chain, words_of_line
 from generator.motion_files.motion import (
     GROUND_REACTION,
@@ -80,7 +80,10 @@ def _write_coordinates(motion: FigureMotion, path: Path, *, in_degrees: bool) ->
         renaming_loss(plain_names(motion.chains)),
         lost_props(motion),
         unrepresented(motion, GROUND_REACTION),
-        Loss("digits: degrees are rounded to 17, which may change the last bit of an angle")
+        Loss(
+            "digits: degrees are rounded to 17, which may change the last bit of an angle",
+            effect=Effect.ROUNDING,
+        )
         if in_degrees
         else None,
     ]

@@ -26,7 +26,7 @@ from generator.contact.arrows import MIN_ARROW_FORCE, ArrowScale
 from generator.diagnostics import MoverError
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
-from generator.losses import Loss, Losses
+from generator.losses import Effect, Loss, Losses
 from generator.motion_files.glb import format_glb
 from generator.motion_files.motion import (
     NO_MASSES,
@@ -65,7 +65,9 @@ STYLES = ("uPlot.min.css", "page.css")
 MAX_PAGE_FRAMES = 6_000
 """Frames of a page; of a longer motion every second, third ... is kept."""
 
-_ROUNDED = Loss("digits: numbers other than times have 24 bits, some 7 digits")
+_ROUNDED = Loss(
+    "digits: numbers other than times have 24 bits, some 7 digits", effect=Effect.ROUNDING
+)
 
 Frames = NDArray[np.int64]
 

@@ -16,7 +16,7 @@ from generator.contact.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.contact.states import ContactModel
 from generator.contact_file.parts import BodyContact
 from generator.diagnostics import Diagnostic, ModelError, NamedMapping
-from generator.figure import ContactSphere, Figure, Joint, Segment, SiteRef
+from generator.figure import ContactSphere, Figure, Joint, Segment, SiteRef, follower_faults
 from generator.figure_file.check import require_valid_figure, simulation_diagnostics
 from generator.joint_chain import Chain
 from generator.kinematics.free_root import (
@@ -287,12 +287,12 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
         OpenLoopError: the pose opens a loop that cannot be closed.
     """
     tree = build_tree(figure)
-    displacements = {
-        **initial_displacements(tree),
-        **checked_joint_values(figure, plan.displacements),
-    }
+    stated = checked_joint_values(figure, plan.displacements)
+    displacements = {**initial_displacements(tree), **stated}
     prescribed = _build_prescribed_motion(tree, plan, displacements)
     displacements = prescribed.impose_displacements(displacements, plan.start)
+    for _, fault in follower_faults(figure.joints, stated, displacements):
+        raise ModelError(f"at the start {fault}; leave it out")
     fixed = set(plan.displacements) | prescribed.fixed_joints
     placement = place(tree, displacements, fixed)
     if plan.free_root:
@@ -322,6 +322,9 @@ def initial_state(figure: Figure, plan: Plan, contact: BodyContact | None = None
         _check_start_outside(placement, plan.scene, spheres)
     rates = _initial_rates(placement, plan.velocities)
     imposed = prescribed.impose_rates(rates, plan.start, placement.displacements)
+    joints = placement.tree.figure.joints
+    for _, fault in follower_faults(joints, rates, placement.displacements, imposed):
+        raise ModelError(f"at the start {fault}; leave it out")
     for name in plan.velocities:
         free = list(placement.tree.figure.joints[name].free_places)
         if not np.allclose(rates[name][free], imposed[name][free], rtol=1e-9, atol=1e-9):
@@ -421,7 +424,7 @@ def _initial_rates(placement: Placement, velocities: Mapping[str, Any]) -> dict[
     """
     figure = placement.tree.figure
     rates: dict[str, Any] = {
-        name: np.zeros(joint.degrees_of_freedom) for name, joint in figure.joints.items()
+        name: np.zeros(len(joint.chain)) for name, joint in figure.joints.items()
     }
     if not velocities:
         return rates

@@ -9,7 +9,7 @@ import numpy as np
 
 from generator.contact.record import first_impact, mean_at_end
 from generator.diagnostics import ModelError, MoverError
-from generator.figure import Figure
+from generator.figure import Figure, without_followers
 from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
@@ -87,7 +87,8 @@ def vary_start(figure: Figure, plan: Plan, spread: float, generator: np.random.G
     if tree.closures:
         closed = close_loops(tree, {**start, **varied}, fixed).displacements
         varied = {name: closed[name] for name in varied}
-    return replace(plan, displacements={**plan.displacements, **varied})
+    changed = without_followers(figure.joints, {**plan.displacements, **varied})
+    return replace(plan, displacements=changed)
 
 
 def study_starts(

@@ -280,12 +280,12 @@ def _check_changed_joints(
         written = _joint_as_read(joint)
         for name in ("stiff", "rest", "damp"):
             values, former = getattr(joint, name), getattr(written, name, None)
-            for k in range(joint.degrees_of_freedom):
+            for k in range(len(joint.chain)):
                 value = 0.0 if values is None else values[k]
                 before = 0.0 if former is None else former[k]
                 if value == before:
                     continue
-                others = values or (0.0,) * joint.degrees_of_freedom
+                others = values or (0.0,) * len(joint.chain)
                 unchanged = replace(joint, **{name: (*others[:k], before, *others[k + 1 :])})
                 versions = (figure, figure.with_parts(unchanged))
                 bare = [replace(each, springs_text=None) for each in versions]

@@ -43,7 +43,14 @@ from math import degrees, nan
 from typing import NoReturn
 
 from generator.diagnostics import ModelError, UnknownNameError, shorten, spelling_hint
-from generator.figure import CENTRE_OF_MASS_SITE, Figure, Joint, Vector, is_rotation
+from generator.figure import (
+    CENTRE_OF_MASS_SITE,
+    Figure,
+    Joint,
+    Vector,
+    follower_sentence,
+    is_rotation,
+)
 from generator.hold.statics import GRIP_SITE
 from generator.kinematics.free_root import FREE_CHAINS
 from generator.kinematics.links import mirror_rotations, mirror_signs, mirrored_name
@@ -513,6 +520,10 @@ class _PathParser:
                 self._fail("a free segment is one of the figure")
         else:
             units = joint.chain[index].units
+            for name in names:
+                followers = figure.joints[name].followers
+                if followers and (one := followers[index]) is not None:
+                    self._fail(f"{follower_sentence(name, index, one)}; vary that one")
             signs = {name: self._mirror_sign(joint, name, index) for name in names[1:]}
         unit = units.rate if quantity is Quantity.VELOCITY else units.displacement
         targets = tuple(Target(name, index=index, sign=signs.get(name, 1)) for name in names)

@@ -9,7 +9,7 @@ from generator.contact.scene import Scene
 from generator.contact_file.file import MAX_STIFFNESS
 from generator.contact_file.parts import BodyPart
 from generator.diagnostics import ModelError
-from generator.figure import CENTRE_OF_MASS_SITE, Segment, SiteRef
+from generator.figure import CENTRE_OF_MASS_SITE, Segment, SiteRef, without_followers
 from generator.hold.statics import GRIP_SITE
 from generator.loads import LoadKind, TimedLoad, constant_load
 from generator.model import Model
@@ -400,6 +400,7 @@ def _set_displacement(case: Case, path: ParameterPath, value: float) -> Case:
         values = _displacements(case, path.quantity, target.name)
         values[target.index] = target.sign * value
         changed[target.name] = tuple(values)
+    changed = without_followers(case.figure.joints, changed)
     return replace(case, plan=replace(case.plan, **{field: changed}))
 
 

@@ -1,7 +1,7 @@
 """Options of the runs of a study: keys of its file named as the options of `mover simulate`."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 
 from generator.contact.scene import Scene
 from generator.diagnostics import ModelError, MoverError, shorten, spelling_hint
-from generator.figure import Figure
+from generator.figure import Figure, follower_faults
 from generator.figure_file.values import displacement_bound
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE
@@ -68,7 +68,9 @@ def parse_plan(top: TableReader, figure: Figure | None, folder: Path) -> Plan | 
     if base is None:
         options["displacements"] = _parse_start(top, figure, folder)
         free_root = options.get("free_root", False)
-        options["velocities"] = _parse_velocities(top, figure, free_root=free_root)
+        options["velocities"] = _parse_velocities(
+            top, figure, options.get("displacements", {}), free_root=free_root
+        )
     if "tone" in top.content:
         options["tone"] = _parse_tone(top, figure, folder)
     try:
@@ -143,6 +145,8 @@ def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tu
     With a pose: of all joints, with closed loops.
     """
     values = _parse_joints(top, "set", settable_joints(figure))
+    drawn = {joint: one.displacement for joint, one in figure.joints.items()}
+    _refuse_off_curves(top, "set", figure, values, {**drawn, **values})
     name = top.text("pose")
     if name is None:
         return values
@@ -164,12 +168,32 @@ def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tu
 
 
 def _parse_velocities(
-    top: TableReader, figure: Figure, *, free_root: bool
+    top: TableReader,
+    figure: Figure,
+    displacements: Mapping[str, Sequence[float]],
+    *,
+    free_root: bool,
 ) -> dict[str, tuple[float, ...]]:
     """Return the initial rates by joint or free segment [rad/s or m/s]."""
     joints = settable_joints(figure, free_root=free_root)
     free = frozenset(joints.keys() - figure.joints.keys()) if free_root else frozenset[str]()
-    return _parse_joints(top, "velocity", joints, free)
+    rates = _parse_joints(top, "velocity", joints, free)
+    drawn = {joint: one.displacement for joint, one in figure.joints.items()}
+    _refuse_off_curves(top, "velocity", figure, rates, {**drawn, **displacements}, rates)
+    return rates
+
+
+def _refuse_off_curves(
+    top: TableReader,
+    name: str,
+    figure: Figure,
+    stated: Mapping[str, Sequence[float]],
+    displacements: Mapping[str, Sequence[float]],
+    rates: Mapping[str, Sequence[float]] | None = None,
+) -> None:
+    """Note an error of each value of a table off the curve that it follows."""
+    for joint, fault in follower_faults(figure.joints, stated, displacements, rates):
+        top.diagnostics.error(fault, top.spans.key(name, 0, joint), "leave it out, or write 0")
 
 
 def _parse_joints(

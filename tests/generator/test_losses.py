@@ -2,7 +2,7 @@
 
 import pytest
 
-from generator.losses import MAX_NAMED_PLACES, Loss, Losses
+from generator.losses import MAX_NAMED_PLACES, Effect, Loss, Losses
 
 
 def test_of_many_places_some_are_shown_and_all_are_data():
@@ -22,6 +22,13 @@ def test_a_loss_that_says_nothing_is_refused():
 def test_nothing_lost_is_no_loss():
     assert Losses.collect("BVH", [None, Loss("the date"), None]).entries == (Loss("the date"),)
     assert Losses("BVH").entries == ()
+
+
+def test_the_gravest_come_first_and_a_kind_has_the_effect_of_its_gravest():
+    losses = Losses.collect("BVH", [Loss("digits", effect=Effect.ROUNDING), Loss("the springs")])
+    losses.add("names", "hip", effect=Effect.DESCRIPTION)
+    losses.add("digits", "knee", effect=Effect.APPROXIMATION)
+    assert [loss.what for loss in losses.entries] == ["the springs", "digits", "names"]
 
 
 def test_losses_are_printed_one_a_line():

@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from generator.contact.scene import Scene
 from generator.diagnostics import ModelError
 from generator.drive import Drive
 from generator.figure import Figure
 from generator.kinematics.links import Coordinate, Link, Links
+from generator.kinematics.placement import initial_displacements
+from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.model_files.formats import read_model
 from generator.recording import Integrator, Recording
@@ -16,7 +19,11 @@ from generator.rotations import Array
 from generator.simulation.live.stepper import Stepper
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate
+from generator.simulation.run_model import initial_state
+from generator.simulation.starts import vary_start
 from generator.simulation.statics.equilibrium import find_equilibrium
+from generator.study.parameter_paths import UnknownPathError
+from generator.study.parameters import apply_parameters
 from springs import SpringSet
 from tests.generator.model_files.imported_models import MODELS
 
@@ -119,6 +126,11 @@ def test_links_and_followers_compose():
     assert gaps(FIGURE, dict(turned.displacements)) < 1e-11
 
 
+def test_followers_are_no_degrees_of_freedom():
+    assert FIGURE.freedoms == "2 degrees of freedom and 7 followers"
+    assert FIGURE.joints["knee"].degrees_of_freedom == 1
+
+
 def test_free_displacements_alone_may_be_given():
     every = (-0.9, *np.zeros(3))
     one, other = (run(stop=0.1, displacements={"knee": values}) for values in ((-0.9,), every))
@@ -165,3 +177,29 @@ def test_exudyns_own_integrator_moves_the_same(fall: Recording):
 def test_an_implicit_run_of_followers_is_refused():
     with pytest.raises(ModelError, match=r"implicit .*`follow`"):
         run(integrator=Integrator.IMPLICIT)
+
+
+def test_values_off_the_curves_are_refused():
+    """A patella that slides as the knee turns; zeros state nothing."""
+    slides = tuple(np.r_[0.0, 0.0, 0.1].tolist())
+    follows = "displacement 3 of `patella_glide` follows displacement 1 of `knee` and "
+    with pytest.raises(ModelError, match=f"at the start {follows}is .* cm, not 10 cm; leave"):
+        run(displacements={**BENT, "patella_glide": slides})
+    with pytest.raises(ModelError, match=f"at the start {follows}moves by .* cm/s, not 10 cm/s"):
+        run(velocities={**SPEEDS, "patella_glide": slides})
+
+
+def test_a_changed_or_varied_control_moves_what_follows_it():
+    """Also if a plan states the pose of all joints."""
+    tree = build_tree(FIGURE)
+    drawn = {name: tuple(row.tolist()) for name, row in initial_displacements(tree).items()}
+    plan = Plan(displacements=drawn, scene=Scene.floor(), free_root=True)
+    varied = vary_start(FIGURE, plan, 0.1, np.random.default_rng(0))
+    changed = apply_parameters(LIMP, Plan(displacements=drawn), [("pose.knee.1", -30.0)])
+    for one in (varied, changed.plan):
+        start = initial_state(FIGURE, replace(one, scene=Scene(), free_root=False)).placement
+        assert gaps(FIGURE, dict(start.displacements)) < 1e-12
+        assert start.displacements["knee"][0] != drawn["knee"][0]
+    for path in ("pose.knee.2", "velocity.slider"):
+        with pytest.raises(UnknownPathError, match=r"follows displacement 1 of `knee`; vary that"):
+            apply_parameters(LIMP, Plan(), [(path, 1.0)])

@@ -14,7 +14,7 @@ import numpy as np
 from generator.diagnostics import ModelError
 from generator.figure import AxisKind, Joint, JointAxis, Vector, is_rotation
 from generator.joint_chain import build_chain
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.tree import Curve, DegreeOfFreedom
 from generator.model_files.fit_error import FitError, format_range
 from generator.rotations import PERPENDICULAR_TOLERANCE, Array
@@ -384,6 +384,7 @@ def _sampled_law(
     losses.add(
         "springs that become tables of points",
         f"{dof.name}: {FitError.from_differences(differences)} over {format_range(ends)}",
+        effect=Effect.APPROXIMATION,
     )
     return table
 

@@ -13,7 +13,7 @@ from generator.geometry.read import FORMAT_UNITS, read_mesh
 from generator.geometry.simplify import simplify
 from generator.geometry.surface import Surface, join_surfaces
 from generator.identifiers import reserve_name
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array
 
@@ -82,17 +82,21 @@ class MeshFiles:
         suffix = path.suffix.lower()
         reader = self.readers.get(suffix)
         if reader is None and suffix not in FORMAT_UNITS:
-            self.losses.add("shapes in mesh files of a format that is not read", name)
+            self.losses.add(
+                "shapes in mesh files of a format that is not read", name, effect=Effect.DESCRIPTION
+            )
             return None
         if not _exists(path):
-            self.losses.add("shapes whose mesh file is missing", name)
+            self.losses.add("shapes whose mesh file is missing", name, effect=Effect.DESCRIPTION)
             return None
         try:
             surface = read_mesh(path, Fraction(1)) if reader is None else reader(path)
             return surface.without_unused_vertices
         except InputError as failure:
             del failure  # it may quote the file, which may be any file of the system
-            self.losses.add("shapes whose mesh file cannot be read", name)
+            self.losses.add(
+                "shapes whose mesh file cannot be read", name, effect=Effect.DESCRIPTION
+            )
             return None
 
 
@@ -117,7 +121,7 @@ def has_size(
     if smallest < 0.0:
         diagnostics.error(f"a size of this {element.tag.lower()} is negative", element.span)
     elif smallest == 0.0:
-        losses.add("shapes of size zero", name)
+        losses.add("shapes of size zero", name, effect=Effect.DESCRIPTION)
     return smallest > 0.0
 
 
@@ -148,16 +152,26 @@ def join_shapes(
             count = surface.face_count
             surface, moved = simplify(surface, MAX_FACES)
             what = f"shapes of more than {MAX_FACES:,} faces, whose vertices move by at most"
-            losses.add(what, f"{segment} ({count:,} faces, {1e3 * moved:.3g} mm)")
+            losses.add(
+                what,
+                f"{segment} ({count:,} faces, {1e3 * moved:.3g} mm)",
+                effect=Effect.DESCRIPTION,
+            )
         if not surface.face_count:
-            losses.add("shapes whose faces are all lines or points", segment)
+            losses.add(
+                "shapes whose faces are all lines or points", segment, effect=Effect.DESCRIPTION
+            )
             continue
         surfaces[segment] = surface
         areas: dict[Colour | None, float] = {}
         for part in listed:
             areas[part.colour] = areas.get(part.colour, 0.0) + _area(part.surface)
         if len(areas) > 1:
-            losses.add("further colours: a segment has that of its largest surface", segment)
+            losses.add(
+                "further colours: a segment has that of its largest surface",
+                segment,
+                effect=Effect.DESCRIPTION,
+            )
         colour = max(areas, key=lambda each: areas[each])
         if colour is not None:
             colours[segment] = colour

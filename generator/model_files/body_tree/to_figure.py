@@ -33,7 +33,7 @@ from generator.inertia import MassProperties
 from generator.input_files.coordinates import CoordinateMapping
 from generator.kinematics.placement import initial_displacements, pose_figure
 from generator.kinematics.tree import build_tree
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.joints import (
     JointGroup,
     damping_entries,
@@ -293,12 +293,16 @@ def figure_from_tree(
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
-        losses.add("bodies without a joint become parts of those that they are fixed to", *merged)
+        losses.add(
+            "bodies without a joint become parts of those that they are fixed to",
+            *merged,
+            effect=Effect.DESCRIPTION,
+        )
     carried = {body.name: body for body in whole.bodies}
     whole, gone = merge_massless_bodies(whole)
     for name in gone:
         if carried[name].shapes:
-            losses.add("shapes of bodies without mass", name)
+            losses.add("shapes of bodies without mass", name, effect=Effect.DESCRIPTION)
         if np.any(carried[name].extra_inertia):
             losses.add("inertia of bodies without mass", name)
     if gone:
@@ -418,6 +422,7 @@ def _add_body(draft: _FigureDraft, body: Body) -> None:
             f"{CARRIER_SHARE:g} of its mass and inertia (at least {LEAST_CARRIER:g} kg m2), which "
             "changes its accelerations by about this share",
             f"{body.name} ({', '.join(freedom.name for freedom in body.dofs)})",
+            effect=Effect.APPROXIMATION,
         )
         draft.segment_frames[name] = draft.add_segment(
             f"{body.name}_{k}", carrier, {}, is_carrier=True
@@ -528,6 +533,7 @@ def _add_name_losses(draft: _FigureDraft) -> None:
             draft.losses.add(
                 "coordinates that form one joint, in the order of its displacements",
                 f"{name} ({', '.join(own[k] for k in sorted(own))})",
+                effect=Effect.DESCRIPTION,
             )
 
 

@@ -31,7 +31,7 @@ from generator.figure import ContactSphere, Figure
 from generator.kinematics.effective_mass import mass_matrix, point_jacobian
 from generator.kinematics.placement import forward_kinematics, segment_jacobians
 from generator.kinematics.tree import Tree
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.export_model import ExportModel
 from generator.model_files.xml import Element, add_element, format_numbers
 from generator.rotations import Array, quaternion_from_matrix, rotation_with_z_axis
@@ -281,9 +281,9 @@ def add_contact(
                 solreffriction=format_numbers([0.0, -FRICTION_RATE * IMPEDANCE]),
             )
     for name, error in sorted(errors.items(), key=lambda item: -item[1]):
-        losses.add(_SOFT, f"{name} ({error:.1%})")
+        losses.add(_SOFT, f"{name} ({error:.1%})", effect=Effect.APPROXIMATION)
     if contact.laws:
-        losses.add(_EACH)
+        losses.add(_EACH, effect=Effect.APPROXIMATION)
 
 
 _SOFT = (

@@ -20,7 +20,7 @@ from generator.diagnostics import (
 from generator.geometry.primitives import box, capsule, cylinder, ellipsoid, sphere
 from generator.geometry.surface import Surface
 from generator.inertia import MassProperties
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import MeshFiles, Shape, scaled
 from generator.model_files.body_tree.tree import rotation_from_z_to
 from generator.model_files.mjcf.document import MAIN, Document
@@ -262,7 +262,11 @@ class GeomReader:
             self.diagnostics.error(message, element.span_of("inertia"), hint)
             return None
         if rule == "convex" and (element.get("maxhullvert") or "-1") != "-1":
-            self.losses.add("convex hulls with fewer vertices, which are whole here", mesh)
+            self.losses.add(
+                "convex hulls with fewer vertices, which are whole here",
+                mesh,
+                effect=Effect.DESCRIPTION,
+            )
         reason, unit = "it cannot be read", None
         try:
             unit = None if surface is None else unit_mass_properties(surface, rule)
@@ -315,7 +319,11 @@ class GeomReader:
         visual = [(geom, pose) for geom, pose in seen if _is_visual(geom)]
         for geom, _ in geoms:
             if (shape := geom.get("type")) in UNDRAWN:
-                self.losses.add(UNDRAWN[shape or ""], *filter(None, [geom.get("name")]))
+                self.losses.add(
+                    UNDRAWN[shape or ""],
+                    *filter(None, [geom.get("name")]),
+                    effect=Effect.DESCRIPTION,
+                )
         if any(not _is_visual(geom) for geom, _ in geoms):
             self.losses.add(_CONTACT)
         collected, self.diagnostics = self.diagnostics, Diagnostics()
@@ -342,7 +350,11 @@ class GeomReader:
         mesh = geom.get("mesh")
         if mesh is not None:
             if shape != "mesh":
-                self.losses.add("simple shapes fitted to meshes, which are the meshes here", mesh)
+                self.losses.add(
+                    "simple shapes fitted to meshes, which are the meshes here",
+                    mesh,
+                    effect=Effect.DESCRIPTION,
+                )
             surface = self._mesh_surface(mesh, geom)
             if surface is None:
                 return None
@@ -403,7 +415,7 @@ class GeomReader:
         """Return a mesh that is written in the model; without faces its convex hull."""
         vertex, face = element.attributes.get("vertex"), element.attributes.get("face")
         if vertex is None:
-            self.losses.add("meshes that MuJoCo makes itself", name)
+            self.losses.add("meshes that MuJoCo makes itself", name, effect=Effect.DESCRIPTION)
             return None
         numbers = element.numbers("vertex", self.diagnostics, 9, _MAX_MESH_NUMBERS)
         corners = element.numbers("face", self.diagnostics, 3, _MAX_MESH_NUMBERS)
@@ -418,7 +430,9 @@ class GeomReader:
             try:
                 return convex_hull(points)
             except ValueError:
-                self.losses.add("meshes whose points lie in a plane", name)
+                self.losses.add(
+                    "meshes whose points lie in a plane", name, effect=Effect.DESCRIPTION
+                )
                 return None
         faces = np.array(corners).reshape(-1, 3)
         if (faces != np.round(faces)).any() or not 0 <= faces.min() <= faces.max() < len(points):
@@ -439,7 +453,9 @@ class GeomReader:
             return own
         if material.get("texture") and (name := material.get("name") or "") not in self._used:
             self._used.add(name)
-            self.losses.add("textures: a material has its colour alone", name)
+            self.losses.add(
+                "textures: a material has its colour alone", name, effect=Effect.DESCRIPTION
+            )
         return self._parse_rgba(material, (1.0, 1.0, 1.0, 1.0))
 
     def _parse_rgba(
@@ -454,7 +470,7 @@ class GeomReader:
         for asset in self.document.root.find_all("asset"):
             for element in asset.children:
                 if element.tag not in ("mesh", "material", "texture", "hfield"):
-                    self.losses.add("unknown assets", element.tag)
+                    self.losses.add("unknown assets", element.tag, effect=Effect.DESCRIPTION)
 
 
 _PRIMITIVES: Final[Mapping[str, Callable[..., Surface]]] = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.inertia import MassProperties
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
@@ -17,6 +17,11 @@ from generator.model_files.body_tree.tree import (
     inertia_tensor,
     own_site_names,
     rotation_to_y_up,
+)
+from generator.model_files.coupled_laws import (
+    CarriedLaws,
+    find_carried_laws,
+    with_carried_laws,
 )
 from generator.model_files.embedded import MARK, imported_from_embedded
 from generator.model_files.imported import Imported
@@ -35,6 +40,7 @@ from generator.model_files.mjcf.joints import (
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
 from generator.model_files.mjcf.tendons import with_tendons
+from generator.model_files.mjcf.write import coupled_elements
 from generator.model_files.xml import (
     XmlElement,
     parse_number,
@@ -184,7 +190,9 @@ class BodyReader:
                     pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
-                    self.losses.add(f"{child.tag}s", *filter(None, [child.get("name")]))
+                    effect = Effect.MOTION if child.tag == "plugin" else Effect.DESCRIPTION
+                    names = filter(None, [child.get("name")])
+                    self.losses.add(f"{child.tag}s", *names, effect=effect)
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
                     diagnostics.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
@@ -321,6 +329,7 @@ _LOST: Final = {
     "statistic": "rendering settings",
     "size": "memory sizes",
 }
+_MOVING: Final = ("actuator", "equality", "contact", "extension", "deformable")
 _READ_SECTIONS: Final = ("asset", "compiler", "option", "default", "tendon", "worldbody")
 
 _COMPILER: Final = {
@@ -351,8 +360,14 @@ def figure_from_mjcf(
         diagnostics.error("this model has no `worldbody`", root.span, "its bodies stand in one")
     for world in worlds:
         reader.read_world(world)
-    bodies = with_tendons(document, reader.scaled_bodies(), diagnostics, losses)
-    _add_section_losses(document, losses)
+    springs = [
+        child
+        for section in document.root.find_all("tendon", "actuator")
+        for child in section.children
+    ]
+    laws = find_carried_laws(root, springs, coupled_elements)
+    bodies = with_tendons(document, reader.scaled_bodies(), laws, diagnostics, losses)
+    _add_section_losses(document, laws, losses)
     geoms.add_asset_losses()
     tree = BodyTree(
         tuple(bodies),
@@ -363,7 +378,10 @@ def figure_from_mjcf(
         reader.shapes,
     )
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
-    return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
+    if carried is not None:
+        return carried
+    figure = figure_from_tree(tree, diagnostics, losses, separate=separate)
+    return with_carried_laws(figure, laws, losses)
 
 
 def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:
@@ -376,27 +394,29 @@ def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -
             gravity = (0.0, 0.0, 0.0)
         for name in option.attributes:
             if name != "gravity":
-                losses.add("settings of the simulation", name)
+                losses.add("settings of the simulation", name, effect=Effect.DESCRIPTION)
         for name in () if flag is None else flag.attributes:
-            losses.add("settings of the simulation", f"flag {name}")
+            losses.add("settings of the simulation", f"flag {name}", effect=Effect.DESCRIPTION)
     return rotation_to_y_up(gravity, losses)
 
 
-def _add_section_losses(document: Document, losses: Losses) -> None:
+def _add_section_losses(document: Document, laws: CarriedLaws, losses: Losses) -> None:
     """Report sections and settings that a figure does not have."""
     for section in document.root.children:
         if section.tag in _READ_SECTIONS:
             continue
         what = _LOST.get(section.tag)
+        effect = Effect.MOTION if section.tag in _MOVING else Effect.DESCRIPTION
         if what is None:
             losses.add("unknown sections", section.tag)
         elif section.tag == "visual" or not section.children:
-            losses.add(what)
+            losses.add(what, effect=Effect.DESCRIPTION)
         else:
-            names = [element.get("name") or element.tag for element in section.children]
+            left = laws.without(section.children)
+            names = [element.get("name") or element.tag for element in left]
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
-                losses.add(what, *others)
+                losses.add(what, *others, effect=effect)
     for name in document.compiler.attributes:
         if name not in _COMPILER:
             losses.add("attributes that a figure does not have", f"compiler {name}")

@@ -9,6 +9,7 @@ from generator.diagnostics import Diagnostics
 from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom, FunctionCurve
+from generator.model_files.coupled_laws import CarriedLaws
 from generator.model_files.mjcf.document import MAIN, Document
 from generator.model_files.mjcf.joints import parse_coefficients
 from generator.model_files.xml import XmlElement, parse_number
@@ -19,12 +20,19 @@ _LOST_ATTRIBUTES = ("armature", "frictionloss", "range", "actuatorfrcrange")
 
 
 def with_tendons(
-    document: Document, bodies: Sequence[Body], diagnostics: Diagnostics, losses: Losses
+    document: Document,
+    bodies: Sequence[Body],
+    laws: CarriedLaws,
+    diagnostics: Diagnostics,
+    losses: Losses,
 ) -> list[Body]:
-    """Return the bodies with the springs of fixed tendons on one joint; report the others."""
+    """Return the bodies with the springs of fixed tendons on one joint; report the others.
+
+    Those of laws over several joints that come back are left out.
+    """
     dofs = {dof.name: dof for body in bodies for dof in body.dofs}
     for section in document.root.find_all("tendon"):
-        for element in section.children:
+        for element in laws.without(section.children):
             whole = document.with_defaults(replace(element, tag="tendon"), MAIN, diagnostics)
             name = whole.get("name") or element.tag
             joints = list(whole.find_all("joint"))

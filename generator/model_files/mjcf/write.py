@@ -18,7 +18,7 @@ torque that is equal in all directions and viscous damping that is equal about a
 the ball's own. Under a law of coordinates the springs are those of hinges.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -29,12 +29,14 @@ from numpy.typing import ArrayLike
 
 from generator.diagnostics import Diagnostics, Source
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
-from generator.follower_curve import CurveKind
+from generator.follower_curve import CurveKind, FollowerCurve
 from generator.identifiers import reserve_name
-from generator.kinematics.links import figure_links
+from generator.kinematics.links import Coordinate, figure_links
 from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Losses
+from generator.losses import Effect, Losses
+from generator.model import Model
+from generator.model_files.coupled_laws import CoupledElements
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
@@ -94,7 +96,8 @@ from springs.exponential import Exponential, ExponentialTerm
 from springs.spherical import VectorLaw
 
 _SOLVER = {"solref": "0.002 1", "solimp": "0.999 0.9999 0.001 0.5 2"}
-"""Stiffness of loop constraints: the largest that the file's time step allows."""
+"""Stiffness of loops and of displacements that follow others: the largest that the file's time
+step allows, of which the time constant is at least twice."""
 
 
 def site_name(model: ExportModel, ref: SiteRef) -> str:
@@ -180,8 +183,7 @@ _FIT_SAMPLES = 721
 _ROTATIONS = "springs of several rotations (convert with `--law coordinates`)"
 _DAMPING = "unequal damping of several rotations (convert with `--law coordinates`)"
 _REACH_DAMPING = "unequal damping of joints with a reach"
-_SOFT_FOLLOWERS = "exact curves of displacements that follow others: MuJoCo holds them softly"
-_HELD_FOLLOWERS = "followers' curves other than polynomials of degree 4: held where they are"
+_FITTED_FOLLOWERS = "curves of displacements that follow others, fitted by polynomials of degree 4"
 MAX_POWERS = 5
 """Number of coefficients of the polynomial of MuJoCo's equality of two joints."""
 _COULOMB = "the form of Coulomb friction: MuJoCo's holds a joint at rest, ours lets it creep"
@@ -243,17 +245,34 @@ def format_mjcf(
     )
     if start is not None and any(map(any, start.rates.values())):
         key.set("qvel", format_numbers(_start_speeds(root, model, start.rates)))
+    coupled = model.springs.coupled
+    left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     for section in sections.values():
         if not len(section):
             root.remove(section)
-    coupled = model.springs.coupled
-    left = tuple(spring for spring in coupled if not builder.add_coupled_spring(spring))
     builder.report_fits()
     rest = replace(model, springs=replace(model.springs, coupled=left))
     has_contact = start is not None and start.contact is not None
     add_common_losses(rest, losses, has_contact=has_contact, has_followers=True)
     embed(root, figure, springs)
     return format_document(root, _COMMENTS), losses
+
+
+def coupled_elements(model: Model) -> CoupledElements:
+    """Return the laws over several joints of a model, each with its tendons and actuators."""
+    losses = Losses("")
+    export = build_export_model(model.figure, model.springs, losses)
+    sections = {tag: Element(tag) for tag in ("worldbody", "tendon", "actuator")}
+    builder = _BodyWriter(export, losses, sections)
+    builder.add_bodies()
+    found: list[tuple[CoupledSpring, Sequence[Element]]] = []
+    for spring in export.springs.coupled:
+        made = [sections[tag] for tag in ("tendon", "actuator")]
+        counts = [len(one) for one in made]
+        builder.add_coupled_spring(spring)
+        rows = zip(made, counts, strict=True)
+        found.append((spring, [element for one, count in rows for element in one[count:]]))
+    return found
 
 
 def _start_speeds(root: Element, model: ExportModel, rates: Displacements) -> Array:
@@ -324,22 +343,37 @@ class _BodyWriter:
             add_sites(model, self.bodies[branch.outboard], branch.outboard, np.eye(4))
 
     def add_followers(self, equality: Element) -> None:
-        """Constrain the displacements that follow others by polynomials of degree four or less."""
+        """Constrain the displacements that follow others, by polynomials of degree four or less."""
         for link in figure_links(self._model.figure).links:
             follower, control, curve = link.follower, link.control, link.curve
             if not {follower.joint, control.joint} <= self._names.keys() or curve is None:
                 continue
-            powers, ends = curve.numbers, (follower, control)
-            one, other = (self._names[end.joint][end.index] for end in ends)
-            if curve.kind is CurveKind.POLYNOMIAL and not any(powers[MAX_POWERS:]):
-                self._losses.add(_SOFT_FOLLOWERS, str(follower))
-                joints = {"joint1": one, "joint2": other}
-            else:
-                self._losses.add(_HELD_FOLLOWERS, str(follower))
-                start = self._model.placement.displacements[follower.joint][follower.index]
-                powers, joints = (float(start),), {"joint1": one}
-            polynomial = format_numbers((*powers, *(0.0,) * MAX_POWERS)[:MAX_POWERS])
-            add_element(equality, "joint", **joints, polycoef=polynomial)
+            if curve.kind is not CurveKind.POLYNOMIAL or any(curve.numbers[MAX_POWERS:]):
+                curve = self._fit_follower(follower, control, curve)
+            one, other = (self._names[end.joint][end.index] for end in (follower, control))
+            polynomial = format_numbers((*curve.numbers, *(0.0,) * MAX_POWERS)[:MAX_POWERS])
+            add_element(equality, "joint", joint1=one, joint2=other, polycoef=polynomial, **_SOLVER)
+
+    def _fit_follower(
+        self, follower: Coordinate, control: Coordinate, curve: FollowerCurve
+    ) -> FollowerCurve:
+        """Return a polynomial in place of a curve, over the range of the control."""
+        joints, start = self._model.figure.joints, self._model.placement.displacements
+        joint, at = joints[control.joint], float(start[control.joint][control.index])
+        units = joint.chain[control.index].units
+        low, high = joint_ranges(joint, self._model.joint_springs(control.joint))[control.index]
+        if curve.kind is CurveKind.SIMM_SPLINE:
+            low, high = max(low, curve.numbers[0]), min(high, curve.numbers[-2])
+        low, high = min(low, at), max(high, at)
+        fitted = curve.fitted_by_polynomial(MAX_POWERS - 1, (low, high), at)
+        values = np.linspace(low, high, _FIT_SAMPLES)
+        of_follower = joints[follower.joint].chain[follower.index].units
+        differences = of_follower.scale * (fitted.at(values) - curve.at(values))
+        error = FitError.from_differences(differences, of_follower.displacement)
+        if error.largest > ROUNDING * np.abs(of_follower.scale * curve.at(values)).max():
+            over = f" over {format_range((low, high), units)}"
+            self._fits.add(_FITTED_FOLLOWERS, str(follower), error, over)
+        return fitted
 
     def report_fits(self) -> None:
         """Report the springs that are approximated."""
@@ -602,7 +636,7 @@ class _BodyWriter:
         if any(has_friction(spring) for spring in every):
             self._losses.add("friction that depends on the angle", joint.name)
         if any(spring.damping.coulomb for spring in laws.uncoupled.values()):
-            self._losses.add(_COULOMB, joint.name)
+            self._losses.add(_COULOMB, joint.name, effect=Effect.APPROXIMATION)
         if any(spring.damping.coulomb for spring in laws.combined):
             self._losses.add("Coulomb friction of several rotations", joint.name)
 

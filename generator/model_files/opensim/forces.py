@@ -62,6 +62,7 @@ class ForceWriter:
         """Prepare to add forces to the element `forces`; `coordinate_paths` are by name."""
         self._model, self._paths, self._forces = model, coordinate_paths, forces
         self._names: set[str] = set()
+        self.coupled: list[tuple[CoupledSpring, Sequence[Element]]] = []
 
     def add_force(self, tag: str, name: str) -> Element:
         """Add a force under a free name."""
@@ -79,7 +80,9 @@ class ForceWriter:
                 self._add_reach_forces(name, laws.reach)
         for coupled in self._model.springs.coupled:
             if self._model.is_in_tree(coupled):
+                count = len(self._forces)
                 self._add_coupled_forces(coupled)
+                self.coupled.append((coupled, self._forces[count:]))
 
     def _add_coordinate_force(self, coordinate: str, spring: AxisSpring) -> None:
         """Add a spring of one displacement."""

@@ -17,7 +17,7 @@ from generator.diagnostics import Diagnostics, TooManyErrors, shorten
 from generator.figure import is_rotation
 from generator.follower_curve import FollowerCurve
 from generator.inertia import MassProperties
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -28,6 +28,7 @@ from generator.model_files.body_tree.tree import (
     rotation_to_y_up,
     split_extra_inertia,
 )
+from generator.model_files.coupled_laws import find_carried_laws, with_carried_laws
 from generator.model_files.embedded import carried_model, imported_from_embedded
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.bushings import apply_bushings
@@ -51,6 +52,7 @@ from generator.model_files.opensim.rotation_springs import (
 )
 from generator.model_files.opensim.shapes import GeometryReader
 from generator.model_files.opensim.upgrade import upgraded_document
+from generator.model_files.opensim.write import coupled_elements
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array, inverse_pose, pose_matrix
 from springs import SphericalLaw
@@ -111,6 +113,8 @@ def figure_from_osim(
     bodies = _build_bodies(_links(frames, element, losses, followed), known, diagnostics)
     balls = {each.get("name") for each in _set_objects(element, "JointSet") if each.tag in BALLS}
     forces = list(_set_objects(element, "ForceSet"))
+    laws = find_carried_laws(root, forces, coupled_elements)
+    forces = laws.without(forces)
     bodies, forces = find_reaches(bodies, forces, carried_model(root))
     rotation_springs, forces = find_rotation_springs(bodies, forces)
     bodies = apply_forces(bodies, forces, diagnostics, losses)
@@ -129,7 +133,10 @@ def figure_from_osim(
     name, ground = element.get("name"), shapes.get(GROUND, ())
     tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
     carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
-    return carried or figure_from_tree(tree, diagnostics, losses, separate=separate)
+    if carried is not None:
+        return carried
+    figure = figure_from_tree(tree, diagnostics, losses, separate=separate)
+    return with_carried_laws(figure, laws, losses)
 
 
 def _has_ball_law(body: Body, balls: Container[str | None]) -> bool:
@@ -347,4 +354,8 @@ def _add_part_losses(model: XmlElement, losses: Losses, followed: Followed) -> N
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
-                losses.add("wrapping surfaces of muscles", part.get("name") or part.tag)
+                losses.add(
+                    "wrapping surfaces of muscles",
+                    part.get("name") or part.tag,
+                    effect=Effect.DESCRIPTION,
+                )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from generator.diagnostics import Diagnostics, InputError, error
 from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
 from generator.geometry.surface import Surface, join_surfaces
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import (
     MeshFiles,
     Shape,
@@ -66,7 +66,11 @@ class GeometryReader:
         for element, owner in _geometry(model):
             if element.tag in _UNREAD:
                 if element.tag in ("Cone", "Torus"):
-                    self.losses.add("cones and tori", element.get("name") or element.tag)
+                    self.losses.add(
+                        "cones and tori",
+                        element.get("name") or element.tag,
+                        effect=Effect.DESCRIPTION,
+                    )
                 continue
             appearance = element.find("Appearance")
             if appearance is not None and child_text(appearance, "visible").lower() == "false":
@@ -95,7 +99,11 @@ class GeometryReader:
             return None
         factors = child_numbers(element, "scale_factors", (1.0, 1.0, 1.0), self._diagnostics)
         if not all(factors):
-            self.losses.add("shapes that are scaled to nothing", element.get("name") or element.tag)
+            self.losses.add(
+                "shapes that are scaled to nothing",
+                element.get("name") or element.tag,
+                effect=Effect.DESCRIPTION,
+            )
             return None
         return scaled(surface, factors)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from generator.diagnostics import Diagnostics, shorten
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.text_io import load_text
 
@@ -63,7 +63,10 @@ def upgraded_document(
             return None
         upgraded, fault = load_text(written, f"{source.name} as OpenSim 4 writes it")
         version = done.stdout.decode(errors="replace").split()
-    losses.add(f"older format: OpenSim {' '.join(version[-1:])} has converted the model first")
+    losses.add(
+        f"older format: OpenSim {' '.join(version[-1:])} has converted the model first",
+        effect=Effect.DESCRIPTION,
+    )
     if fault is not None:
         diagnostics.error(f"{message}, and the converted one cannot be read: {fault.message}", span)
         return None

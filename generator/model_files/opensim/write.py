@@ -23,7 +23,9 @@ from generator.follower_curve import CurveKind, FollowerCurve
 from generator.identifiers import plain_names, renaming_loss, reserve_name
 from generator.input_files.coordinates import coordinates_of_figure, names_in_models
 from generator.kinematics.free_root import FREE_SITE
-from generator.losses import Losses
+from generator.losses import Effect, Losses
+from generator.model import Model
+from generator.model_files.coupled_laws import CoupledElements
 from generator.model_files.embedded import embed
 from generator.model_files.export_model import (
     ExportModel,
@@ -117,9 +119,22 @@ def format_osim(
     used = {name for names in model.coordinates.values() for name in names}
     if renamed := [name for name in own_names if name not in used]:
         what = "names of coordinates that are scaled, shifted or not plain: here they are JOINT_k"
-        losses.add(what, *renamed)
+        losses.add(what, *renamed, effect=Effect.DESCRIPTION)
     embed(root, figure, springs, own_names)
     return format_document(root, _COMMENTS), losses
+
+
+def coupled_elements(model: Model) -> CoupledElements:
+    """Return the laws over several joints of a model, each with its forces."""
+    losses = Losses("")
+    export = build_export_model(model.figure, model.springs, losses)
+    frames = _add_bodies(export, Element("components"), Element("objects"), {}, losses)
+    builder = _JointWriter(export, frames, Element("objects"), Element("objects"))
+    for branch in export.tree.joints:
+        builder.add_joint(branch.joint)
+    writer = ForceWriter(export, builder.coordinate_paths, Element("objects"))
+    writer.add_springs()
+    return writer.coupled
 
 
 _COMMENTS = ("Units are metres, kilograms, seconds and radians; y is up.",)

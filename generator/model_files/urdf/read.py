@@ -10,7 +10,7 @@ import numpy as np
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
 from generator.inertia import MassProperties
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -122,7 +122,7 @@ def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
         )
     for word in ("safety_controller", "calibration"):
         if joint.find(word) is not None:
-            losses.add("settings of controllers", name)
+            losses.add("settings of controllers", name, effect=Effect.DESCRIPTION)
 
 
 ROOT_JOINT = "base"

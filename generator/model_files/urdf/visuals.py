@@ -9,7 +9,7 @@ import numpy as np
 from generator.diagnostics import Diagnostics, shorten, spelling_hint
 from generator.geometry.primitives import box, capsule, cylinder, sphere
 from generator.geometry.surface import Surface
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import (
     Colour,
     MeshFiles,
@@ -78,7 +78,7 @@ class VisualReader:
             known = next((shape for shape in shapes if ":" not in shape.tag), None)
             for shape in shapes:
                 if shape is not known:
-                    self.losses.add("unknown elements", shape.tag)
+                    self.losses.add("unknown elements", shape.tag, effect=Effect.DESCRIPTION)
                     continue
                 surface = self._surface(link, shape)
                 if surface is not None:
@@ -118,7 +118,7 @@ class VisualReader:
     def _mesh(self, name: str) -> Surface | None:
         """Return the surface in a mesh file; of a package, in a folder above the model."""
         if not name:
-            self.losses.add("meshes without a file")
+            self.losses.add("meshes without a file", effect=Effect.DESCRIPTION)
             return None
         if not name.startswith(PACKAGE):
             return self._files.find((self.directory,), name.removeprefix(FILE))
@@ -136,7 +136,11 @@ class VisualReader:
         same = [one for one in named if one.get("name") == material.get("name")]
         for one in (material, *same):
             if one.find("texture") is not None:
-                self.losses.add("textures: a material has its colour alone", one.get("name") or "")
+                self.losses.add(
+                    "textures: a material has its colour alone",
+                    one.get("name") or "",
+                    effect=Effect.DESCRIPTION,
+                )
             colour = one.find("color")
             read = None if colour is None else colour.numbers("rgba", self.diagnostics, 4)
             if read is not None:

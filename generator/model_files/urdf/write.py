@@ -22,7 +22,7 @@ from generator.geometry.appearance import Colour
 from generator.identifiers import reserve_name
 from generator.joint_chain import Chain
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Losses
+from generator.losses import Effect, Losses
 from generator.model_files.body_tree.tree import Y_UP_FROM_Z_UP
 from generator.model_files.curves_csv import FAST, with_curves
 from generator.model_files.export_model import (
@@ -280,7 +280,9 @@ def _add_losses(model: ExportModel, losses: Losses) -> None:
         ):
             losses.add("friction that depends on the angle", name)
         if any(spring.damping.coulomb or has_friction(spring) for spring in alone):
-            losses.add("the rate at which Coulomb friction sets in", name)
+            losses.add(
+                "the rate at which Coulomb friction sets in", name, effect=Effect.APPROXIMATION
+            )
         if laws.combined_resist:
             losses.add("damping and friction of several rotations", name)
     for name, joint in figure.joints.items():
@@ -292,7 +294,7 @@ def _add_losses(model: ExportModel, losses: Losses) -> None:
             losses.add("the stiffness of stops: the limits of the file are rigid", name)
     add_common_losses(model, losses, has_followers=True)
     add_tree_losses(model, losses)
-    losses.add("sites other than those of joints")
+    losses.add("sites other than those of joints", effect=Effect.DESCRIPTION)
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:

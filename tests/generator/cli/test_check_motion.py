@@ -59,6 +59,7 @@ def test_doubts_about_a_table_have_their_places(tmp_path: Path):
         ("walk.trc", "caf\udce9 \x07", "this is a binary file, not a text"),
         ("share.csv", "time,x\n", "it takes figures (.fig)"),
         ("walk.html", "<p>", "it takes figures (.fig)"),
+        ("notes.txt", "figure {}", "notes.txt` is not a file that `mover check` takes"),
         ("run.npz", "PK", "run.npz"),
         ("model.osim", "<OpenSimDocument", "model.osim:1"),
         ("loads.xml", "<ExternalLoads/>", "`datafile` with the columns is missing"),

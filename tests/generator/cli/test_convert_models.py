@@ -233,8 +233,8 @@ def test_a_scaled_coordinate_has_another_name(gait: Path):
 
 
 def test_followers_are_named_in_a_cut_loss_and_refused_off_their_curves(gait: Path):
-    said = run("convert", gait, gait.parent / "held.xml").stdout
-    assert "other than polynomials of degree 4: held where they are: knee_r 2, " in said
+    said = run("convert", gait, gait.parent / "fitted.xml").stdout
+    assert "fitted by polynomials of degree 4: knee_r 3 and knee_l 3 (0.1 " in said
     for words in (("picture", gait, "-o", gait.parent / "set.png"), ("simulate", gait)):
         refused = mover(*words, "--set", "knee_r=-30,-45.77,99")
         assert refused.exit_code != 0

@@ -124,3 +124,19 @@ def test_a_capsule_ends_where_a_curve_has_the_child_at_zero():
     assert np.linalg.norm(capsule.ends - end, axis=1).min() < 1e-12
     sticks = segment_appearances(without_masses(made))[0][knee.parent.segment].surface.vertices
     assert np.linalg.norm(sticks - end, axis=1).min() < 1e-12
+
+
+def test_capsules_are_the_same_whichever_end_a_joint_connects_to_the_other():
+    made = read_model(MODELS / "knee.osim").figure
+    glide = made.joints["patella_glide"]
+    curves = tuple(replace(one, curve=one.curve.scaled(-1.0)) for one in glide.followers if one)
+    ends = {"parent": glide.child, "child": glide.parent}
+    turned = replace(glide, **ends, chain=glide.chain[::-1], followers=curves[::-1])
+    for name in ("thigh", "patella"):
+        one, other = (
+            mass_capsule(each, each.segments[name]) for each in (made, made.with_parts(turned))
+        )
+        assert one is not None
+        assert other is not None
+        np.testing.assert_allclose(other.ends, one.ends, atol=1e-12)
+        assert other.radius == pytest.approx(one.radius)

@@ -2,16 +2,18 @@
 
 `python -m tests.generator.model_files.opensim_fall MODEL.osim ...` prints how far the bodies are
 apart after 0.3 s from a random pose with random rates, how far they moved, and by how much the
-energy of OpenSim's own motion has changed, which nothing should.
+energy of OpenSim's own motion has changed, which nothing should; `--accuracy` and `--integrator`
+are OpenSim's.
 """
 
-import sys
+from argparse import ArgumentParser
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
+from generator.figure import without_followers
 from generator.model import Model
 from generator.model_files.body_tree.to_figure import FRAME
 from generator.model_files.formats import read_model
@@ -92,8 +94,14 @@ def as_rows(values: dict[str, Array]) -> dict[str, tuple[float, ...]]:
     return {name: tuple(row.tolist()) for name, row in values.items()}
 
 
-def fall_beside_opensim(path: Path) -> Fall:
-    """Let a model fall here and in OpenSim (accuracy 1e-9) from the same random state."""
+def fall_beside_opensim(path: Path, accuracy: float = 1e-9, integrator: str = "") -> Fall:
+    """Let a model fall here and in OpenSim from the same random state.
+
+    Args:
+        path: Model.
+        accuracy: Accuracy of OpenSim's integrator.
+        integrator: OpenSim's name of it; "" for its own choice.
+    """
     twin, imported = Twin(path), read_model(path)
     figure, rng = imported.figure, np.random.default_rng(1)
     values = {name: np.array(joint.displacement) for name, joint in figure.joints.items()}
@@ -107,11 +115,17 @@ def fall_beside_opensim(path: Path) -> Fall:
     twin.follow()
     first, energy = twin.places(), twin.energy()
     x, y, z = (float(part) for part in twin.model.getGravity().to_numpy())
-    start = {"displacements": as_rows(values), "velocities": as_rows(rates)}
+    start = {
+        "displacements": without_followers(figure.joints, values),
+        "velocities": as_rows(rates),
+    }
     plan = Plan(stop=STOP, tolerance=1e-6, gravity=(x, y, z), **start)
     recording = simulate(Model(figure, SpringSet({})), plan)
     manager = twin.api.Manager(twin.model)
-    manager.setIntegratorAccuracy(1e-9)
+    if integrator:
+        method = getattr(twin.api.Manager, f"IntegratorMethod_{integrator}")
+        manager.setIntegratorMethod(method)
+    manager.setIntegratorAccuracy(accuracy)
     manager.initialize(twin.state)
     twin.state = manager.integrate(STOP)
     last = twin.places()
@@ -130,9 +144,14 @@ def fall_beside_opensim(path: Path) -> Fall:
 
 
 if __name__ == "__main__":
-    for word in sys.argv[1:]:
-        fall = fall_beside_opensim(Path(word))
-        name, balance = Path(word).name, np.ptp(fall.recording.energy_balance)
+    options = ArgumentParser()
+    options.add_argument("models", nargs="+", type=Path)
+    options.add_argument("--accuracy", type=float, default=1e-9)
+    options.add_argument("--integrator", default="", help="such as CPodes")
+    chosen = options.parse_args()
+    for model in chosen.models:
+        fall = fall_beside_opensim(model, chosen.accuracy, chosen.integrator)
+        name, balance = model.name, np.ptp(fall.recording.energy_balance)
         print(f"{name:32s} {1e3 * fall.stop:8.1e} mm of {1e3 * fall.moved:5.0f}", end="; ")
         print(f"energy {balance:.0e} J, OpenSim {fall.energy:+.0e} J", end="; ")
         print(f"from Exudyn {fall.recording.agreement_with_exudyn:.0e}", flush=True)

@@ -20,7 +20,10 @@ from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan
 from generator.simulation.statics.static_forces import StaticState
 from generator.springs_file.read import read_springs
-from springs import SphericalLaw, SpringSet
+from springs import CoupledAxis, CoupledSpring, SphericalLaw, SpringSet
+from springs.coupled import CoupledExponential, CoupledTerm
+from tests.chains import chain
+from tests.chains import row as bars
 from tests.generator.model_files.imported_models import (
     lost,
     without_carried_texts,
@@ -131,7 +134,7 @@ class Edited:
 
 
 def edited(name: str, suffix: str, folder: Path, *edits: Edit) -> Edited:
-    """A model without the laws over several joints, which are lost where one is edited."""
+    """A model after edits, without laws over several joints: each moment is of one joint alone."""
     figure = read_figure(name)
     springs = read_springs(None, figure)
     springs = replace(springs, law=SphericalLaw.COORDINATES, coupled=())
@@ -281,3 +284,39 @@ def test_the_moments_of_an_edited_model_are_those_of_mujoco(name: str, tmp_path:
             api.mj_forward(model, data)
             assert np.abs(data.qfrc_spring[speeds] - expected).max() <= of.allowed(one), one
         data.qpos[places] = 0.0
+
+
+LAW = CoupledExponential(
+    ("first", "second"), (CoupledTerm((2.0, 3.0), (-1.0, -1.5), 0.1),), (0.3, 0.0), (None, None)
+)
+"""A gradient, so that MuJoCo's tendons hold it."""
+
+ADDED = (
+    r'\1<SpringGeneralizedForce name="added"><coordinate>joint1_1</coordinate><stiffness>7'
+    "</stiffness><viscosity>0</viscosity><rest_length>0</rest_length></SpringGeneralizedForce>"
+)
+PATHS = "along paths"
+COUPLED_EDITS: list[tuple[str, str, str, str]] = [
+    (".xml", "<tendon>", '<tendon><spatial name="added"/>', ""),
+    (".xml", r'(_spring_1" [^>]*stiffness=")', r"\g<1>9", PATHS),
+    (".xml", r'(<joint name="joint1"[^>]*axis=")[^"]*', r"\g<1>0 0 1", "joints, whose joints"),
+    (".osim", r'(<ForceSet name="forceset">\s*<objects>)', ADDED, ""),
+    (".osim", r'(joint2_spring">.*?<expression>)', r"\g<1>2*", PATHS),
+]
+
+
+@pytest.mark.parametrize(("suffix", "pattern", "new", "words"), COUPLED_EDITS)
+def test_laws_over_several_joints_come_back_while_elements_and_axes_are_as_written(
+    suffix: str, pattern: str, new: str, words: str, tmp_path: Path
+):
+    of = bars(3, [chain("Rx"), chain("Ry"), chain("Rx")])
+    axes = (CoupledAxis("joint1", (0.0, 1.0, 0.0)), CoupledAxis("joint2", (-1.0, 0.0, 0.0)))
+    springs = SpringSet(coupled=(CoupledSpring(LAW, axes, "a source"),))
+    path = tmp_path / f"model{suffix}"
+    model_format(path).format_files(of, springs, path).write()
+    path.write_text(substituted(pattern, new)(path.read_text("utf-8")), "utf-8")
+    imported = read_model(path)
+    _, back = written_and_read(imported, tmp_path)
+    assert back.coupled == (() if words else springs.coupled)
+    if words:
+        lost(imported, words)

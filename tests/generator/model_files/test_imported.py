@@ -41,4 +41,4 @@ def test_a_springs_file_of_another_figure_is_reported(tmp_path: Path):
     imported = replace(read_model(MODELS / "leg.osim"), springs=None)
     springs_path(tmp_path / "leg.fig").write_text("")
     losses = imported_files(imported, tmp_path / "leg.fig").losses
-    assert "an older springs file" in losses.entries[-1].what
+    assert any("an older springs file" in one.what for one in losses.entries)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +14,12 @@ from scipy.spatial.transform import Rotation
 from generator.figure import Figure, Joint
 from generator.figure_file import read_figure
 from generator.joint_chain import Chain
+from generator.kinematics.links import Coordinate, figure_links
 from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
-from generator.model_files.mjcf.write import format_mjcf
-from generator.rotations import rotation_vector_from_matrix
+from generator.model_files.formats import read_model
+from generator.model_files.mjcf.write import MAX_POWERS, format_mjcf
+from generator.rotations import Array, rotation_vector_from_matrix
 from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
@@ -36,6 +39,7 @@ from springs.transformed import Transformed
 from tests.chains import ACROSS, SKEW, chain, one_body, two_bodies
 from tests.generator.model_files.bent_fall import bent_prototype
 from tests.generator.model_files.engines import MuJoCo, moved
+from tests.generator.model_files.imported_models import MODELS
 from tests.generator.model_files.model_cases import (
     AGREEMENT,
     CURVES,
@@ -275,3 +279,45 @@ def test_a_law_over_several_joints_is_tendons_of_their_hinges() -> None:
     assert lost not in str(with_law.losses)
     conservative = read_springs(None, of, SphericalLaw.CONSERVATIVE)
     assert lost in str(MuJoCo(of, conservative).losses)
+
+
+def largest_gaps(model: MuJoCo) -> tuple[float, float]:
+    """Largest distances of followers from their polynomials and their curves in 0.3 s [m]."""
+    data, joints = model.data, model.figure.joints
+
+    def joint(end: Coordinate) -> Any:
+        last = f"_{end.index + 1}" if len(joints[end.joint].chain) > 1 else ""
+        return data.joint(end.joint + last)
+
+    links = figure_links(model.figure).links
+    ends = [(joint(link.follower), joint(link.control)) for link in links]
+    data.qvel[:] = np.random.default_rng(1).uniform(-3.0, 3.0, len(data.qvel))
+    for link, (follower, control) in zip(links, ends, strict=True):
+        follower.qvel[0] = link.as_curve.at(control.qpos[0], 1) * control.qvel[0]
+    frames: list[list[tuple[float, float]]] = []
+    while data.time < 0.3:
+        model.api.mj_step(model.model, data)
+        frames.append([(follower.qpos[0], control.qpos[0]) for follower, control in ends])
+    held = curve = 0.0
+    rows: Array = np.moveaxis(np.array(frames), 0, 2)
+    for k, link in enumerate(links):
+        y: Array = rows[k, 0]
+        x: Array = rows[k, 1]
+        powers = model.model.eq_data[k, MAX_POWERS - 1 :: -1]
+        held = max(held, float(np.abs(y - np.polyval(powers, x)).max()))
+        curve = max(curve, float(np.abs(y - link.as_curve.at(x)).max()))
+    return held, curve
+
+
+def test_a_sliding_knee_follows_its_curves_in_a_fall():
+    knee = read_model(MODELS / "knee.osim").figure
+    patella = knee.joints["patella_glide"]  # whose rotation is made free: others are slides
+    of = knee.with_parts(replace(patella, followers=(None, *patella.followers[1:])))
+    models = [MuJoCo(of, SpringSet({})) for _ in range(2)]
+    models[1].model.eq_solref[:] = 0.02, 1.0
+    models[1].model.eq_solimp[:] = 0.9, 0.95, 0.001, 0.5, 2.0
+    (held, curve), (default, _) = map(largest_gaps, models)
+    print(f"{1e3 * held:.4f} mm, {1e3 * curve:.2f} mm from the curves; {1e3 * default:.1f} mm")
+    assert held < 1e-5
+    assert curve < 1e-3
+    assert default > 5e-3
