@@ -16,10 +16,10 @@ from hypothesis import settings
 from tests.paths import TESTS
 
 # No deadline: the time of an example tells of the machine, and nothing here measures speed. In CI
-# the examples are the same each time, so that a red run is red for everybody, and half as many: new
-# ones are drawn where tests are run by hand.
+# the examples are the same each time, so that a red run is red for everybody, and a quarter of
+# them: new ones are drawn where tests are run by hand.
 settings.register_profile("here", deadline=None)
-settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True, max_examples=50)
+settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True, max_examples=25)
 settings.load_profile("ci" if os.environ.get("CI") else "here")
 
 

@@ -1,9 +1,8 @@
 """The files and names that the pages mention exist."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
-
-import pytest
 
 from tests.paths import DOCS, FIGURES, ROOT
 
@@ -15,13 +14,16 @@ NAME_IN_FILE = re.compile(r"`(\w+)` (?:of|in) `([\w/]+\.py)`")
 LINK = re.compile(r"\]\(([\w./-]+)(?:#[\w-]+)?\)")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_what_a_page_mentions_exists(page: Path):
+def missing_on(page: Path) -> Iterator[str]:
     text = page.read_text(encoding="utf-8")
-    missing = [path for path in PATH.findall(text) if not (ROOT / path).exists()]
-    missing += [link for link in LINK.findall(text) if not (page.parent / link).exists()]
+    yield from (path for path in PATH.findall(text) if not (ROOT / path).exists())
+    yield from (link for link in LINK.findall(text) if not (page.parent / link).exists())
     for name, path in NAME_IN_FILE.findall(text):
         source = (ROOT / path).read_text(encoding="utf-8") if (ROOT / path).exists() else ""
         if not re.search(rf"^(?:def |class )?{name}\b", source, re.MULTILINE):
-            missing.append(f"{name} in {path}")
+            yield f"{name} in {path}"
+
+
+def test_what_pages_mention_exists():
+    missing = [f"{page.relative_to(ROOT)}: {one}" for page in PAGES for one in missing_on(page)]
     assert missing == []

@@ -81,7 +81,7 @@ def check_case(case: ContactCase, bound: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("damping", "speed", "stiffness"), list(product((0.5, 1.0, 2.0), (0.1, 1.0, 3.0), (3e4, 1e6)))
+    ("damping", "speed", "stiffness"), list(product((0.5, 2.0), (0.1, 3.0), (3e4, 1e6)))
 )
 def test_restitution(damping: float, speed: float, stiffness: float) -> None:
     check_case(rebound(damping, speed, stiffness), 1e-8)
@@ -93,12 +93,12 @@ def test_peak_force_of_an_elastic_impact(speed: float) -> None:
     check_case(elastic_peak(speed), 3e-4)
 
 
-@pytest.mark.parametrize("slope", [5.0, 10.0, 20.0, 28.0, 30.0])
+@pytest.mark.parametrize("slope", [5.0, 20.0, 30.0])
 def test_a_block_creeps_below_the_friction_angle(slope: float) -> None:
     check_case(creeping_block(radians(slope)), 1e-4)
 
 
-@pytest.mark.parametrize("slope", [35.0, 40.0, 45.0])
+@pytest.mark.parametrize("slope", [35.0, 45.0])
 def test_a_block_slips_above_the_friction_angle(slope: float) -> None:
     check_case(slipping_block(radians(slope)), 3e-3)
 
@@ -179,9 +179,10 @@ def test_the_face_of_a_box_acts_as_a_plane() -> None:
         assert box_run.energy[kind] == pytest.approx(values, abs=1e-7)
 
 
-@pytest.mark.parametrize("thickness", [1.0, 0.02])
-@pytest.mark.parametrize(("height", "stiffness"), [(0.5, 3e4), (2.0, 3e3), (2.0, 3e4), (2.0, 1e6)])
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+@pytest.mark.parametrize(
+    ("thickness", "height", "stiffness", "tolerance"),
+    [(1.0, 0.5, 3e4, 1e-3), (1.0, 2.0, 1e6, 1e-6), (0.02, 2.0, 3e3, 1e-3), (0.02, 2.0, 3e4, 1e-6)],
+)
 def test_a_ball_bounces_on_a_box_as_on_a_plane(
     thickness: float, height: float, stiffness: float, tolerance: float
 ) -> None:
@@ -250,17 +251,6 @@ def test_a_ball_rolls_over_the_edge_of_a_box(friction: float, damping: float) ->
         assert run.velocities[BODY][-1, 0] == pytest.approx(-speed / BALL_RADIUS, abs=1e-9)
     else:
         assert run.energy["friction"][-1] + run.energy["contact damping"][-1] > 1e-3
-
-
-def test_a_falling_ball_touches_when_and_as_fast_as_galilei_says() -> None:
-    height = 0.2
-    ball = free_body(BALL, (BALL_INERTIA,) * 3, (0.0, BALL_RADIUS + height, 0.0))
-    run = simulate_contact(ball, HORIZONTAL, FIRM, 0.3)
-    check_run(run)
-    assert run.contact is not None
-    contact = run.contact.segments[BODY]
-    assert contact.first_time == pytest.approx(sqrt(2.0 * height / GRAVITY), rel=1e-6)
-    assert contact.impact_speed == pytest.approx(sqrt(2.0 * GRAVITY * height), rel=1e-6)
 
 
 def weight_impulse(mass: float, run: Recording) -> Array:

@@ -166,7 +166,7 @@ def test_equilibrium_of_a_sliding_knee_has_no_net_force():
 
 @pytest.mark.slow
 def test_exudyns_own_integrator_moves_the_same(fall: Recording):
-    slow = run(integrator=Integrator.EXUDYN, stop=0.1)
+    slow = run(integrator=Integrator.EXUDYN, stop=0.05)
     for name, rows in fall.displacements.items():
         np.testing.assert_allclose(slow.displacements[name], rows[: len(slow.times)], atol=1e-5)
     for name, wrenches in fall.reactions.items():

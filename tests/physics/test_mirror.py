@@ -129,7 +129,7 @@ RATES = {"left_hip_joint": (1.0, 2.0, -1.0), "right_elbow": (2.0,), "waist": (0.
 
 
 def test_the_mirror_image_of_the_prototype() -> None:
-    """Within 1e-8 over 0.5 s, with a coupled law on one side.
+    """Within 1e-8 over 0.2 s, with a coupled law on one side.
 
     Centres of mass off the middle are reflected with their segments.
     """
@@ -137,7 +137,7 @@ def test_the_mirror_image_of_the_prototype() -> None:
     assert image != PROTOTYPE
     springs = read_springs(None, PROTOTYPE, SphericalLaw.CONSERVATIVE)
     springs = replace(springs, coupled=(LEG,))
-    common = {"stop": 0.5, "step": 1e-3}
+    common = {"stop": 0.2, "step": 1e-3}
     run = simulate(PROTOTYPE, Plan(displacements=POSE, velocities=RATES, springs=springs, **common))
     reflected = simulate(
         image,

@@ -39,8 +39,10 @@ def test_a_tumbling_limb_keeps_its_energy():
     assert np.ptp(run.energy_balance) < 1e-8
 
 
-@pytest.mark.parametrize("rates", [(0.0, 9.0, 9.0), (2.0, 14.0, 0.0), (-4.0, 3.0, 14.0)])
-@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize(
+    ("side", "rates"),
+    [("left", (0.0, 9.0, 9.0)), ("right", (2.0, 14.0, 0.0)), ("left", (-4.0, 3.0, 14.0))],
+)
 def test_arms_are_thrown_through_180_deg(side, rates):
     """No run ends where the rotation of a shoulder passes half a turn, or its chain a pole."""
     figure = read_figure("male50")

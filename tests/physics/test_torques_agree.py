@@ -32,7 +32,7 @@ def torques(assembly) -> np.ndarray:
 
 
 @pytest.mark.parametrize("law", list(SphericalLaw))
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_every_joint_of_the_prototype(law, seed) -> None:
     springs = read_springs(None, PROTOTYPE, law)
     rng = np.random.default_rng(seed)
@@ -53,7 +53,7 @@ def test_every_joint_of_the_prototype(law, seed) -> None:
     assert np.max(np.abs(both[0] - both[1])) < 1e-9
 
 
-@pytest.mark.parametrize("value", [-0.9, -0.505, -0.2, 0.0, 0.2, 0.35, 0.405, 1.1])
+@pytest.mark.parametrize("value", [-0.9, -0.505, 0.0, 0.35, 1.1])
 @pytest.mark.parametrize("text", ["Rs", "Ts", "Ts Rz", "Rz Ts"])
 def test_every_branch_of_the_laws(text, value) -> None:
     factors = chain(text)
@@ -73,15 +73,13 @@ def test_every_branch_of_the_laws(text, value) -> None:
     assert abs(abs(both[0][-1]) - abs(expected)) < 1e-9
 
 
-@pytest.mark.parametrize("law", list(SphericalLaw))
-def test_a_short_run(law) -> None:
+def test_a_short_run() -> None:
     runs = [
         simulate(
             PROTOTYPE,
             Plan(
                 stop=0.02,
                 step=1e-3,
-                law=law,
                 python_torques=python,
                 displacements={"waist": (0.3, 0.7, 0.4), "left_elbow": (1.9,)},
             ),

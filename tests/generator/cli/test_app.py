@@ -46,13 +46,12 @@ def test_the_command_starts_without_slow_libraries():
     assert subprocess.run(line, env=ENVIRONMENT, capture_output=True, check=True).stdout == b"\n"
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_the_help_of_a_command_opens_with_its_line_in_the_list(command: str):
-    summary = COMMANDS[command]
-    assert str(command_function(command).__doc__).splitlines()[0] == summary
-    listed = re.findall(r"^  ([\w-]+)  +(.*)$", run("--help").stdout, re.MULTILINE)
-    assert dict(listed)[command] == summary  # on one line of a terminal
-    assert summary in " ".join(run(command, "-h").stdout.split())
+def test_the_help_of_a_command_opens_with_its_line_in_the_list():
+    listed = dict(re.findall(r"^  ([\w-]+)  +(.*)$", run("--help").stdout, re.MULTILINE))
+    for command, summary in COMMANDS.items():
+        assert str(command_function(command).__doc__).splitlines()[0] == summary
+        assert listed[command] == summary  # on one line of a terminal
+    assert COMMANDS["com"] in " ".join(run("com", "-h").stdout.split())
 
 
 def test_the_version_is_shown():
@@ -162,11 +161,11 @@ def interrupt(*_: object, **__: object) -> Any:
 INTERRUPTION = "interrupted before anything was written"
 
 
-@pytest.mark.parametrize("place", ["app", "_load_command", "generator.cli.inputs:load_figure"])
+@pytest.mark.parametrize("place", ["app", "generator.cli.inputs:load_figure"])
 def test_ctrl_c_before_a_run_is_reported(
     place: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    """While the parser is made, while a command is loaded, and while it reads its input."""
+    """While the parser is made, and while a command reads its input."""
     path, _, name = place.rpartition(":")
     monkeypatch.setattr(import_module(path) if path else module, name, interrupt)
     monkeypatch.setattr(sys, "argv", ["mover", "com", "prototype", "--json"])
@@ -230,9 +229,7 @@ def test_an_output_that_is_full_is_reported(words: str, tmp_path: Path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a device that is full")
-@pytest.mark.parametrize(
-    ("words", "code"), [("com prototype --set x=1", 2), ("--strict", 2), ("com prototype", 0)]
-)
+@pytest.mark.parametrize(("words", "code"), [("--strict", 2), ("com prototype", 0)])
 def test_an_error_stream_that_is_full_changes_nothing(words: str, code: int, tmp_path: Path):
     done = shell(f"MOVER {words} --json 2> /dev/full", tmp_path)
     assert done.returncode == code
@@ -295,7 +292,7 @@ OFFERED = {
 """Lines, what is offered for them, and what is not."""
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", "fish"])
 def test_a_shell_completes_commands_figures_and_options(shell: str):
     *answers, rest = completions(shell, list(OFFERED)).stdout.split("====\n")
     assert rest == ""
@@ -340,9 +337,8 @@ def test_severities_and_marks_have_colours_on_a_terminal(tmp_path: Path):
     assert plain == mover("describe", FAULTY).stderr
 
 
-@pytest.mark.parametrize("variables", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
-def test_colours_can_be_left_out(variables: dict[str, str], tmp_path: Path):
-    told = colours(tmp_path, **variables)
+def test_colours_can_be_left_out(tmp_path: Path):
+    told = colours(tmp_path, NO_COLOR="1")
     assert ": error: the inertia of" in told
     assert "\x1b" not in told
 

@@ -1,6 +1,7 @@
 """Every law in words and in data."""
 
 import json
+import re
 from math import radians
 
 import pytest
@@ -70,15 +71,11 @@ def test_the_data_of_a_law_hold_its_numbers():
     assert scaled["of"] == {"law": "linear", "stiffness": 3.0, "rest": 0.0}
 
 
-@pytest.mark.parametrize(
-    "key", [f"{name}/{row}" for name in publications() for row in publication(name).curves]
-)
-def test_no_published_law_is_left_without_words(key: str):
-    name, _, row = key.partition("/")
-    law = publication(name).curves[row].law
-    assert "(" + type(law).__name__ not in describe_law(law)
-    assert not describe_law(law).startswith(type(law).__name__)
-    assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]
+def test_no_published_law_is_left_without_words():
+    for name in publications():
+        for law in (row.law for row in publication(name).curves.values()):
+            assert not re.search(rf"(^|\(){type(law).__name__}", describe_law(law)), name
+            assert json.loads(json.dumps(law_data(law), allow_nan=False))["law"]
 
 
 def test_a_coupled_law_in_words():

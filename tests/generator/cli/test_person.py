@@ -184,16 +184,6 @@ def test_the_springs_of_a_person_are_not_replaced_by_those_of_another(tmp_path: 
     assert names(tmp_path) == NAMES
 
 
-def test_two_persons_of_one_name_lie_in_two_folders(tmp_path: Path):
-    masses = (50.0, 90.0)
-    for mass in masses:
-        (tmp_path / f"{mass:g}").mkdir()
-        run(*ME[:-1], f"{mass}kg", "-o", tmp_path / f"{mass:g}" / "me.fig")
-    for mass in masses:
-        figure = read_figure(tmp_path / f"{mass:g}" / "me.fig")
-        assert figure.total_mass == pytest.approx(mass)
-
-
 def test_measured_dimensions_change_the_person(tmp_path: Path):
     file = tmp_path / "measures.toml"
     file.write_text("foot_length_cm = 26\n", encoding="utf-8")
@@ -223,24 +213,22 @@ def test_a_density_beyond_the_published_ones_is_a_warning():
 
 
 @pytest.mark.parametrize(
-    ("mass", "weight", "sentence"),
+    ("mass", "sentence"),
     [
-        ("85.5kg", 0.0, "masses: percentages of de Leva 1996"),
-        ("90kg", 0.27, "masses: 0.27 of regressions of Zatsiorsky 2002 on mass and stature, the"),
-        ("110kg", 1.0, "masses: regressions of Zatsiorsky 2002 on mass and stature"),
+        ("90kg", "masses: 0.27 of regressions of Zatsiorsky 2002 on mass and stature, the"),
+        ("110kg", "masses: regressions of Zatsiorsky 2002 on mass and stature"),
     ],
 )
-def test_the_rule_of_the_masses_is_said(mass: str, weight: float, sentence: str):
+def test_the_rule_of_the_masses_is_said(mass: str, sentence: str):
     man = ("person", "--sex", "male", "--stature", "1.756m", "--mass", mass)
     assert any(line.startswith(sentence) for line in lines_of(run(*man)))
-    assert answer(*man)["regression_weight"] == pytest.approx(weight, abs=0.01)
 
 
 def lines_of(result: Result) -> list[str]:
     return [line.rstrip() for line in result.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv", "me.contact.toml"])
+@pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv"])
 def test_nothing_is_written_where_one_file_cannot_be(taken: str, tmp_path: Path):
     if taken == "me_geometry":
         (tmp_path / taken).write_text("mine", encoding="utf-8")

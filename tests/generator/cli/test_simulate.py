@@ -181,19 +181,6 @@ def test_loads_do_work(tmp_path: Path):
     assert abs(said["energy"]["work"]["last"]) > 1e-6
 
 
-def test_a_failed_run_writes_what_was_simulated(tmp_path: Path):
-    path = tmp_path / "snap.action"
-    words = ("--springs", "printed", "--stop", 0.5, "--wall-limit", 3, "-o", path)
-    result = mover("simulate", "prototype", *words)
-    assert result.exit_code == 3
-    assert "rad (tolerance 1.0e-03 rad, met until " in result.stdout
-    assert "the frames up to" in result.stderr
-    action = read_action(path)
-    assert action.header.outcome in (Ending.TURNED_OVER, Ending.SOLVER_FAILED)
-    assert 0.0 < action.times[-1] < 0.5
-    assert action.header.message.split()[1] in action.displacements
-
-
 def test_a_run_beyond_its_tolerance_fails_and_says_until_when_it_held(tmp_path: Path):
     path = tmp_path / "swing.action"
     words = ("simulate", "pendulum", "--stop", 0.5, "--tolerance", 1e-14, "-o", path)
@@ -227,17 +214,6 @@ def test_a_failure_at_the_first_frame_has_no_error_estimate():
     text = mover(*words).stdout
     assert "error not estimated: the run failed at its first frame" in text
     assert "met until" not in text
-
-
-def test_a_run_that_takes_too_long_ends(tmp_path: Path):
-    path = tmp_path / "long.action"
-    endless = ("--floor", "--stop", 900)  # contact keeps steps short
-    result = mover("simulate", "prototype", *endless, "--wall-limit", 0.2, "-o", path)
-    assert result.exit_code == 3
-    assert re.search("estimated joint-angle error|error not estimated", result.stdout)
-    action = read_action(path)
-    assert action.header.outcome.value == "wall time used up"
-    assert action.times[-1] < 900.0
 
 
 # --drive, --links, --lock

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
-from math import cos, radians, sin, sqrt, tan
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -185,21 +185,6 @@ def test_a_block_at_rest_is_carried_and_does_not_creep() -> None:
     sphere_depth = contact.depths["link"][-1]
     carried = 4.0 * Surface().elastic_force(sphere_depth)
     assert carried == pytest.approx(MASS * GRAVITY, rel=1e-3)
-
-
-@pytest.mark.parametrize("slope", [0.0, 10.0, 20.0])
-def test_a_block_creeps_on_a_slope(slope: float) -> None:
-    """With c = s r / sqrt(1 - r^2), r = tan(slope) / mu; its horizontal part is reported."""
-    angle, surface = radians(slope), Surface(damping=20.0, friction=0.6)
-    normal = (-sin(angle), cos(angle), 0.0)
-    run = run_plan(
-        block(BLOCK_HALF[1], angle), stop=1.0, scene=scene(surface, normal), tolerance=1e-6
-    )
-    ratio = tan(angle) / surface.friction
-    speed = surface.friction_speed * ratio / sqrt(1.0 - ratio**2)
-    contact = contact_of(run)
-    assert contact.creep == pytest.approx(speed * cos(angle), rel=1e-3, abs=1e-6)
-    assert contact.weight_carried == pytest.approx(1.0, abs=1e-3)
 
 
 def test_without_gravity_no_weight_is_carried() -> None:
@@ -400,24 +385,6 @@ def test_a_region_has_the_contact_of_its_own_spheres(integrator: Integrator) -> 
 
 
 # Exudyn's integrator
-
-
-def test_exudyn_s_integrator_records_the_same_fall() -> None:
-    """Within the errors of its steps; it has no disturbed run."""
-    run = run_plan(
-        ball(HEIGHT), stop=0.5, tolerance=1e-5, scene=FLOOR, integrator=Integrator.EXUDYN
-    )
-    found, expected = contact_of(run), contact_of(drop())
-    assert found.sensitivity is None
-    assert found.height_sensitivity is None
-    touch, exact = found.segments["link"], expected.segments["link"]
-    assert touch.first_time == pytest.approx(exact.first_time, abs=1e-4)
-    assert touch.impact_speed == pytest.approx(exact.impact_speed, rel=1e-3)
-    assert touch.peak_force == pytest.approx(exact.peak_force, rel=1e-2)
-    assert touch.impulse == pytest.approx(exact.impulse, rel=1e-3, abs=1e-3)
-    assert found.dissipated == pytest.approx(expected.dissipated, rel=1e-3)
-    assert found.max_depth == pytest.approx(expected.max_depth, rel=1e-2)
-    assert found.weight_carried == pytest.approx(expected.weight_carried, abs=1e-2)
 
 
 @pytest.mark.parametrize(

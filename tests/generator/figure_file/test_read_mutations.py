@@ -98,7 +98,7 @@ def _wound(draw, text, start, end):
 
 
 @pytest.mark.slow
-@settings(max_examples=500, derandomize=True, deadline=None)
+@settings(max_examples=200, derandomize=True, deadline=None)
 @given(text=damaged())
 def test_a_damaged_file_is_told_or_read(text):
     reading, calls = counted_calls(lambda: FIGURE_FILE.parse_text(text))

@@ -271,7 +271,7 @@ def half_spaces(size, centre, turn):
     return normals, normals @ centre + np.tile(size, 2) / 2
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(placed, placed)
 def test_two_boxes_are_apart_or_nested_or_cut_as_linear_programming_says(one, two):
     spaces = [half_spaces(*one), half_spaces(*two)]

@@ -112,11 +112,11 @@ def required_in_mujoco(of: Figure, placement: Placement, loads: list[Load]) -> d
 
 @pytest.mark.slow
 @pytest.mark.verify
-@pytest.mark.parametrize("name", [*PERSONS, "humanoid.xml"])
+@pytest.mark.parametrize("name", ["male50", "humanoid.xml"])
 def test_moments_are_those_of_mujoco(name: str):
     of, random = figure_of(name), np.random.default_rng(3)
     tree, largest = build_tree(of), 0.0
-    for _ in range(200):
+    for _ in range(10):
         placement = forward_kinematics(tree, random_displacements(of, random))
         loads = random_loads(of, random)
         wrenches = weight_wrenches(placement, of) + load_wrenches(placement, loads)
@@ -147,12 +147,12 @@ def required_in_opensim(engine: OpenSim, placement: Placement, loads: list[Load]
 
 @pytest.mark.slow
 @pytest.mark.verify
-@pytest.mark.parametrize("name", [*PERSONS, "humanoid.xml"])
+@pytest.mark.parametrize("name", ["male50", "humanoid.xml"])
 def test_moments_are_those_of_opensim(name: str, tmp_path: Path):
     of, random = figure_of(name), np.random.default_rng(4)
     tree, engine, largest = build_tree(of), OpenSim(of, SpringSet(), tmp_path), 0.0
     order = coordinate_order(engine)
-    for _ in range(200):
+    for _ in range(10):
         placement = forward_kinematics(tree, random_displacements(of, random))
         loads = [load for load in random_loads(of, random) if load.segment in of.bodies]
         wrenches = weight_wrenches(placement, of) + load_wrenches(placement, loads)

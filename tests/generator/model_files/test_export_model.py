@@ -37,6 +37,14 @@ pytestmark = pytest.mark.verify
 
 FREE = SpringSet()
 FIGURES = TREES | LOOPS
+VARIED = (
+    *("names that meet", "clavicles", "prototype, let go", "pendulum"),
+    *(
+        "slides along the child's axes, child nearer to the root",
+        "slides and turns about three axes",
+    ),
+)
+"""Trees that fall in programs of which `test_coordinates_are_the_displacements` has all."""
 with_loops = pytest.mark.parametrize("engine", [MuJoCo, OpenSim])
 
 
@@ -93,8 +101,10 @@ def unloaded(of: Figure) -> Figure:
     return replace(of, segments=bare)
 
 
-@pytest.mark.parametrize("engine", [MuJoCo, OpenSim, Pinocchio])
-@pytest.mark.parametrize("name", TREES)
+@pytest.mark.parametrize(
+    ("name", "engine"),
+    [*((name, MuJoCo) for name in TREES), *((n, e) for n in VARIED for e in (OpenSim, Pinocchio))],
+)
 def test_figures_without_springs_fall_alike(name: str, engine: type[Engine], tmp_path: Path):
     of, expected = TREES[name], None
     if engine is Pinocchio and name == "pendulum":  # URDF has no loads
@@ -127,12 +137,6 @@ def test_in_mujoco_the_prototype_falls_alike_on_its_own_hinges_and_equal_balls()
     loaded = MuJoCo(PROTOTYPE, springs)
     assert not loaded.losses.entries
     loaded.model.opt.timestep /= 4
-    assert apart(moved(loaded, 0.2), ours(PROTOTYPE, springs, 0.2).poses) < AGREEMENT
-
-
-def test_in_opensim_the_prototype_falls_alike_on_its_own_hinges(tmp_path: Path):
-    springs = spring_set(*own_hinges())
-    loaded = OpenSim(PROTOTYPE, springs, tmp_path)
     assert apart(moved(loaded, 0.2), ours(PROTOTYPE, springs, 0.2).poses) < AGREEMENT
 
 

@@ -21,7 +21,7 @@ from generator.recording import Ending
 from generator.run_options import Integrator
 from generator.simulation.statics.equilibrium import find_equilibrium
 from generator.tone import Tone
-from springs import Damping, Linear
+from springs import Linear
 from tests.runs import energy_error
 
 G = 9.81
@@ -137,13 +137,13 @@ BLOW = {
 
 
 def motion(who: Person, **fields: object) -> Recording:
-    plan = replace(Plan(stop=0.3, velocities=BLOW, free_root=True), **fields)
+    plan = replace(Plan(stop=0.2, velocities=BLOW, free_root=True), **fields)
     return simulate(who.model, plan)
 
 
 @pytest.mark.parametrize(
     "tone",
-    [None, Tone(hold={"all": 0.1}, righting={"neck": 0.5})],
+    [None, Tone(hold={"all": 0.1}, righting={"neck": 0.5, "trunk": 0.5})],
     ids=["limp", "tone"],
 )
 def test_it_moves_as_exudyn_says(elastic: Person, tone: Tone | None) -> None:
@@ -163,39 +163,6 @@ def test_exudyn_integrates_the_same_motion(elastic: Person) -> None:
         assert other.displacements[name] == pytest.approx(values, abs=1e-4), name
     difference = other.energy["dissipated"][-1] - compiled.energy["dissipated"][-1]
     assert abs(difference) < 1e-3 * compiled.energy["dissipated"][-1]
-
-
-def test_without_damping_its_energy_stays(elastic: Person) -> None:
-    springs = elastic.model.springs.scaled(1.0, 0.0)
-    assert springs.joints[SLIDING_JOINT].translations[2].damping == Damping()
-    plan = Plan(stop=0.3, velocities=BLOW, free_root=True, tolerance=1e-6)
-    run = simulate(Model(elastic.figure, springs), plan)
-    total = run.energy["kinetic"] + run.energy["gravity"] + run.energy["spring"]
-    assert np.abs(total - total[0]).max() < 1e-4
-    assert run.energy["dissipated"][-1] == 0.0
-
-
-def mirrored(name: str, values: np.ndarray) -> tuple[str, np.ndarray]:
-    """The other side, and displacements of the mirror image; joints of the trunk have signs."""
-    side, _, rest = name.partition("_")
-    name = {"left": f"right_{rest}", "right": f"left_{rest}"}.get(side, name)
-    signs = {
-        SLIDING_JOINT: (-1, -1, 1, 1, -1, 1),
-        "waist": (-1, -1, 1),
-        "thorax": (-1, -1, 1),
-    }
-    return name, values * np.array(signs.get(name, 1))
-
-
-def test_the_mirror_image_moves_as_the_mirror_image(elastic: Person) -> None:
-    one = motion(elastic, stop=0.2)
-    start = dict(mirrored(name, np.array(rates)) for name, rates in BLOW.items())
-    velocities = {name: tuple(rates.tolist()) for name, rates in start.items()}
-    other = motion(elastic, stop=0.2, velocities=velocities)
-    for name, values in one.displacements.items():
-        if name in elastic.figure.joints:
-            image, expected = mirrored(name, values)
-            assert other.displacements[image] == pytest.approx(expected, abs=2e-3), name
 
 
 def test_the_methods_agree_in_a_fall(elastic: Person) -> None:

@@ -26,9 +26,8 @@ from generator.simulation.run import simulate
 from generator.simulation.trace import mean_position
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SphericalLaw, SpringSet
 from springs.hysteresis import Hysteresis
-from tests.chains import BALL, SKEW, X, Z, chain, one_body, row
+from tests.chains import BALL, SKEW, X, Z, chain, row
 from tests.contact_figures import FLOOR, MASS, ball, two_segments
-from tests.runs import springs_of
 
 PROTOTYPE = read_figure("prototype")
 TIMES = np.linspace(0.0, 1.0, 9)
@@ -79,7 +78,9 @@ class Case:
 CASES = {
     "prototype": Case(PROTOTYPE, BENT),
     "weighted": Case(row(3, MIXED), {"law": SphericalLaw.WEIGHTED, "springs": WEIGHTED}),
-    "free root": Case(PROTOTYPE, {"free_root": True, "velocities": {"right_elbow": (3.0,)}}),
+    "free root": Case(
+        row(3, MIXED), {"springs": THREE, "free_root": True, "velocities": {"joint1": (3.0,)}}
+    ),
     "slides": Case(
         row(3, (chain("Rx Ry Tx"), BALL)),
         {"springs": SpringSet({"joint0": JointSprings("joint0", (ABOUT,), (SLIDE,))})},
@@ -238,41 +239,6 @@ def test_accelerations_that_differ_from_exudyn_s_do_not_count(
 # Endings
 
 
-def test_an_elastic_ball_turned_over_is_told() -> None:
-    springs = tuple(AxisSpring(axis, (Linear(1.0),)) for axis in (X, Z))
-    plan = Plan(
-        stop=1.0,
-        springs=springs_of("pin", *springs),
-        displacements={"pin": (2.8, 0.0, 0.0)},
-        velocities={"pin": (8.0, 0.0, 0.0)},
-    )
-    run = simulate(one_body(BALL), plan)
-    assert run.integrator is Integrator.COMPILED
-    assert run.outcome.ending is Ending.TURNED_OVER
-    assert run.outcome.joint == "pin"
-    assert "pin" in run.outcome.message
-    assert run.outcome.last_time == run.times[-1] < 0.1
-    assert len(run.accuracy.by_frame) == len(run.times)
-
-
-def test_ctrl_c_leaves_the_frames_so_far(monkeypatch) -> None:
-    monkeypatch.setattr(refinement, "_LINK_STEPS_PER_CALL", 20)
-
-    def watch(progress) -> None:
-        if progress.time > 0.5:
-            raise KeyboardInterrupt
-
-    run = simulate(row(2, stiff=3.0, damp=0.1), Plan(stop=3.0), watch)
-    assert run.integrator is Integrator.COMPILED
-    assert run.outcome.ending is Ending.INTERRUPTED
-    assert "interrupted at" in run.outcome.message
-    assert 25 <= len(run.times) < 151
-    assert run.outcome.last_time == run.times[-1]
-    assert len(run.accuracy.by_frame) == len(run.poses["bar0"]) == len(run.times)
-    assert run.accuracy.tolerance_met_until <= run.times[-1]
-    assert np.max(run.accuracy.by_frame[run.times <= run.accuracy.tolerance_met_until]) <= 1e-3
-
-
 @pytest.mark.parametrize(("stop", "tolerance"), [(6.0, 1e-3), (0.5, 1e-14)])
 def test_a_run_beyond_its_tolerance_is_not_done(stop: float, tolerance: float) -> None:
     """A wild triple pendulum amplifies any error; and no run is more exact than its numbers."""
@@ -288,13 +254,6 @@ def test_a_run_beyond_its_tolerance_is_not_done(stop: float, tolerance: float) -
     assert (
         f"only until {run.accuracy.tolerance_met_until:.4g} s of {stop:g} s" in run.outcome.message
     )
-
-
-def test_the_wall_limit_ends_a_run() -> None:
-    run = simulate(row(10), Plan(stop=500.0, tolerance=1e-8, springs=SpringSet(), wall_limit=0.2))
-    assert run.outcome.ending is Ending.TOO_LONG
-    assert "wall-time limit" in run.outcome.message
-    assert run.wall_time < 5.0
 
 
 # Contact
@@ -316,7 +275,6 @@ DISTURBED = {
             "free_root": True,
             "height": 0.5,
             "scene": FLOOR,
-            "locked": ("waist",),
             "displacements": {"left_hip_joint": (0.4, 0.2, -0.3), "right_knee": (0.7,)},
             "velocities": {"right_elbow": (3.0,), "lower_torso": (0.1, 0.2, 0.3, 1.0, 2.0, 3.0)},
         },
@@ -468,7 +426,7 @@ def test_a_run_of_one_frame_has_a_contact_record() -> None:
     assert len(run.contact.ground_reaction) == len(run.times)
 
 
-@pytest.mark.parametrize("start", [-3.0, 0.0, 7.0])
+@pytest.mark.parametrize("start", [-3.0, 7.0])
 def test_contact_does_not_depend_on_the_start_time(start) -> None:
     plan = Plan(start=start, stop=start + 0.4, springs=SpringSet(), scene=FLOOR, tolerance=1e-6)
     run = simulate(ball(0.2), plan)

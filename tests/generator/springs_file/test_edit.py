@@ -70,7 +70,7 @@ def test_a_file_of_edits_is_read_as_the_edited_springs(choice, edits):
     assert springs_from_text(text, FIGURE, Path("my.springs.toml"), choice).joints == springs.joints
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(LAWS, st.floats(0.0, 5.0), st.floats(-1.0, 1.0))
 def test_the_parts_of_a_law_make_its_torque(law, scale, offset):
     whole = plain_law(law).whole

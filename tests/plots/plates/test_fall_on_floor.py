@@ -9,6 +9,9 @@ from generator.contact.record import SegmentContact
 from plots.plates.fall_on_floor import Collapse, contact_groups
 from tests.plots.drawn import data, maker, plate
 
+pytestmark = pytest.mark.slow
+"""They share the drawing of the plate with the test of the gallery, which checks its claims."""
+
 
 @pytest.fixture(scope="module")
 def made() -> Collapse:
@@ -23,18 +26,6 @@ def drawn():
 def panel(drawn, label: str):
     (found,) = [axes for axes in drawn.figure.axes if label in axes.get_ylabel()]
     return found
-
-
-def test_all_claims_hold(drawn) -> None:
-    assert len(drawn.claims) == 7
-    assert all(claim.holds for claim in drawn.claims)
-
-
-def test_the_mean_force_of_the_floor_is_the_weight(made, drawn) -> None:
-    """From rest to rest the impulse of the drawn reaction is that of the weight."""
-    columns = drawn.tables["fall_on_floor"]
-    force, times = columns["vertical reaction [N]"], columns["time [s]"]
-    assert np.trapezoid(force, times) == pytest.approx(made.weight * times[-1], rel=2e-2)
 
 
 def test_gravity_is_that_of_the_drawn_height(made, drawn) -> None:

@@ -272,15 +272,15 @@ def test_curves_have_the_values_that_are_told_of_them(key, angle, torque):
     assert curve(key).law.torque(radians(angle)) == pytest.approx(torque, rel=0.03, abs=0.05)
 
 
-@pytest.mark.parametrize("key", sorted({key for key, *_ in ROWS}))
-def test_every_law_knows_the_range_of_its_row(key):
-    row = curve(key)
-    if row.valid_range is not None and not isinstance(row.law, Cubic) and "schmidt" not in key:
-        assert valid_range(row.law) == pytest.approx(row.valid_range)
-    assert row.damping is None or row.damping > 0.0
-    assert row.motion
-    assert row.reference.text == publication(key.partition("/")[0]).reference.text
-    assert row.sample.kind is not SampleKind.UNKNOWN
+def test_every_law_knows_the_range_of_its_row():
+    for key in {key for key, *_ in ROWS}:
+        row = curve(key)
+        if row.valid_range is not None and not isinstance(row.law, Cubic) and "schmidt" not in key:
+            assert valid_range(row.law) == pytest.approx(row.valid_range), key
+        assert row.damping is None or row.damping > 0.0, key
+        assert row.motion, key
+        assert row.reference.text == publication(key.partition("/")[0]).reference.text
+        assert row.sample.kind is not SampleKind.UNKNOWN, key
 
 
 def test_the_thesis_s_dead_zones_are_those_of_the_rule_and_of_the_table():

@@ -196,7 +196,7 @@ def test_rates_are_those_of_the_displacements(tmp_path):
 WORDS = st.sampled_from(["0", "1", "2", "7", "0.5", ",", "/", "#", "\n", "-", "1e5", "x", "\n\n"])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(WORDS, max_size=60).map(" ".join), st.integers(1, 3), st.integers(1, 3))
 def test_any_text_is_read_or_refused(text, bodies, joints):
     findings = Diagnostics()

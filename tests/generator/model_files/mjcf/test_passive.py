@@ -65,8 +65,9 @@ def with_callback(of: Figure, springs: SpringSet, stop: float = STOP) -> dict[st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("reverse", [False, True])
-@pytest.mark.parametrize("text", ["R-x Ry Rz", "Rx Ry", "Rx Ry Rz Tx"])
+@pytest.mark.parametrize(
+    ("text", "reverse"), [("R-x Ry Rz", False), ("Rx Ry", True), ("Rx Ry Rz Tx", True)]
+)
 def test_springs_of_several_rotations_are_ours(text: str, reverse: bool) -> None:
     places = chain(text)
     of = two_bodies(places, (*START, 0.0)[: len(places)], reverse=reverse)

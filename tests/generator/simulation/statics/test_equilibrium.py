@@ -23,9 +23,9 @@ HANGING = body("link", centre=(0.0, -0.3, 0.0))
 
 
 def moved(rest, made, plan):
-    """Largest change of a displacement in a second of simulation from the rest pose [rad or m]."""
+    """Largest change of a displacement in a simulation from the rest pose [rad or m]."""
     start = {name: tuple(row) for name, row in rest.displacements.items()}
-    run = simulate(made, replace(plan, displacements=start, step=5e-3))
+    run = simulate(made, replace(plan, displacements=start, stop=0.3, step=5e-3))
     assert run.outcome.succeeded
     return max(np.max(np.abs(rows - rows[0])) for rows in run.displacements.values())
 
@@ -48,26 +48,25 @@ def test_a_pendulum_with_a_spring_rests_where_the_closed_equation_does() -> None
 
 
 def test_the_settled_prototype_stays_put() -> None:
-    """With its own springs, hung by the torso: nothing moves in a second by a millionth."""
+    """With its own springs, hung by the torso: nothing moves by a ten-millionth."""
     made = read_figure("prototype")
     rest = find_equilibrium(made)
     assert rest.residual < 1e-8
     assert rest.energy < rest.start_energy - 50.0
     # It may turn about the vertical: the joint at the ground has no spring.
     assert rest.state.endswith("some of its motions meet no force")
-    assert moved(rest, made, Plan()) < 1e-6
+    assert moved(rest, made, Plan()) < 1e-7
 
 
-@pytest.mark.parametrize("law", list(SphericalLaw))
-def test_a_standing_prototype_settles_by_either_law(law) -> None:
+def test_a_row_settles_by_a_law_without_an_energy() -> None:
     """The weighted law is no gradient: its rest is one of forces all the same."""
-    made = read_figure("prototype")
-    plan = Plan(locked=("root_torso",), law=law)
+    made = row(3, (BALL,), bend=0.4, stiff=12.0)
+    plan = Plan(locked=("joint0",), law=SphericalLaw.WEIGHTED)
     rest = find_equilibrium(made, plan)
     assert rest.slowest_rate_squared > 1.0
-    assert (rest.energy is None) == (law is SphericalLaw.WEIGHTED)
-    assert np.all(rest.displacements["root_torso"] == 0.0)
-    assert moved(rest, made, plan) < 1e-6
+    assert rest.energy is None
+    assert np.array_equal(rest.displacements["joint0"], made.joints["joint0"].displacement)
+    assert moved(rest, made, plan) < 1e-7
 
 
 @pytest.mark.parametrize(("rest_angle", "is_reached"), [(1.5, True), (1.6, False)])
