@@ -5,9 +5,10 @@ Run with `python -m benchmarks aims`. Two tables of the reference figure, one se
 - what a user gets by default: each engine at its own default settings, with its true error
 - the cheapest run with an error of at most 1e-3 rad and 1e-5 rad
 
-and the list of aims. Times are the least of interleaved rounds. This program makes its first two
-runs in two threads, all others use one: both wall and CPU time are compared. The error is the
-largest angle of any joint at the end, against Pinocchio at 1e-13; of chains see `chains`.
+and the list of aims, but for those of the start, which `startup` has. Times are the least of
+interleaved rounds. This program makes its first two runs in two threads, all others use one: both
+wall and CPU time are compared. The error is the largest angle of any joint at the end, against
+Pinocchio at 1e-13; of chains see `chains`.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -15,11 +16,12 @@ from dataclasses import dataclass
 from functools import partial
 from math import inf
 
-from benchmarks import cases, chains, startup, tables
+from benchmarks import cases, chains, tables
 from benchmarks.cases import Case
 from benchmarks.engines import exudyn_engine, mujoco_engine, opensim_engine, pinocchio_engine
 from benchmarks.outside import Fall, fall
 from benchmarks.rounds import best_of
+from benchmarks.startup import Aim
 from benchmarks.work_precision import last_error
 
 COMMAND = "python -m benchmarks aims"
@@ -53,30 +55,6 @@ class Method:
 
     settings: Iterable[float]
     run: Run
-
-
-@dataclass(frozen=True)
-class Aim:
-    """A bound on a measured ratio or time, and its values by wall and by CPU time."""
-
-    sentence: str
-    at_most: float
-    wall: float
-    cpu: float
-    at_least: float = -inf
-
-    def row(self) -> tables.Row:
-        """The aim as a row of the table."""
-        reached = [self.at_least <= value <= self.at_most for value in (self.wall, self.cpu)]
-        verdict = {(True, True): "yes", (True, False): "by wall", (False, True): "by CPU"}
-        is_lower = self.at_most == inf
-        return {
-            "aim": self.sentence,
-            "bound": f"at least {self.at_least:g}" if is_lower else f"at most {self.at_most:g}",
-            "wall": self.wall,
-            "CPU": self.cpu,
-            "reached": verdict.get((reached[0], reached[1]), "no"),
-        }
 
 
 def main() -> None:
@@ -206,7 +184,6 @@ def _aims(methods: Mapping[str, Method]) -> Iterable[Aim]:
     yield from _figure_aims(methods)
     yield from _prototype_aims()
     yield from _chain_aims()
-    yield from _startup_aims()
 
 
 def _figure_aims(methods: Mapping[str, Method]) -> Iterable[Aim]:
@@ -278,25 +255,6 @@ def _default_chain(count: int) -> Callable[[], Fall]:
     case = cases.chain(count)
     plan = chains.plan_of(case, tolerance=chains.ACCURACY)
     return lambda: exudyn_engine.fall(case.figure, plan)[0]
-
-
-def _startup_aims() -> Iterable[Aim]:
-    rows = {str(row["engine"]): row for row in startup.measured()}
-
-    def value(engine: str, key: str) -> float:
-        return float(str(rows[engine][key]))
-
-    for what, bound in (("import", 1.0), ("build", 0.35)):
-        wall, cpu = (
-            value(startup.THIS_PROGRAM, key) / value(startup.OPENSIM, key)
-            for key in (f"{what} [s]", f"{what} CPU [s]")
-        )
-        yield Aim(f"{what} over OpenSim's", bound, wall, cpu)
-    for name, text, bound in (
-        (startup.SIMULATION, "process of `mover simulate prototype --stop 2 -o`, second [s]", 1.5),
-        (startup.COMPILATION, "first compilation, `mover warm-up` [s]", 8.0),
-    ):
-        yield Aim(text, bound, value(name, "process [s]"), value(name, "process CPU [s]"))
 
 
 def _ratio(sentence: str, bound: float, ours: Fall, other: Fall) -> Aim:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import startup
 from plots.fall_facts import Direction, Falls
 from plots.fall_verdicts import Comparison, FallTables, read_fall_tables
 from plots.literature import Measurements, read_measurements
@@ -91,6 +92,8 @@ def _aims() -> Iterator[Line]:
     yield "aim", "bound", "by wall", "by CPU", "reached"
     for row in read_measurements("aims").rows:
         yield row["aim"], row["bound"], *_numbers(row, ("wall", "CPU")), row["reached"]
+    for aim in startup.aims(read_measurements("startup").rows):
+        yield tuple(aim.row().values())
 
 
 def _prototype_costs() -> Iterator[Line]:

@@ -16,10 +16,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
-from math import nan
+from math import inf, nan
 from pathlib import Path
 
 from benchmarks import tables
@@ -46,6 +46,31 @@ IMPORTS: Mapping[str, str] = {
     "Drake": "import pydrake.all",
 }
 
+
+@dataclass(frozen=True)
+class Aim:
+    """A bound on a measured ratio or time, and its values by wall and by CPU time."""
+
+    sentence: str
+    at_most: float
+    wall: float
+    cpu: float
+    at_least: float = -inf
+
+    def row(self) -> tables.Row:
+        """The aim as a row of the table."""
+        reached = [self.at_least <= value <= self.at_most for value in (self.wall, self.cpu)]
+        verdict = {(True, True): "yes", (True, False): "by wall", (False, True): "by CPU"}
+        is_lower = self.at_most == inf
+        return {
+            "aim": self.sentence,
+            "bound": f"at least {self.at_least:g}" if is_lower else f"at most {self.at_most:g}",
+            "wall": self.wall,
+            "CPU": self.cpu,
+            "reached": verdict.get((reached[0], reached[1]), "no"),
+        }
+
+
 SIMULATION, COMPILATION = "mover simulate", "mover warm-up, empty cache"
 
 ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
@@ -62,10 +87,32 @@ class Spent:
 
 
 def main() -> None:
-    """Print the table and write it."""
+    """Print the table and write it, and print the aims."""
     rows = measured()
     tables.show(rows)
     tables.write("startup", COMMAND, rows)
+    print()
+    tables.show([aim.row() for aim in aims(rows)])
+
+
+def aims(rows: Iterable[tables.Row]) -> Iterator[Aim]:
+    """Yield the aims of the start, of rows of the table."""
+    by_engine = {str(row["engine"]): row for row in rows}
+
+    def value(engine: str, key: str) -> float:
+        return float(str(by_engine[engine][key]))
+
+    for what, bound in (("import", 1.0), ("build", 0.35)):
+        wall, cpu = (
+            value(THIS_PROGRAM, key) / value(OPENSIM, key)
+            for key in (f"{what} [s]", f"{what} CPU [s]")
+        )
+        yield Aim(f"{what} over OpenSim's", bound, wall, cpu)
+    for name, text, bound in (
+        (SIMULATION, "process of `mover simulate prototype --stop 2 -o`, second [s]", 1.5),
+        (COMPILATION, "first compilation, `mover warm-up` [s]", 8.0),
+    ):
+        yield Aim(text, bound, value(name, "process [s]"), value(name, "process CPU [s]"))
 
 
 def measured() -> list[tables.Row]:

@@ -11,7 +11,7 @@ translations need different frames, the joint has two locks.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property, lru_cache, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -220,7 +220,13 @@ def _axis_pose(twist: Twist, value: ArrayLike) -> Array:
 
 def build_chain(joint_axes: Sequence[JointAxis]) -> Chain:
     """Return the chain of factors. Raises ModelError when no single joint can have them."""
-    return Chain(tuple(joint_axes))
+    return _build_once(tuple(joint_axes))
+
+
+@lru_cache(maxsize=256)
+def _build_once(joint_axes: tuple[JointAxis, ...]) -> Chain:
+    """Return a chain, which joints alike and the runs of a study have in common."""
+    return Chain(joint_axes)
 
 
 AxisFlags = tuple[int, int, int]

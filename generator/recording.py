@@ -115,7 +115,9 @@ class RecordingPart(Enum):
     CONTACT = "contact"
     """Contact record, without the sensitivity."""
     CONTACT_STEPS = "contact of steps"
-    """Contact record without what is known by frame, and without overlap."""
+    """Contact record without what is known by frame, overlap and the head injury criterion."""
+    HEAD_INJURY = "head injury"
+    """Contact record of the steps with the head injury criterion."""
     CONTACT_SENSITIVITY = "contact sensitivity"
     """Difference from a run whose start is disturbed, which is one more run."""
     AGREEMENT = "agreement"
@@ -125,6 +127,11 @@ class RecordingPart(Enum):
 
 WHOLE_RECORDING = frozenset(RecordingPart)
 """All parts of a recording."""
+
+STEP_PARTS = frozenset(
+    {RecordingPart.CONTACT, RecordingPart.CONTACT_STEPS, RecordingPart.HEAD_INJURY}
+)
+"""Parts that need the contact of each step."""
 
 
 ENERGY_KINDS = ("kinetic", "gravity", "spring", "dissipated", "work")

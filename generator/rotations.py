@@ -58,7 +58,7 @@ def cross_matrix(vector: ArrayLike) -> Array:
     """Return `[v]x`, so that `cross_matrix(v) @ w` is `v x w`; shape (..., 3) to (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)
     matrix = np.zeros((*v.shape, 3))
-    matrix[..., 2, 1], matrix[..., 0, 2], matrix[..., 1, 0] = np.moveaxis(v, -1, 0)
+    matrix[..., 2, 1], matrix[..., 0, 2], matrix[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
     return matrix - np.swapaxes(matrix, -1, -2)
 
 
@@ -360,9 +360,8 @@ def _choose_triple(triples: Sequence[Sequence[float]], near: _Triple | None) -> 
         whole = [_triple([remainder(angle, _TURN) for angle in triple]) for triple in triples]
         return min(whole, key=lambda triple: (round(abs(triple[1]), 9), triple[1] < 0.0))
     x, y, z = near
-    steps = [
-        (remainder(a - x, _TURN), remainder(b - y, _TURN), remainder(c - z, _TURN))
-        for a, b, c in triples
-    ]
-    p, q, r = min(steps, key=lambda step: hypot(*step))
+    (a, b, c), (d, e, f) = triples
+    one = remainder(a - x, _TURN), remainder(b - y, _TURN), remainder(c - z, _TURN)
+    other = remainder(d - x, _TURN), remainder(e - y, _TURN), remainder(f - z, _TURN)
+    p, q, r = other if hypot(*other) < hypot(*one) else one
     return x + p, y + q, z + r

@@ -41,6 +41,10 @@ class AxisSpring:
     why: str = ""
     middle: float = field(default=0.0, compare=False)
 
+    def __hash__(self) -> int:
+        """Hash of axis and laws, by which springs mostly differ."""
+        return hash((self.direction, self.elastic))
+
     @property
     def is_damped(self) -> bool:
         """True with damping, or with friction of an elastic law."""

@@ -293,21 +293,22 @@ def summarize_steps(
         touches: result of `first_touches`, where it is known.
     """
     touch_times, touch_speeds, touch_depths = touches or first_touches(times, depths, speeds)
-    sizes = np.linalg.norm(forces, axis=-1)
+    x, y, z = np.moveaxis(forces, -1, 0)
+    sizes = np.sqrt(x * x + y * y + z * z)  # as `np.linalg.norm`, and faster
     contacts: dict[str, SegmentContact] = {}
     for index, name in enumerate(segments):
         spheres = np.flatnonzero(np.equal(owners, index))
         order = np.lexsort((-touch_depths[spheres], touch_times[spheres]))
         first = spheres[order[0]] if spheres.size else None
         has_touched = first is not None and bool(np.isfinite(touch_times[first]))
-        x, y, z = impulses[index].tolist()
+        impulse_x, impulse_y, impulse_z = impulses[index].tolist()
         peak_time, peak_force = peak_of(times, sizes[:, index])
         contacts[name] = SegmentContact(
             first_time=float(touch_times[first]) if has_touched else None,
             impact_speed=max(float(touch_speeds[first]), 0.0) if has_touched else 0.0,
             peak_force=peak_force,
             peak_time=peak_time,
-            impulse=(x, y, z),
+            impulse=(impulse_x, impulse_y, impulse_z),
         )
     return contacts
 

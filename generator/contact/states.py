@@ -165,7 +165,7 @@ class ContactTrace:
         return ContactTrace(
             self.losses[:count],
             self.impulses[:count],
-            self.steps.take(kept),
+            self.steps if kept.all() else self.steps.take(kept),
             None if self.sensitivity is None else self.sensitivity[:count],
             self.disturbed,
         )

@@ -18,6 +18,7 @@ from generator.contact.states import ContactSteps, ContactTrace
 from generator.diagnostics import ModelError
 from generator.figure import Vector
 from generator.recording import (
+    STEP_PARTS,
     WHOLE_RECORDING,
     Accuracy,
     Ending,
@@ -138,8 +139,7 @@ def run_compiled(
     """
     compiled = compile_model(model)
     disturb = model.contacts is not None and RecordingPart.CONTACT_SENSITIVITY in record
-    of_contact = {RecordingPart.CONTACT, RecordingPart.CONTACT_STEPS}
-    records_steps = model.contacts is not None and bool(of_contact & record)
+    records_steps = model.contacts is not None and bool(STEP_PARTS & record)
     start = time.monotonic()
     if model.plan.integrator is Integrator.IMPLICIT:
         if len(compiled.mechanism.rows):

@@ -143,6 +143,13 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
         InputError: A psurf of the figure cannot be read.
     """
     fall = FALLS[kind]
+    bare = Plan(stop=FALL_DURATION, free_root=True, height=fall.height)
+    return replace(with_start(bare, figure, kind, seed), tone=_tone(figure, fall.tone))
+
+
+def with_start(plan: Plan, figure: Figure, kind: str, seed: int) -> Plan:
+    """Return a plan with the start and the props of one fall; see `fall_plan`."""
+    fall = FALLS[kind]
     root = _standing_joint(figure)
     direction, lean, speed, feet_speed, left, right = _drawn_start(fall, seed)
     ahead = np.array([sin(direction), 0.0, cos(direction)])
@@ -159,22 +166,11 @@ def fall_plan(figure: Figure, kind: str, seed: int = 0) -> Plan:
     if feet_speed:
         velocities |= _swing_legs(placement, feet_speed)
     moved = [root.name, *(name for name in pose if name in _leg_joints())]
-    return Plan(
-        stop=FALL_DURATION,
-        free_root=True,
-        height=fall.height,
+    return replace(
+        plan,
         scene=add_floor(scene, (0.0, 1.0, 0.0), fall.friction),
         displacements={name: tuple(pose[name].tolist()) for name in moved},
         velocities=velocities,
-        tone=_tone(figure, fall.tone),
-    )
-
-
-def with_start(plan: Plan, figure: Figure, kind: str, seed: int) -> Plan:
-    """Return a plan with the start and the props of one fall; see `fall_plan`."""
-    start = fall_plan(figure, kind, seed)
-    return replace(
-        plan, displacements=start.displacements, velocities=start.velocities, scene=start.scene
     )
 
 

@@ -34,6 +34,7 @@ from generator.model import Model
 from generator.rotations import (
     PERPENDICULAR_TOLERANCE,
     Array,
+    cross_product,
     rotation_vector_from_matrix,
     unit_vector,
 )
@@ -135,7 +136,8 @@ def _chain_axes(joint: Joint) -> tuple[list[Array], list[Array]]:
 
 def _is_parallel(spring: AxisSpring, axes: Sequence[Array]) -> bool:
     """Return whether a spring is along one of the unit axes."""
-    distances = (np.linalg.norm(np.cross(axis, spring.direction)) for axis in axes)
+    direction = np.array(spring.direction)
+    distances = (np.linalg.norm(cross_product(axis, direction)) for axis in axes)
     return any(spring.direction) and min(map(float, distances)) < PERPENDICULAR_TOLERANCE
 
 
@@ -208,7 +210,9 @@ def _coordinate_obstacle(
     if len(chain.rotations) < 2 or (law is not SphericalLaw.COORDINATES and not springs.reach):
         return None
     try:
-        rotation_law(springs, law, chain.rotation_axes).angles(coupled_axes, np.zeros(3))
+        made = rotation_law(springs, law, chain.rotation_axes)
+        if coupled_axes:
+            made.angles(coupled_axes, np.zeros(3))
     except ValueError as failure:
         return error(f"joint {joint.name}: {failure}", origin_span(joint.origins, "type"))
     return None

@@ -19,6 +19,7 @@ from generator.kinematics.free_root import attaching_joints
 from generator.model import Model
 from generator.recording import (
     EARLY_STOP_ENDINGS,
+    STEP_PARTS,
     WHOLE_RECORDING,
     Ending,
     Outcome,
@@ -327,8 +328,9 @@ def _build_recording(runner: _Runner, refined: RefinedRun) -> Recording:
             contact if RecordingPart.CONTACT in record else None,
             motion.poses,
             runner.subject.contact,
+            with_injury=bool({RecordingPart.CONTACT, RecordingPart.HEAD_INJURY} & record),
         )
-        if {RecordingPart.CONTACT, RecordingPart.CONTACT_STEPS} & record
+        if STEP_PARTS & record
         else None,
         recorded=record,
         model=runner.subject,
@@ -342,6 +344,8 @@ def _contact_record(
     frames: ContactStates | None,
     poses: Mapping[str, Array],
     body: BodyContact | None,
+    *,
+    with_injury: bool,
 ) -> ContactRecord | None:
     """Return the contact of a run; None without props."""
     if model.contacts is None or trace.contact is None:
@@ -356,6 +360,7 @@ def _contact_record(
         model.plan.gravity,
         model.plan.up,
         body,
+        with_injury=with_injury,
     )
 
 

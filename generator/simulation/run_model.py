@@ -380,11 +380,11 @@ def deepest_sphere(
     names = [name for name, some in spheres.items() for _ in some]
     radii = np.array([sphere.radius for some in spheres.values() for sphere in some])
     centres = [
-        (poses[name] @ np.append(sphere.centre, 1.0))[:3]
+        np.array([sphere.centre for sphere in some]) @ poses[name][:3, :3].T + poses[name][:3, 3]
         for name, some in spheres.items()
-        for sphere in some
+        if some
     ]
-    return deepest_start(scene, np.array(centres), radii, names) if names else None
+    return deepest_start(scene, np.concatenate(centres), radii, names) if names else None
 
 
 def _check_start_outside(

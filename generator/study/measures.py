@@ -221,7 +221,7 @@ def _more_columns(
             yield replace(single, may_be_undefined=True)
     for name in head_segments(contact_segments):
         read = partial(_injury, name)
-        injury = Column(f"{name}{_INJURY}", "1", read, RecordingPart.CONTACT_STEPS)
+        injury = Column(f"{name}{_INJURY}", "1", read, RecordingPart.HEAD_INJURY)
         yield replace(injury, may_be_undefined=True)
         read = partial(_acceleration, name)
         peak = Column(f"{name}{_ACCELERATION}", "g", read, RecordingPart.CONTACT_STEPS)

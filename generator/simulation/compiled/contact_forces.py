@@ -100,10 +100,11 @@ from generator.simulation.compiled.layout import (
 )
 from springs.contact_part import NORM
 
-_contact: Any = compile_source(
-    contact_source(), "contact", types.void(COUNT, COUNT, VECTOR, VECTOR)
+_CONTACT = types.void(COUNT, COUNT, VECTOR, VECTOR)
+_contact: Any = compile_source(contact_source(), "contact", _CONTACT).function
+_depth: Any = compile_source(
+    contact_source([CONTACT_DEPTH, CONTACT_RATE]), "contact", _CONTACT
 ).function
-
 
 _stage: Any = compile_source(stage_source(), "stage", types.void(REAL, REAL, REAL, VECTOR)).function
 
@@ -339,8 +340,10 @@ def _record_step(mechanism: Mechanism, scratch: Scratch, row: Array) -> None:
                     continue
                 arm = apply(turn, vector(places, s, SPHERE_CENTRE))
                 velocity = plus(vector(work, i, VELOCITY), cross(spin, arm))
-                place = plus(origin, apply_transposed(axes, arm))
-                touch(mechanism, scratch, s, d, place, axes, velocity, spin)
+                store_in(arguments, 0, plus(origin, apply_transposed(axes, arm)))
+                store_in(arguments, 3, apply_transposed(axes, velocity))
+                offset = mechanism.contact_offsets[s, d]
+                _depth(mechanism.props[d, 0], offset, arguments, mechanism.contact_parameters)
                 depth, rate = arguments[CONTACT_DEPTH], arguments[CONTACT_RATE]
                 if depth > row[at + 2 * s]:
                     row[at + 2 * s], row[at + 2 * s + 1] = depth, rate

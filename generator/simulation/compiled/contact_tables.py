@@ -5,7 +5,8 @@ on the class of a prop's shape only, so the code is the same for all figures; ra
 surfaces are constants in a table.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from math import hypot
@@ -82,13 +83,30 @@ class _LiteralRecorder(Recorder):
         return value.name if isinstance(value, Symbol) else repr(float(value))
 
 
-def contact_source() -> str:
-    """Return the source of the law of contact for all shapes."""
+def contact_source(results: Collection[int] | None = None) -> str:
+    """Return the source of the law of contact for all shapes.
+
+    Args:
+        results: places of the results to compute, such as `CONTACT_DEPTH`; None for all.
+    """
     text = _HEADER
     for kind, shape in enumerate(SHAPES):
         lines, _ = _record(shape(), DEFAULT_SURFACE, 0.1)
+        if results is not None:
+            lines = _lines_before(lines, {f"W[{place}]" for place in results})
         text += f"    if kind == {kind}:\n" + "".join(f"        {line}\n" for line in lines)
     return text
+
+
+def _lines_before(lines: Sequence[str], results: set[str]) -> list[str]:
+    """Return the lines on which results depend, in their order."""
+    needed, kept = set(results), list[str]()
+    for line in reversed(lines):
+        name, _, value = line.partition(" = ")
+        if name in needed:
+            needed.update(re.findall(r"v\d+", value))
+            kept.append(line)
+    return kept[::-1]
 
 
 class _TableRecorder(Recorder):
@@ -203,14 +221,17 @@ def contact_tables(
     """
     groups = np.zeros((len(spheres), 3), dtype=np.int64)
     reaches = np.zeros(len(spheres))
-    places: list[Array] = []
+    constants = np.array(
+        [(*sphere.centre, sphere.radius) for some in spheres.values() for sphere in some],
+        dtype=float,
+    ).reshape(-1, 4)
+    first = 0
     for number, (name, some) in enumerate(spheres.items()):
-        link, first = segment_links[name], len(places)
-        for sphere in some:
-            places.append(np.append(np.asarray(sphere.centre) - points[link], sphere.radius))
-        groups[number] = link, first, len(places)
-        reaches[number] = max(np.linalg.norm(place[:3]) + place[3] for place in places[first:])
-    constants = np.array(places, dtype=float).reshape(-1, 4)
+        link, own = segment_links[name], constants[first : first + len(some)]
+        own[:, :3] -= points[link]
+        reaches[number] = np.max(np.linalg.norm(own[:, :3], axis=1) + own[:, SPHERE_RADIUS])
+        groups[number] = link, first, first + len(some)
+        first += len(some)
     return (
         groups,
         reaches,

@@ -4,9 +4,10 @@ Uses of laws that leave the same lines of code share a loop over rows of the con
 the function depends on the forms of the laws only: other coefficients need no compilation.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from functools import lru_cache, wraps
+from typing import ParamSpec, TypeAlias, cast
 
 import numpy as np
 
@@ -105,6 +106,38 @@ def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
     )
 
 
+Recorded = ParamSpec("Recorded")
+
+
+def _recorded_once(record: Callable[Recorded, LawUse]) -> Callable[Recorded, LawUse]:
+    """Keep what was recorded of laws that are values: most are those of the run before as well."""
+    kept = lru_cache(maxsize=512)(record)
+
+    @wraps(record)
+    def recorded(*args: Recorded.args, **options: Recorded.kwargs) -> LawUse:
+        return (kept if _is_value(args) else record)(*args, **options)
+
+    return recorded
+
+
+_PARTS = (
+    *("law", "increasing", "decreasing"),
+    *("elastic", "springs", "axes", "reach", "beyond", "turn"),
+)
+"""Attributes of springs and laws that are laws, or hold some."""
+
+
+def _is_value(part: object) -> bool:
+    """Return whether what is equal stays equal: not so for a law of a class that can change."""
+    if isinstance(part, tuple):
+        return all(map(_is_value, cast("tuple[object, ...]", part)))
+    if type(part).__hash__ in (object.__hash__, None):
+        return False
+    own = getattr(part, "__dict__", {})
+    return all(_is_value(own[name]) for name in _PARTS if name in own)
+
+
+@_recorded_once
 def displacement_law(
     spring: AxisSpring | None, place: Place, *, holds_pieces: bool = False
 ) -> LawUse:
@@ -122,6 +155,7 @@ def displacement_law(
     )
 
 
+@_recorded_once
 def rotation_vector_law(law: RotationLaw, joint: int, *, holds_pieces: bool = False) -> LawUse:
     """Record the law of a rotation vector; without springs, no torque."""
     code = _Code(holds_pieces)
@@ -139,10 +173,11 @@ def rotation_vector_law(law: RotationLaw, joint: int, *, holds_pieces: bool = Fa
     return code.use(ends)
 
 
+@_recorded_once
 def coupled_law(
     spring: CoupledSpring,
-    places: Sequence[tuple[Place, float] | None],
-    vectors: Mapping[str, tuple[int, RotationLaw]],
+    places: tuple[tuple[Place, float] | None, ...],
+    vectors: tuple[tuple[str, int, RotationLaw], ...],
     *,
     holds_pieces: bool = False,
 ) -> LawUse:
@@ -152,11 +187,11 @@ def coupled_law(
         spring: the law and its axes.
         places: displacement of the coordinate of each axis of the law, with 1 or -1 for the sense
             in which it is counted; None where the joint is measured by its rotation vector.
-        vectors: measured joint and law of the joints with rotation vectors, by joint name.
+        vectors: joints with rotation vectors: name, measured joint and law.
         holds_pieces: whether the bounds of the pieces of curves are breakpoints.
     """
     code = _Code(holds_pieces)
-    rotations = {name: (law, *code.read_vector(joint)) for name, (joint, law) in vectors.items()}
+    rotations = {name: (law, *code.read_vector(joint)) for name, joint, law in vectors}
     singles: dict[int, tuple[Symbol, Symbol, str]] = {}
     angles: list[Real] = []
     for k, (axis, place) in enumerate(zip(spring.axes, places, strict=True)):
@@ -185,6 +220,7 @@ def coupled_law(
     return code.use(ends)
 
 
+@_recorded_once
 def tone_law(tone: AxisTone, place: Place, activation: int) -> LawUse:
     """Record the tone about an axis, which adds to the torque of a displacement.
 
@@ -200,8 +236,9 @@ def tone_law(tone: AxisTone, place: Place, activation: int) -> LawUse:
     return code.use([f"{torque} += {own}", f"power[{TONE}] += {own} * {v.name}"])
 
 
+@_recorded_once
 def vector_tone_law(
-    axes: Sequence[AxisTone], joint: int, activation: int, *, is_righting: bool = False
+    axes: tuple[AxisTone, ...], joint: int, activation: int, *, is_righting: bool = False
 ) -> LawUse:
     """Record tones about the components of a rotation vector.
 

@@ -16,7 +16,13 @@ from generator.kinematics.placement import Placement, segment_jacobians
 from generator.kinematics.prescribed import PrescribedMotion, driven_indices
 from generator.kinematics.tree import TreeJoint
 from generator.loads import TimedLoad
-from generator.rotations import Array, inverse_pose, quaternion_from_matrix, unit_vector
+from generator.rotations import (
+    Array,
+    cross_product,
+    inverse_pose,
+    quaternion_from_matrix,
+    unit_vector,
+)
 from generator.simulation.compiled.compiler import FunctionPointer
 from generator.simulation.compiled.contact_tables import (
     NO_PAIRS,
@@ -527,17 +533,18 @@ class _Builder:
                 sites.append(site)
                 names.append(name)
         for spring in coupled:
-            vectors = {
-                axis.joint: (row_of[axis.joint], laws[axis.joint])
-                for axis in spring.axes
-                if axis.joint in laws and not isinstance(laws[axis.joint], CoordinateLaw)
-            }
-            places = [
+            by_vector = [
+                name
+                for name in dict.fromkeys(axis.joint for axis in spring.axes)
+                if name in laws and not isinstance(laws[name], CoordinateLaw)
+            ]
+            vectors = tuple((name, row_of[name], laws[name]) for name in by_vector)
+            places = tuple(
                 None
-                if axis.joint in vectors
+                if axis.joint in by_vector
                 else self._place(axis, row_of[axis.joint], laws.get(axis.joint))
                 for axis in spring.axes
-            ]
+            )
             uses.append(coupled_law(spring, places, vectors, holds_pieces=holds))
         if self.tone is not None:
             activation = len(rows)
@@ -565,7 +572,7 @@ class _Builder:
     def _hold_laws(
         self,
         name: str,
-        axes: Sequence[AxisTone],
+        axes: tuple[AxisTone, ...],
         row: int,
         law: RotationLaw | None,
         activation: int,
@@ -602,7 +609,7 @@ class _Builder:
             return row, self._sites(joint.ends, np.zeros(3))
         chain = law.coordinates
         inner, outer = np.array(chain.axes[0]), np.array(chain.axes[-1])
-        turn = np.column_stack([inner, np.cross(outer, inner), outer])
+        turn = np.column_stack([inner, cross_product(outer, inner), outer])
         site = self._sites(joint.ends, np.zeros(3), turn)
         site[[MIDDLES, MIDDLES + 2]] = chain.middles[0], chain.middles[-1]
         if len(chain.axes) == 2:
@@ -754,7 +761,8 @@ class _Builder:
 def _product(p: Array, q: Array) -> Array:
     """Quaternion of the rotation by q followed by p."""
     scalar = p[0] * q[0] - p[1:] @ q[1:]
-    return np.append(scalar, p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))
+    vector = p[0] * q[1:] + q[0] * p[1:] + cross_product(p[1:], q[1:])
+    return np.concatenate([[scalar], vector])
 
 
 def _equations_with(law: CompiledLaw, mechanism: Mechanism) -> Equations:

@@ -89,7 +89,7 @@ def _operator(form: str) -> "Callable[[Symbol, Real], Symbol]":
     return lambda symbol, other: symbol.recorder.record(form, symbol, other)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, slots=True)  # not frozen: a law makes hundreds
 class Symbol:
     """A number that is known at run time; arithmetic with it is recorded."""
 

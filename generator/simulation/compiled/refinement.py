@@ -83,6 +83,9 @@ _FIRST_STEP = 1e-3
 _LINK_STEPS_PER_CALL = 16_000
 """Steps times links between two checks of the clock and for Ctrl-C: some 25 ms."""
 
+_PATH_STEPS = 4_000
+"""Steps for whose records there is memory; those of a fall of a study fit."""
+
 _MIN_STEPS_PER_CALL = 20
 """Steps between two checks for mechanisms of many links."""
 
@@ -208,7 +211,9 @@ def run_once(
         min(_FIRST_STEP, stop - start),
         len(mechanism.branches),
         model.integrals,
-        path=(_steps_per_call(model) + 1, model.step_record) if records_steps else (0, 0),
+        path=(max(_PATH_STEPS, 2 * _steps_per_call(model)), model.step_record)
+        if records_steps
+        else (0, 0),
     )
     states = np.empty((len(times), len(model.initial_state)))
     if len(mechanism.rows):
@@ -218,7 +223,7 @@ def run_once(
         )
     states[0] = progress.state
     progress.counts[FRAME] = 1
-    path = _Path(progress)
+    path = _Path(progress, _steps_per_call(model))
     ending = _march_to_end(
         model,
         progress,
@@ -268,29 +273,39 @@ def run_once(
 class _Path:
     """Ends of the accepted steps of a run with contact, collected from call to call.
 
-    Beyond `MAX_PATH_STEPS` those of the last two calls are kept, and a share of those before.
+    Beyond `MAX_PATH_STEPS` those of the last two calls are kept, and a share of those before. They
+    stay in the memory of the integration until that of another call may not fit.
     """
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: Progress, steps_per_call: int) -> None:
         """Begin without steps."""
-        self._progress = progress
+        self._progress, self._steps_per_call = progress, steps_per_call
         self._times = [progress.path_times[:0]]
         self._rows = [progress.path_rows[:0]]
-        self._size = 0
+        self._size = self._begin = 0
+        self._is_whole = True
 
     def collect(self) -> None:
         """Take the steps that were kept since the last call."""
-        count = int(self._progress.counts[PATH])
+        progress, count = self._progress, int(self._progress.counts[PATH])
         if self._size - sum(map(len, self._times[-2:])) >= MAX_PATH_STEPS:
             for parts in (self._times, self._rows):
                 parts[-2] = parts[-2][::PATH_THINNING].copy()
-        self._size += count
-        self._times.append(self._progress.path_times[:count].copy())
-        self._rows.append(self._progress.path_rows[:count].copy())
-        self._progress.counts[PATH] = 0
+            self._is_whole = False
+        self._size += count - self._begin
+        self._times.append(progress.path_times[self._begin : count])
+        self._rows.append(progress.path_rows[self._begin : count])
+        self._begin = count
+        if count + self._steps_per_call >= len(progress.path_times):
+            for parts in (self._times, self._rows):
+                parts[:] = [part.copy() if part.base is not None else part for part in parts]
+            self._progress.counts[PATH] = self._begin = 0
+            self._is_whole = False
 
     def arrays(self) -> tuple[Array, Array]:
         """Times and records of all steps."""
+        if self._is_whole:
+            return self._progress.path_times[: self._begin], self._progress.path_rows[: self._begin]
         return np.concatenate(self._times), np.concatenate(self._rows)
 
 

@@ -287,6 +287,15 @@ def test_the_largest_contact_force_needs_the_steps_only() -> None:
         assert parts_of_measures(row(1), measures) == {RecordingPart.CONTACT_STEPS}
 
 
+def test_only_the_head_injury_criterion_needs_its_search() -> None:
+    for column, part in (
+        ("head.injury_criterion [1]", RecordingPart.HEAD_INJURY),
+        ("head.peak_acceleration [g]", RecordingPart.CONTACT_STEPS),
+    ):
+        measures = [Measure("m", column, Statistic.LAST)]
+        assert parts_of_measures(read_figure("male50"), measures) == {part}
+
+
 @pytest.mark.parametrize(("column", "parts"), PARTS)
 def test_measures_need_only_their_parts(column: str, parts: set[RecordingPart]) -> None:
     assert parts_of_measures(row(1), [Measure("m", column, Statistic.LAST)]) == parts

@@ -187,6 +187,26 @@ def test_a_law_that_branches_is_refused_with_its_name():
             record()
 
 
+def test_equal_laws_are_recorded_once_but_for_those_that_can_change():
+    class Own:
+        stiffness = 1.0
+        breakpoints = ()
+
+        def torque(self, angle, ops=NUMPY):
+            return -self.stiffness * angle
+
+    def recorded(law):
+        return displacement_law(AxisSpring(Z, (law,)), (0, 0))
+
+    assert recorded(Linear(30.0)) is recorded(Linear(30.0))
+    assert recorded(Linear(30.0)) != recorded(Linear(31.0))
+    own = Own()
+    for law in (own, Transformed(own, 2.0)):
+        before = recorded(law)
+        own.stiffness += 1.0
+        assert recorded(law).constants != before.constants
+
+
 # Coupled laws
 
 COUPLED = CoupledExponential(
@@ -215,7 +235,7 @@ def test_a_coupled_law_of_a_ball_and_a_hinge_adds_to_their_own(law, r, angle, v)
     uses = [
         rotation_vector_law(VectorLaw((own,)), 0),
         displacement_law(own, (1, 0)),
-        coupled_law(spring, [None, ((1, 0), -1.0), None], {"ball": (0, VectorLaw((own,)))}),
+        coupled_law(spring, (None, ((1, 0), -1.0), None), (("ball", 0, VectorLaw((own,))),)),
     ]
     found = evaluate(plain_tables(uses), [r, (angle, 0, 0)], [v, (v[0], 0, 0)])
     r, v = np.array(r), np.array(v)
@@ -264,8 +284,8 @@ def test_compiled_laws_are_those_of_plain_python(law):
     uses.append(rotation_vector_law(ball, len(laws)))
     places = (("ball", X), ("hinge", SKEW), ("ball", Y))
     spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
-    vectors = {"ball": (len(laws), VectorLaw(tuple(axes)))}
-    uses.append(coupled_law(spring, [None, ((1, 0), 1.0), None], vectors))
+    vectors = (("ball", len(laws), VectorLaw(tuple(axes))),)
+    uses.append(coupled_law(spring, (None, ((1, 0), 1.0), None), vectors))
     plain, compiled = plain_tables(uses), build_law_tables(uses)
     compiled = replace(compiled, function=compiled.function.function)  # of the pointer
     rng = np.random.default_rng(5)
