@@ -11,7 +11,7 @@ from generator.cli.inputs import load_motion
 from generator.diagnostics import Diagnostic, MoverError, UsageError, warning
 from generator.figure import Figure
 from generator.figure_file import read_figure
-from generator.springs_file.read import LoadedSprings, load_springs, load_springs_file, read_springs
+from generator.springs_file.read import load_springs, load_springs_file, read_springs
 from plots.plate import Plate, plate_name
 from springs import SphericalLaw, SpringSet
 
@@ -115,20 +115,24 @@ def _plates_of_springs(path: Path, against: str | None) -> tuple[list[Plate], li
     from plots.springs_plate import NamedSprings, springs_plates
 
     parsed = load_springs_file(path)
-    own, warnings = parsed.require_value(), list(parsed.diagnostics)
+    (own, _, own_figure), warnings = parsed.require_value(), list(parsed.diagnostics)
     other = None
     if against is not None and Path(against).suffix == path.suffix:
         beside = load_springs_file(Path(against))
         warnings += beside.diagnostics
         name = Path(against).name if Path(against).name != path.name else against
-        bound = _bound(Path(against), beside.require_value(), own.owner)
-        other, owner = NamedSprings(name, bound), beside.require_value().owner
+        springs, _, owner = beside.require_value()
+        if owner is None:
+            springs = _bound(Path(against), springs, own_figure)
+        other = NamedSprings(name, springs)
     elif against is not None:
         owner = read_figure(against)
         other = NamedSprings(against, read_springs(None, owner))
     else:
         owner = None
-    named = NamedSprings(path.name, _bound(path, own, owner))
+    if own_figure is None:
+        own = _bound(path, own, owner)
+    named = NamedSprings(path.name, own)
     if other is not None and other.name in (named.name, str(path)):
         named = NamedSprings(str(path), named.springs)
     plates = list(springs_plates(named, other))
@@ -139,8 +143,8 @@ def _plates_of_springs(path: Path, against: str | None) -> tuple[list[Plate], li
     return plates, warnings
 
 
-def _bound(path: Path, loaded: LoadedSprings, owner: Figure | None) -> SpringSet:
-    """Return a file's own springs; bound to `owner` if the file names no figure."""
-    if loaded.owner is not None or owner is None:
-        return loaded.springs
-    return load_springs(owner, choice=path, with_base=False).require_value().springs
+def _bound(path: Path, springs: SpringSet, owner: Figure | None) -> SpringSet:
+    """Return the springs of a file that names no figure, bound to `owner` if there is one."""
+    if owner is None:
+        return springs
+    return load_springs(owner, choice=path, with_base=False).require_value()

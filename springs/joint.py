@@ -97,12 +97,15 @@ class CoupledSpring:
         axes: where each of the law's coordinates is, in their order.
         reference: where the numbers are from.
         why: why they are read as they are.
+        original: law for which this one stands as the nearest conservative one; None if it stands
+            for itself.
     """
 
     law: CoupledExponential
     axes: tuple[CoupledAxis, ...]
     reference: str = ""
     why: str = ""
+    original: CoupledExponential | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Refuse axes that do not fit the law's coordinates."""
@@ -158,7 +161,10 @@ class SpringSet:
             )
             for name, joint in self.joints.items()
         }
-        coupled = tuple(replace(spring, law=spring.law.scaled(elastic)) for spring in self.coupled)
+        coupled = tuple(
+            replace(spring, law=spring.law.scaled(elastic), original=None)
+            for spring in self.coupled
+        )
         return replace(self, joints=joints, coupled=coupled)
 
     @property

@@ -40,7 +40,7 @@ from generator.model import Model, contact_of_figure
 from generator.person.identity import identity_of, range_publications
 from generator.simulation.preconditions import chain_obstacles, simulation_obstacles
 from generator.springs_file.axes import axis_name, coupled_axis_names, parallel_sign
-from generator.springs_file.read import LoadedSprings, load_springs_file
+from generator.springs_file.read import load_springs_file
 from generator.study.study_tables import STUDY_SUFFIX
 from generator.text_io import is_file, path_exists
 from springs import SpringSet
@@ -50,7 +50,6 @@ from springs.lint.finding import Finding
 from springs.lint.report import (
     CoupledReport,
     CurveReport,
-    LawReplacement,
     report_coupled,
     report_curves,
 )
@@ -181,16 +180,15 @@ def check(
                     raise UsageError(f"{flag} applies to a figure, not to {noun}")
             return check_file(name)
     reading = FIGURE_FILE.parse_file(name)
-    diagnostics, obstacles, spring_set, replaced = reading.diagnostics, (), SpringSet(), ()
-    mirrors, publications = None, _range_publications(reading.value)
+    diagnostics, obstacles = reading.diagnostics, ()
+    spring_set, mirrors = SpringSet(), None
     if reading.value is not None:
         known = {str(one) for one in diagnostics}
         faults = _contact_faults(reading.value)
         diagnostics += tuple(one for one in faults if str(one) not in known)
         found = parse_springs_option(reading.value, springs)
         diagnostics += found.diagnostics
-        if found.value is not None:
-            spring_set, replaced = found.value.springs, found.value.replaced
+        spring_set = found.value or spring_set
         obstacles = simulation_obstacles(Model(reading.value, spring_set))
         if not tuple(chain_obstacles(reading.value)):
             mirrors = mirror_rotations(reading.value)
@@ -202,8 +200,8 @@ def check(
     elif obstacles:
         use = "the figure can be read, but not simulated"
     verdict = f"{name}: {_severity_counts(diagnostics)}; {use}"
-    reports = report_curves(spring_set, mirrors, publications)
-    result = _check_result(diagnostics, reports, spring_set, replaced, verdict)
+    reports = report_curves(spring_set, mirrors, _range_publications(reading.value))
+    result = _check_result(diagnostics, reports, spring_set, verdict)
     if doubts:
         return result
     *hidden, counts = result.sections or ("",)
@@ -332,16 +330,13 @@ def _prop_row(prop: Prop) -> tuple[str, str, str]:
 
 def _check_springs_file(name: str) -> answer.CommandResult:
     reading = load_springs_file(Path(name))
-    loaded = reading.value or LoadedSprings(SpringSet())
+    springs, complete, owner = reading.value or (SpringSet(), SpringSet(), None)
     use = "the springs cannot be used" if reading.value is None else "the springs can be used"
-    figure = f" for `{loaded.figure}`" if loaded.figure is not None else ""
+    figure = "" if owner is None or owner.path is None else f" for `{owner.path.stem}`"
     verdict = f"{name}: {_severity_counts(reading.diagnostics)}; {use}{figure}"
-    publications = _range_publications(loaded.owner)
-    everything = report_curves(loaded.complete or loaded.springs, publications=publications)
-    reports = [report for report in everything if _is_stated(report, loaded.springs)]
-    return _check_result(
-        reading.diagnostics, reports, loaded.springs, loaded.replaced, verdict, include_notes=True
-    )
+    everything = report_curves(complete, publications=_range_publications(owner))
+    reports = [report for report in everything if _is_stated(report, springs)]
+    return _check_result(reading.diagnostics, reports, springs, verdict, include_notes=True)
 
 
 _OTHER_KINDS: Sequence[tuple[str, Callable[[str], bool], Callable[[str], answer.CommandResult]]] = (
@@ -370,12 +365,11 @@ def _check_result(
     diagnostics: tuple[Diagnostic, ...],
     reports: Sequence[CurveReport],
     springs: SpringSet,
-    replaced: Sequence[LawReplacement],
     verdict: str,
     *,
     include_notes: bool = False,
 ) -> CheckResult:
-    coupled = report_coupled(springs, replaced)
+    coupled = report_coupled(springs)
     sections: list[str | answer.Table] = [
         *_curve_paragraphs(reports, include_notes=include_notes),
         *_coupled_paragraphs(coupled, include_notes=include_notes),

@@ -390,7 +390,7 @@ def _motions(figure: Figure, springs: SpringSet) -> SpringSet | None:
     """Return the figure's own springs where those that are chosen name no motions."""
     if any(axis.motion for joint in springs.joints.values() for axis in joint.axes):
         return None
-    return inputs.parse_springs_option(figure, None).require_value().springs
+    return inputs.parse_springs_option(figure, None).require_value()
 
 
 def _check_loads(figure: Figure, names: Sequence[str]) -> None:

@@ -61,7 +61,6 @@ from generator.springs_file.axes import parallel_sign
 from generator.springs_file.parse import EXTENDS_KEY
 from generator.springs_file.read import (
     NO_SPRINGS,
-    LoadedSprings,
     joints_without_elastic_law,
     load_springs,
 )
@@ -78,14 +77,14 @@ def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
 
 def parse_springs_option(
     figure: Figure, choice: str | None, law: SphericalLaw | None = None
-) -> Parsed[LoadedSprings]:
+) -> Parsed[SpringSet]:
     """Read the springs that `--springs` chooses for a figure, with diagnostics."""
     path = figure.path
     folder, stem = (None, None) if path is None else (path.parent, path.stem)
     parsed = load_springs(figure, folder, stem, choice, law)
     if choice in (None, NO_SPRINGS) or parsed.value is None:
         return parsed
-    springs = parsed.value.springs
+    springs = parsed.value
     inelastic = len(joints_without_elastic_law(figure, springs))
     moving = sum(bool(joint.chain) for joint in figure.joints.values())
     if 2 * inelastic <= moving:
@@ -94,7 +93,7 @@ def parse_springs_option(
         f"{inelastic} of {moving} joints have no elastic law with the springs of {springs.origin}",
         hint=f"`{EXTENDS_KEY}` keeps the springs of another file",
     )
-    return Parsed(parsed.value, (*parsed.diagnostics, few))
+    return Parsed(springs, (*parsed.diagnostics, few))
 
 
 def springs_from_option(
@@ -102,7 +101,7 @@ def springs_from_option(
 ) -> tuple[SpringSet, tuple[Diagnostic, ...]]:
     """Load the springs that `--springs` chooses for a figure, with warnings. Raises InputError."""
     parsed = parse_springs_option(figure, choice, law)
-    return parsed.require_value().springs, parsed.diagnostics
+    return parsed.require_value(), parsed.diagnostics
 
 
 def require_simulatable(

@@ -232,10 +232,10 @@ def _springs_owner(path: Path, figure_name: str | None) -> tuple[Figure, _Warnin
     """Return the figure of a springs file: the one of `--figure`, or the one that it names."""
     if figure_name is not None:
         return load_figure(figure_name)
-    loaded = load_springs_file(path).require_value()
-    if loaded.owner is None or loaded.owner.path is None:
+    _, _, owner = load_springs_file(path).require_value()
+    if owner is None or owner.path is None:
         raise UsageError(f"{path}: the figure of the springs is not known; add --figure FIGURE")
-    return load_figure(str(loaded.owner.path))
+    return load_figure(str(owner.path))
 
 
 def _export(

@@ -84,8 +84,7 @@ class Person:
             return self.model
         file = Path(f"<riener>{SPRINGS_FILE.suffix}")
         text = write_springs(self.riener_springs_file)
-        loaded = load_springs(self.figure, choice=file, text=text).require_value()
-        return Model(self.figure, loaded.springs)
+        return Model(self.figure, load_springs(self.figure, choice=file, text=text).require_value())
 
 
 def build_person(

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +14,6 @@ from generator.springs_file.laws import MAX_LAW_VALUE
 from generator.springs_file.parse import SpringsFile
 from springs import CoupledAxis, CoupledSpring
 from springs.coupled import CoupledExponential
-
-if TYPE_CHECKING:
-    from springs.lint.report import LawReplacement
 
 _TEST_ANGLES = np.radians([-200.0, 200.0])
 """Angles that a joint may reach [rad]."""
@@ -81,7 +77,9 @@ def build_coupled_springs(
             axes = _bind_side(entry, k, resolve_axis, diagnostics)
             if axes is None:
                 continue
-            made.append(CoupledSpring(entry.law, axes, entry.reference, entry.why))
+            made.append(
+                CoupledSpring(entry.law, axes, entry.reference, entry.why, entry.original_law)
+            )
             other = hung.setdefault(frozenset(map(_unsigned_axis, axes)), entry)
             if other is not entry:
                 _report_duplicate(entry, other, axes, k, diagnostics)
@@ -111,16 +109,6 @@ def _report_duplicate(
     else:
         message = f"a second law over the same axes of {named}: the two add"
         diagnostics.warning(message, place, where)
-
-
-def replaced_laws(content: SpringsFile) -> "tuple[LawReplacement, ...]":
-    """The laws of a file that stand for others, to which they are the nearest conservative ones."""
-    pairs = [(entry.law, entry.original_law) for entry in content.coupled]
-    if not any(original for _, original in pairs):
-        return ()
-    from springs.lint.report import LawReplacement  # few files need it
-
-    return tuple(LawReplacement(law, original) for law, original in pairs if original is not None)
 
 
 def _bind_side(

@@ -315,7 +315,7 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     springs do not have.
     """
     bare = replace(figure, path=None, springs_text=None)
-    own = load_springs(bare).require_value().springs
+    own = load_springs(bare).require_value()
     entries: list[SpringEntry] = []
     reaches: list[ReachEntry] = []
     for name, joint in springs.joints.items():
@@ -504,9 +504,9 @@ def springs_from_text(
     """
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
     if not text:
-        return load_springs(figure, folder, stem, choice).require_value().springs
+        return load_springs(figure, folder, stem, choice).require_value()
     file = file.with_name(f"{_UNSAVED}{file.name}")  # another name than any file that is extended
-    return load_springs(figure, folder, stem, file, text=text).require_value().springs
+    return load_springs(figure, folder, stem, file, text=text).require_value()
 
 
 _UNSAVED = "unsaved "

@@ -3,7 +3,6 @@
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
-from typing import TYPE_CHECKING
 
 from generator.diagnostics import Diagnostics, shorten
 from generator.springs_file.axes import parallel_sign
@@ -12,9 +11,6 @@ from generator.springs_file.bind_reach import BoundReach
 from springs import AxisSpring, CoupledAxis, CoupledSpring, Damping, SphericalLaw
 from springs.axis import Direction
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
-
-if TYPE_CHECKING:
-    from springs.lint.report import LawReplacement
 
 
 @dataclass(frozen=True)
@@ -27,14 +23,12 @@ class FileSprings:
         coupled: coupled over several joints.
         reaches: directions that limbs reach.
         law: law of spherical joints.
-        replaced: laws over several joints that stand for others.
     """
 
     origin: str
     springs: tuple[BoundSpring, ...] = ()
     coupled: tuple[CoupledSpring, ...] = ()
     law: SphericalLaw | None = None
-    replaced: "tuple[LawReplacement, ...]" = ()
     reaches: tuple[BoundReach, ...] = ()
 
     def extend(self, base: "FileSprings", diagnostics: Diagnostics) -> "FileSprings":
@@ -67,13 +61,11 @@ class FileSprings:
                     one.span,
                     "extend other springs, or state the reach here",
                 )
-        kept_laws = [spring.law for spring in kept_coupled]
         return FileSprings(
             f"{self.origin} over {base.origin}",
             tuple(_merge(self.springs, base_springs, own_axes, reached)),
             (*self.coupled, *kept_coupled),
             self.law or base.law,
-            (*self.replaced, *(one for one in base.replaced if one.law in kept_laws)),
             (*self.reaches, *kept_reaches),
         )
 
@@ -107,7 +99,8 @@ def _hold_named_axes(
         if len(axes) == 1:
             _add_curve(springs, replace(spring, law=law, axes=tuple(axes)))
         elif axes:
-            kept.append(replace(spring, law=law, axes=tuple(axes)))
+            original = None if curves else spring.original
+            kept.append(replace(spring, law=law, axes=tuple(axes), original=original))
         if curves and axes:
             all_names, names = map(", ".join, (spring.law.coordinates, law.coordinates))
             affected.setdefault((all_names, names, ", ".join(fixed)), []).extend(curves)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import degrees, inf, isfinite, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, assert_never
+from typing import assert_never
 
 from generator.diagnostics import (
     Diagnostic,
@@ -33,11 +33,7 @@ from generator.springs_file.bind import (
     drop_duplicates,
     spring_from_entry,
 )
-from generator.springs_file.bind_coupled import (
-    bind_coupled_springs,
-    build_coupled_springs,
-    replaced_laws,
-)
+from generator.springs_file.bind_coupled import bind_coupled_springs, build_coupled_springs
 from generator.springs_file.bind_reach import bind_reaches
 from generator.springs_file.extend import FileSprings
 from generator.springs_file.optional import OPTIONAL_FILE
@@ -68,9 +64,6 @@ from springs.stop import (
     DEFAULT_TRANSLATION_STOP_ONSET,
     DEFAULT_TRANSLATION_STOP_STIFFNESS,
 )
-
-if TYPE_CHECKING:
-    from springs.lint.report import LawReplacement
 
 NO_SPRINGS = "none"
 PRINTED_SPRINGS = "printed"
@@ -155,26 +148,6 @@ _FIGURE_ALONE = FileSprings(FIGURE_ORIGIN)
 """Springs of no file, beside which those of the figure stand."""
 
 
-@dataclass(frozen=True)
-class LoadedSprings:
-    """The springs of a figure or of a springs file.
-
-    Attributes:
-        springs: springs by joint.
-        replaced: laws over several joints that stand for others.
-        figure: name of the figure whose joints have them; None if a springs file names none.
-        complete: springs of a springs file, and of the file that it extends; None if it names no
-            figure.
-        owner: the figure; None likewise.
-    """
-
-    springs: SpringSet
-    replaced: "tuple[LawReplacement, ...]" = ()
-    figure: str | None = None
-    complete: SpringSet | None = None
-    owner: Figure | None = None
-
-
 def load_springs(
     figure: Figure,
     directory: Path | None = None,
@@ -185,7 +158,7 @@ def load_springs(
     with_base: bool = True,
     text: str | None = None,
     content: SpringsFile | None = None,
-) -> Parsed[LoadedSprings]:
+) -> Parsed[SpringSet]:
     """The passive springs of a figure, with all faults; bad input raises nothing.
 
     A spring from a file replaces `stiff`, `rest` and `damp` on its axis; the figure's limits are
@@ -210,7 +183,7 @@ def load_springs(
     """
     if choice is not None and str(choice) == NO_SPRINGS:
         none = SpringSet({}, law or SphericalLaw.CONSERVATIVE, NO_SPRINGS)
-        return Parsed(LoadedSprings(none), ())
+        return Parsed(none, ())
     path, fault = find_springs_file(directory, stem, choice)
     if fault is not None and fault.severity is Severity.ERROR:
         return Parsed(None, (fault,))
@@ -230,9 +203,8 @@ def load_springs(
             binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts, contents)
             bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
         springs = _build_spring_set(figure, bound, law, diagnostics, with_base=with_base)
-    if diagnostics.has_errors or springs is None:
-        return Parsed(None, diagnostics.sorted_by_position())
-    return Parsed(LoadedSprings(springs, bound.replaced), diagnostics.sorted_by_position())
+    value = None if diagnostics.has_errors else springs
+    return Parsed(value, diagnostics.sorted_by_position())
 
 
 def read_springs(
@@ -258,7 +230,7 @@ def read_springs(
     def load(figure: Figure) -> SpringSet:
         file = figure.path
         folder, stem = (None, None) if file is None else (file.parent, file.stem)
-        return load_springs(figure, folder, stem, path_or_name, law).require_value().springs
+        return load_springs(figure, folder, stem, path_or_name, law).require_value()
 
     springs = load(figure)
     if springs.origin not in (NO_SPRINGS, FIGURE_ORIGIN):
@@ -289,7 +261,7 @@ def _check_changed_joints(
                 unchanged = replace(joint, **{name: (*others[:k], before, *others[k + 1 :])})
                 versions = (figure, figure.with_parts(unchanged))
                 bare = [replace(each, springs_text=None) for each in versions]
-                own = [load_springs(each).require_value().springs for each in bare]
+                own = [load_springs(each).require_value() for each in bare]
                 has_effect = own[0] != own[1]
                 if has_effect and load(versions[1]) == springs:
                     raise ModelError(
@@ -380,7 +352,6 @@ class _FileBinder:
             tuple(bind_springs_file(self.figure, content, self.diagnostics)),
             bind_coupled_springs(self.figure, content, self.diagnostics),
             content.law,
-            replaced_laws(content),
             bind_reaches(self.figure, content, self.diagnostics),
         )
         return springs, content
@@ -612,11 +583,14 @@ _AXIS_DIRECTIONS: Mapping[str | None, Vector] = {
 }
 
 
-def load_springs_file(path: Path) -> Parsed[LoadedSprings]:
+def load_springs_file(path: Path) -> Parsed[tuple[SpringSet, SpringSet, Figure | None]]:
     """The springs in a file, with all faults; bad input raises nothing.
 
     The figure that the file names is looked for beside it and among the shipped ones. Without one,
     joints and their axes are taken as the file has them.
+
+    Returns:
+        The file's own springs, these with those of the file that it extends, and the figure.
     """
     parsed = SPRINGS_FILE.parse_file(path)
     content = parsed.value
@@ -630,9 +604,7 @@ def load_springs_file(path: Path) -> Parsed[LoadedSprings]:
         complete = load_springs(figure, folder, content.figure, path)
         if own.value is None or complete.value is None:
             return Parsed(None, (own if own.value is None else complete).diagnostics)
-        springs = complete.value.springs
-        loaded = replace(own.value, figure=content.figure, complete=springs, owner=figure)
-        return Parsed(loaded, complete.diagnostics)
+        return Parsed((own.value, complete.value, figure), complete.diagnostics)
     diagnostics = Diagnostics(list(parsed.diagnostics))
     if content.figure is not None:
         diagnostics.warning(
@@ -643,7 +615,7 @@ def load_springs_file(path: Path) -> Parsed[LoadedSprings]:
     loaded = None
     with suppress(TooManyErrors):
         springs = _springs_without_figure(content, path.name, diagnostics)
-        loaded = LoadedSprings(springs, replaced_laws(content))
+        loaded = springs, springs, None
     value = None if diagnostics.has_errors else loaded
     return Parsed(value, diagnostics.sorted_by_position())
 

@@ -246,7 +246,10 @@ def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
         }
         return case.with_springs(replace(case.springs, joints=joints, coupled=coupled))
     if is_elastic:
-        coupled = tuple(replace(spring, law=spring.law.scaled(value)) for spring in springs.coupled)
+        coupled = tuple(
+            replace(spring, law=spring.law.scaled(value), original=None)
+            for spring in springs.coupled
+        )
         springs = replace(springs, coupled=coupled)
     if path.quantity is not Quantity.COUPLED_SCALE:
         joints = {
@@ -354,7 +357,7 @@ def _scale_coupled(spring: CoupledSpring, targets: Sequence[Target], value: floa
         )
     ]
     law = spring.law.scaled_at(coordinates, value)
-    return replace(spring, law=law) if coordinates else spring
+    return replace(spring, law=law, original=None) if coordinates else spring
 
 
 def _shift_coupled(spring: CoupledSpring, target: Target, offset: float) -> CoupledSpring:
@@ -365,7 +368,8 @@ def _shift_coupled(spring: CoupledSpring, target: Target, offset: float) -> Coup
         for coordinate, axis in zip(spring.law.coordinates, spring.axes, strict=True)
         if axis.joint == target.name and (sense := parallel_sign(axis.direction, target.direction))
     }
-    return replace(spring, law=spring.law.scaled(1.0, offsets)) if offsets else spring
+    law = spring.law.scaled(1.0, offsets)
+    return replace(spring, law=law, original=None) if offsets else spring
 
 
 def _scale_segment(segment: Segment, quantity: Quantity, value: float) -> Segment:

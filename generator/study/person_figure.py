@@ -67,8 +67,8 @@ def make_person(
         file = Path(f"person{SPRINGS_FILE.suffix}")
         slides = neck_slides(body) if neck is Neck.ELASTIC else ()
         content = person_springs(axes, leg, reach_springs(body, axes), slides)
-    loaded = load_springs(figure, choice=file, law=law, content=content).require_value()
-    return Model(figure, loaded.springs, contact)
+    springs = load_springs(figure, choice=file, law=law, content=content).require_value()
+    return Model(figure, springs, contact)
 
 
 @lru_cache(maxsize=8)

@@ -186,10 +186,10 @@ def _parse_subject(top: TableReader, folder: Path) -> _Subject | None:
         return None
     choice = _springs_choice(top, folder)
     key = "figure" if choice is None else "springs"
-    loaded = value_of_file(top, key, load_springs(figure, path.parent, path.stem, choice, law))
-    if loaded is None:
+    springs = value_of_file(top, key, load_springs(figure, path.parent, path.stem, choice, law))
+    if springs is None:
         return None
-    model = Model(figure, loaded.springs, contact_of_figure(figure))
+    model = Model(figure, springs, contact_of_figure(figure))
     return _Subject(figure.name or path.stem, model)
 
 

@@ -7,7 +7,6 @@ from math import radians
 import numpy as np
 
 from springs.axis import AxisSpring
-from springs.coupled import CoupledExponential
 from springs.elastic import total_torque
 from springs.joint import CoupledSpring, SpringSet
 from springs.lint.coupled import DEFAULT_RANGE, lint_coupled, lint_original_law
@@ -24,14 +23,6 @@ from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, RangeEnd, 
 from springs.stop import Stop
 
 _PARALLEL_ANGLE = radians(0.01)
-
-
-@dataclass(frozen=True)
-class LawReplacement:
-    """A conservative law, and the law nearest to which it is and for which it stands."""
-
-    law: CoupledExponential
-    original: CoupledExponential
 
 
 @dataclass(frozen=True)
@@ -52,15 +43,8 @@ class CoupledReport:
         return tuple(finding for finding in self.findings if finding.is_doubt)
 
 
-def report_coupled(
-    springs: SpringSet, replacements: Sequence[LawReplacement] = ()
-) -> tuple[CoupledReport, ...]:
-    """Lint every law over several joints.
-
-    Args:
-        springs: springs of a figure.
-        replacements: laws that stand for others.
-    """
+def report_coupled(springs: SpringSet) -> tuple[CoupledReport, ...]:
+    """Lint every law of a figure over several joints."""
     groups: list[list[CoupledSpring]] = []
     for spring in springs.coupled:
         group = next((one for one in groups if one[0].law == spring.law), None)
@@ -68,13 +52,11 @@ def report_coupled(
             groups.append([spring])
         else:
             group.append(spring)
-    return tuple(_build_report(group, springs, replacements) for group in groups)
+    return tuple(_build_report(group, springs) for group in groups)
 
 
-def _build_report(
-    group: Sequence[CoupledSpring], springs: SpringSet, replacements: Sequence[LawReplacement]
-) -> CoupledReport:
-    originals = {pair.original: None for pair in replacements if pair.law == group[0].law}
+def _build_report(group: Sequence[CoupledSpring], springs: SpringSet) -> CoupledReport:
+    originals = dict.fromkeys(spring.original for spring in group if spring.original is not None)
     found = [
         *lint_coupled(group[0].law),
         *(finding for original in originals for finding in lint_original_law(original)),

@@ -38,7 +38,7 @@ def test_the_figure_is_read_without_a_word() -> None:
 
 
 def test_its_springs_are_its_own() -> None:
-    springs = load_springs(double_pendulum()).value.springs
+    springs = load_springs(double_pendulum()).value
     assert springs is not None
     assert len(springs.joints["wrist"].axes) == 3
     (hinge,) = springs.joints["shoulder"].axes

@@ -20,7 +20,7 @@ def springs_of(figure):
     reading = load_springs(figure, figure.path.parent, figure.path.stem)
     assert reading.diagnostics == ()
     assert reading.value is not None
-    return reading.value.springs
+    return reading.value
 
 
 def potential(tree, displacements):

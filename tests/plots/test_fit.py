@@ -86,7 +86,7 @@ def test_the_spring_that_is_written_is_the_law(tmp_path: Path):
     assert reading.diagnostics == ()
     assert reading.value is not None
     for name, x in (("left_hip_joint", 1.0), ("right_hip_joint", -1.0)):
-        (spring,) = (s for s in reading.value.springs.joints[name].axes if s.motion)
+        (spring,) = (s for s in reading.value.joints[name].axes if s.motion)
         assert spring.direction == (x, 0.0, 0.0)
         assert spring.motion == "abduction"
         assert spring.reference == 'A "study" of 2000'
@@ -116,7 +116,7 @@ def test_a_fit_takes_the_place_of_a_law_over_several_joints(tmp_path: Path):
     joints = ("--joint", "left_knee", "--joint", "right_knee", "--motion", "flexion")
     run("fit", data, "-o", output, *joints)
     found = load_springs(read_figure("male50"), FIGURES, "male50", output)
-    springs = found.require_value().springs
+    springs = found.require_value()
     (told,) = found.diagnostics
     assert "no longer acts about `left_knee` and `right_knee`" in told.message
     (law, _) = springs.joints["left_knee"].axes[0].elastic
@@ -207,7 +207,7 @@ def test_each_form_is_written_as_the_law_that_is_told(form: Form, tmp_path: Path
     assert said["form"] == form
     reading = load_springs(read_figure("prototype"), choice=output)
     assert reading.value is not None
-    (spring,) = reading.value.springs.joints["left_knee"].axes
+    (spring,) = reading.value.joints["left_knee"].axes
     for point in said["points"]:
         torque = sum(float(law.torque(np.radians(point["angle_deg"]))) for law in spring.elastic)
         assert torque == pytest.approx(-point["law"], abs=1e-6)

@@ -34,7 +34,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_each_curve_has_a_plate_with_both_springs_and_the_literature(path: Path) -> None:
-    own = NamedSprings(path.name, load_springs_file(path).require_value().springs)
+    own = NamedSprings(path.name, load_springs_file(path).require_value()[0])
     other = NamedSprings("prototype", read_springs(None, read_figure("prototype")))
     plates = {plate.name: plate for plate in springs_plates(own, other)}
     assert len(plates) == 2

@@ -267,7 +267,7 @@ def _load_springs(figure: Figure, path: Path, diagnostics: list[Diagnostic]) -> 
             choice = path
     loaded = load_springs(figure, choice=choice)
     diagnostics += loaded.diagnostics
-    return None if loaded.value is None else loaded.value.springs
+    return loaded.value
 
 
 def _reading_losses(

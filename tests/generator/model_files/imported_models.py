@@ -36,7 +36,7 @@ def written_and_read(imported: Imported, folder: Path) -> tuple[Figure, SpringSe
     assert replace(figure, segments=bare) == imported.figure
     reading = load_springs(figure, folder, "model")
     assert reading.value is not None, reading.diagnostics
-    return figure, reading.value.springs
+    return figure, reading.value
 
 
 def without_carried_texts(text: str) -> str:

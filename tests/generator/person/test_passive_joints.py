@@ -57,7 +57,7 @@ def all_springs(kind="published", *person, hip_datum=HIP_DATUM):
 def bound(content):
     _, figure = make()
     loaded = load_springs(figure, choice="me.springs.toml", text=write_springs(content))
-    return loaded.require_value().springs
+    return loaded.require_value()
 
 
 def label(axis):

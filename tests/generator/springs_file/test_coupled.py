@@ -9,7 +9,7 @@ import pytest
 from generator.diagnostics import Parsed
 from generator.figure_file import read_figure
 from generator.springs_file.parse import SPRINGS_FILE
-from generator.springs_file.read import LoadedSprings, load_springs, springs_names
+from generator.springs_file.read import load_springs, springs_names
 from springs import SpringSet
 from springs.coupled import CoupledExponential, loop_work, nearest_conservative_law
 from springs.lint.finding import FindingKind
@@ -34,7 +34,7 @@ OWN = HEAD + (
 )
 
 
-def read(text: str, tmp_path: Path) -> Parsed[LoadedSprings]:
+def read(text: str, tmp_path: Path) -> Parsed[SpringSet]:
     path = tmp_path / "own.springs.toml"
     path.write_text(text, encoding="utf-8")
     return load_springs(PROTOTYPE, None, None, path)
@@ -44,7 +44,7 @@ def springs_of(text: str, tmp_path: Path) -> SpringSet:
     reading = read(text, tmp_path)
     assert reading.diagnostics == ()
     assert reading.value is not None
-    return reading.value.springs
+    return reading.value
 
 
 def law_of(text: str, tmp_path: Path) -> CoupledExponential:
@@ -118,8 +118,8 @@ def test_the_nearest_conservative_law_takes_the_place_of_the_published(tmp_path:
     assert loop_work(published, box) == pytest.approx(-12.67, abs=0.01)
     assert loop_work(mended, box) == pytest.approx(0.0, abs=1e-10)
     assert mended == nearest_conservative_law(published, published.valid_ranges).law
-    (pair,) = read(leg + 'conservative = "nearest"\n', tmp_path).value.replaced
-    assert (pair.law, pair.original) == (mended, published)
+    (spring,) = read(leg + 'conservative = "nearest"\n', tmp_path).value.coupled
+    assert (spring.law, spring.original) == (mended, published)
 
 
 def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
@@ -132,8 +132,8 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
     assert other.diagnostics == plain.diagnostics
     assert load_springs(PROTOTYPE, FIGURES, "prototype", "prototype.coupled") == other
     legs = {"left_hip_joint", "right_hip_joint", "left_knee", "right_knee"}
-    for name, joint in plain.value.springs.joints.items():
-        mine = other.value.springs.joints[name]
+    for name, joint in plain.value.joints.items():
+        mine = other.value.joints[name]
         assert [a.damping for a in mine.axes] == [a.damping for a in joint.axes]
         if name not in legs:
             assert mine == joint
@@ -143,13 +143,13 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
             (0.0, -1.0 if "knee" in name else 1.0, 0.0)
         ]
     box = ((radians(-15.0), radians(100.0)), (0.0, radians(135.0)))
-    for spring in other.value.springs.coupled:
+    for spring in other.value.coupled:
         assert loop_work(spring.law, box) == pytest.approx(0.0, abs=1e-10)
-    assert len(other.value.springs.coupled) == 2
+    assert len(other.value.coupled) == 2
 
 
 def test_a_straight_knee_keeps_the_hip_from_flexing():
-    springs = load_springs(PROTOTYPE, FIGURES, "prototype", "coupled").value.springs
+    springs = load_springs(PROTOTYPE, FIGURES, "prototype", "coupled").value
     assert springs is not None
     law = springs.coupled[0].law
     straight, bent = (law.torques((radians(90.0), radians(k)))[0] for k in (0.0, 90.0))
@@ -183,7 +183,7 @@ def test_names_without_a_known_joint_are_not_doubted(old: str, new: str):
 def test_two_laws_over_the_same_axes_add(tmp_path: Path):
     loaded = read(LEG + OWN, tmp_path).value
     assert loaded is not None
-    assert len(loaded.springs.coupled) == 2
+    assert len(loaded.coupled) == 2
 
 
 def test_one_law_on_two_sides_in_two_tables_is_right(tmp_path: Path):

@@ -220,7 +220,7 @@ def test_the_saved_file_extends_the_springs_by_name(choice, tmp_path: Path):
     path.write_text(text, encoding="utf-8")
     again = load_springs(FIGURE, FIGURE.path and FIGURE.path.parent, "prototype", path)
     assert again.value is not None
-    assert replace(again.value.springs, origin=springs.origin) == springs
+    assert replace(again.value, origin=springs.origin) == springs
     assert springs.law is SphericalLaw.WEIGHTED
     assert springs.coupled == base.coupled
 

@@ -16,7 +16,7 @@ FILE = Path("model.springs.toml")
 
 def returned(text: str, name: str) -> SpringSet:
     bare = replace(read_figure(name), path=None)
-    return load_springs(bare, choice=FILE, text=text).require_value().springs
+    return load_springs(bare, choice=FILE, text=text).require_value()
 
 
 @pytest.mark.parametrize(
@@ -41,21 +41,21 @@ stiffness_Nm_rad = 3.5
 stop_stiffness_Nm_rad = 77
 stop_onset_deg = 2
 """
-    springs = load_springs(figure, choice=FILE, text=text).require_value().springs
+    springs = load_springs(figure, choice=FILE, text=text).require_value()
     back = returned(format_besides_fields(figure, springs), "prototype")
     assert back.joints == springs.joints
 
 
 def test_fields_alone_need_no_file():
     figure = replace(read_figure("prototype"), path=None)
-    springs = load_springs(figure).require_value().springs
+    springs = load_springs(figure).require_value()
     assert format_besides_fields(figure, springs) == ""
 
 
 @pytest.mark.parametrize("law", [SphericalLaw.WEIGHTED, SphericalLaw.COORDINATES])
 def test_the_law_of_springs_in_fields_comes_back(law: SphericalLaw):
     figure = replace(read_figure("prototype"), path=None)
-    springs = replace(load_springs(figure).require_value().springs, law=law)
+    springs = replace(load_springs(figure).require_value(), law=law)
     text = format_besides_fields(figure, springs)
     assert text.splitlines() == [f'law = "{law.value}"']
     back = returned(text, "prototype")

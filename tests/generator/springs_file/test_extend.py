@@ -28,7 +28,7 @@ def loaded(path: Path | None, text: str = "") -> SpringSet:
     reading = load_springs(PROTOTYPE, FOLDER, "prototype", path)
     assert reading.value is not None, reading.diagnostics
     assert reading.diagnostics == ()
-    return reading.value.springs
+    return reading.value
 
 
 def failures(path: Path, text: str) -> list[str]:
@@ -75,9 +75,9 @@ def test_one_axis_of_a_ball_keeps_the_others(path: Path) -> None:
 def test_without_a_base_the_other_joints_are_limp(path: Path) -> None:
     path.write_text('base = "none"\n' + ELBOW, encoding="utf-8")
     reading = load_springs(PROTOTYPE, FOLDER, "prototype", path)
-    assert len(joints_without_elastic_law(PROTOTYPE, reading.value.springs)) == 9
+    assert len(joints_without_elastic_law(PROTOTYPE, reading.value)) == 9
     assert joints_without_elastic_law(PROTOTYPE, OWN) == ("root_torso",)
-    assert reading.value.springs.joints["left_elbow"].axes[0].damping == Damping()
+    assert reading.value.joints["left_elbow"].axes[0].damping == Damping()
 
 
 @pytest.mark.parametrize("name", ["coupled", "prototype.coupled", "base.springs.toml"])
@@ -92,7 +92,7 @@ def test_a_file_extends_the_one_that_it_names(name: str, path: Path) -> None:
 
 
 def test_a_law_over_several_joints_replaces_the_curves_of_its_axes() -> None:
-    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").require_value().springs
+    springs = load_springs(PROTOTYPE, FOLDER, "prototype", "coupled").require_value()
     changed = {name for name, joint in springs.joints.items() if joint != OWN.joints[name]}
     assert changed == {"left_knee", "right_knee", "left_hip_joint", "right_hip_joint"}
     assert springs.joints["left_knee"].axes[0].elastic == ()
@@ -128,9 +128,9 @@ def test_a_check_of_a_file_finds_what_it_does_to_its_base(path: Path) -> None:
     )
     assert told.hint == "for another angle, state a law of hip flexion here"
     path.write_text('figure = "prototype"\n' + ELBOW, "utf-8")
-    loaded = load_springs_file(path).require_value()
-    assert set(loaded.springs.joints) == {"left_elbow"}
-    assert loaded.complete.joints.keys() == OWN.joints.keys()
+    springs, complete, _ = load_springs_file(path).require_value()
+    assert set(springs.joints) == {"left_elbow"}
+    assert complete.joints.keys() == OWN.joints.keys()
 
 
 MALE = read_figure("male50")
@@ -143,7 +143,7 @@ points_deg_Nm = [[-5, 12], [0, 6], [30, 1], [90, -1], [130, -10]]
 
 def of_male50(text: str) -> tuple[SpringSet, list[str]]:
     found = load_springs(MALE, FOLDER, "male50", FOLDER / "knee.springs.toml", text=text)
-    return found.require_value().springs, [one.message for one in found.diagnostics]
+    return found.require_value(), [one.message for one in found.diagnostics]
 
 
 def test_curves_replace_the_law_over_several_joints_about_their_axis_alone() -> None:
@@ -213,7 +213,7 @@ def test_damping_alone_leaves_the_stops_as_they_are(path: Path, tmp_path: Path) 
     )
     limited = replace(PROTOTYPE.joints["left_elbow"], lower_limit=(0.0,), upper_limit=(2.0,))
     figure = PROTOTYPE.with_parts(limited)
-    springs = load_springs(figure, FOLDER, "prototype", path).require_value().springs
+    springs = load_springs(figure, FOLDER, "prototype", path).require_value()
     (stop,) = (s for s in springs.joints["left_elbow"].axes[0].elastic if isinstance(s, Stop))
     assert stop.stiffness == 999.0
 
@@ -247,7 +247,7 @@ coulomb_N = 2
 
 
 def test_springs_about_and_along_one_axis_stand_side_by_side():
-    springs = load_springs(SLIDER).require_value().springs.joints["waist"]
+    springs = load_springs(SLIDER).require_value().joints["waist"]
     assert [(one.direction, one.elastic) for one in springs.axes] == [(Z, (Linear(4.0),))]
     (slide,) = springs.translations
     assert (slide.direction, slide.elastic) == (Z, (Linear(5000.0, 0.01),))
@@ -256,8 +256,8 @@ def test_springs_about_and_along_one_axis_stand_side_by_side():
 
 def test_a_spring_along_an_axis_changes_that_along_it_only(path: Path):
     text = '[[spring]]\njoints = ["waist"]\naxis = "along z"\nviscous_Ns_m = 9\n'
-    changed = load_springs(SLIDER, choice=path, text=text).require_value().springs.joints["waist"]
-    own = load_springs(SLIDER).require_value().springs.joints["waist"]
+    changed = load_springs(SLIDER, choice=path, text=text).require_value().joints["waist"]
+    own = load_springs(SLIDER).require_value().joints["waist"]
     assert changed.axes == own.axes
     assert changed.translations[0].elastic == own.translations[0].elastic
     assert changed.translations[0].damping == Damping(9.0)
@@ -269,26 +269,22 @@ def with_waist_scaled(springs: SpringSet, elastic: float, damping: float) -> Spr
 
 
 def test_springs_along_an_axis_are_written_and_read(path: Path):
-    own = load_springs(SLIDER).require_value().springs
+    own = load_springs(SLIDER).require_value()
     bare = replace(SLIDER, springs_text=None)
     for factor in (1.0, 3.0):
         springs = with_waist_scaled(own, factor, 1.0)
         text = format_besides_fields(SLIDER, springs)
-        assert load_springs(bare, choice=path, text=text).require_value().springs.joints == (
-            springs.joints
-        )
+        assert load_springs(bare, choice=path, text=text).require_value().joints == (springs.joints)
     edited = with_waist_scaled(own, 2.0, 0.5)
     text = format_changes(SLIDER, own, edited)
     assert 'axis = "along z"' in text
-    assert load_springs(SLIDER, choice=path, text=text).require_value().springs.joints == (
-        edited.joints
-    )
+    assert load_springs(SLIDER, choice=path, text=text).require_value().joints == (edited.joints)
     whole = format_all(SLIDER, own)
-    assert load_springs(bare, choice=path, text=whole).require_value().springs.joints == own.joints
+    assert load_springs(bare, choice=path, text=whole).require_value().joints == own.joints
 
 
 def test_a_file_without_its_figure_has_them_too(path: Path):
     path.write_text(SLIDER.springs_text or "", encoding="utf-8")
-    springs = load_springs_file(path).require_value().springs.joints["waist"]
+    springs = load_springs_file(path).require_value()[0].joints["waist"]
     assert len(springs.axes) == len(springs.translations) == 1
     assert springs.translations[0].elastic == (Linear(5000.0, 0.01),)

@@ -46,7 +46,7 @@ def hung(body: str) -> AxisSpring:
     # Rows of all joints hang on this one.
     assert all("is a curve of" in fault.message for fault in reading.diagnostics)
     assert reading.value is not None
-    (one,) = reading.value.springs.joints["left_knee"].axes
+    (one,) = reading.value.joints["left_knee"].axes
     return one
 
 

@@ -56,7 +56,7 @@ def reading(path: Path, text: str, figure=PROTOTYPE):
 def loaded(path: Path, text: str) -> SpringSet:
     found = reading(path, text)
     assert found.value is not None, found.diagnostics
-    return found.value.springs
+    return found.value
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def test_what_is_written_is_read_back(path: Path) -> None:
     springs = loaded(path, REACH + LAWS)
     whole = loaded(path, format_all(PROTOTYPE, springs))
     assert whole.joints == springs.joints
-    own = load_springs(PROTOTYPE, FOLDER, "prototype").require_value().springs
+    own = load_springs(PROTOTYPE, FOLDER, "prototype").require_value()
     changed = loaded(path, format_changes(PROTOTYPE, own, springs))
     assert changed.joints == springs.joints
 
@@ -104,10 +104,10 @@ def test_what_is_written_is_read_back(path: Path) -> None:
 def test_a_figure_can_hold_them(path: Path) -> None:
     springs = loaded(path, 'base = "none"\n' + REACH + LAWS)
     bare = replace(PROTOTYPE, path=None, springs_text=None)
-    own = load_springs(bare).require_value().springs
+    own = load_springs(bare).require_value()
     kept = SpringSet({**own.joints, "left_shoulder": springs.joints["left_shoulder"]})
     text = format_besides_fields(bare, kept)
-    held = load_springs(replace(bare, springs_text=text)).require_value().springs
+    held = load_springs(replace(bare, springs_text=text)).require_value()
     assert held.joints["left_shoulder"] == springs.joints["left_shoulder"]
 
 

@@ -8,7 +8,7 @@ import pytest
 from generator.diagnostics import Parsed, select_errors
 from generator.figure import AxisKind, Figure, Joint, JointAxis, Segment, SiteRef
 from generator.figure_file import FIGURE_FILE, read_figure
-from generator.springs_file.read import LoadedSprings, load_springs
+from generator.springs_file.read import load_springs
 from springs import (
     AxisSpring,
     Cubic,
@@ -50,19 +50,19 @@ def own(whole: Figure) -> SpringSet:
     return good(load_springs(whole))
 
 
-def good(reading: Parsed[LoadedSprings]) -> SpringSet:
+def good(reading: Parsed[SpringSet]) -> SpringSet:
     assert reading.diagnostics == ()
     assert reading.value is not None
-    return reading.value.springs
+    return reading.value
 
 
-def with_file(tmp_path: Path, whole: Figure, text: str, name: str) -> Parsed[LoadedSprings]:
+def with_file(tmp_path: Path, whole: Figure, text: str, name: str) -> Parsed[SpringSet]:
     path = tmp_path / name
     path.write_text(text)
     return load_springs(whole, None, None, path)
 
 
-def optional(tmp_path: Path, whole: Figure, *records: str) -> Parsed[LoadedSprings]:
+def optional(tmp_path: Path, whole: Figure, *records: str) -> Parsed[SpringSet]:
     """Read with records `joint axis | coefficients | angles`."""
     lines: list[str] = []
     for record in records:
@@ -71,12 +71,12 @@ def optional(tmp_path: Path, whole: Figure, *records: str) -> Parsed[LoadedSprin
     return with_file(tmp_path, whole, "\n".join(lines), "my.optional")
 
 
-def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> Parsed[LoadedSprings]:
+def toml(tmp_path: Path, whole: Figure, *tables: str, top: str = "") -> Parsed[SpringSet]:
     text = top + "".join(f"[[spring]]\n{table}\n" for table in tables)
     return with_file(tmp_path, whole, text, "my.springs.toml")
 
 
-def said(reading: Parsed[LoadedSprings]) -> list[str]:
+def said(reading: Parsed[SpringSet]) -> list[str]:
     assert reading.value is None or not select_errors(reading.diagnostics)
     faults = [fault.to_json() for fault in reading.diagnostics]
     return [f"{f.get('line')}:{f.get('column')} {f['message']}" for f in faults]
@@ -217,7 +217,7 @@ def test_springs_are_looked_for_beside_the_figure(tmp_path):
     assert found().joints["knee"].axes[0].elastic == (Linear(5.0),)
     assert found("printed").origin == "my.optional"
     assert found(str(tmp_path / "my.optional")).origin == "my.optional"
-    assert load_springs(whole, tmp_path, "other").value.springs.origin.startswith("figure's own")
+    assert load_springs(whole, tmp_path, "other").value.origin.startswith("figure's own")
 
 
 def test_none_means_no_springs_and_no_stops():
@@ -390,7 +390,7 @@ def test_rest_and_dead_zone_of_a_spherical_axis_are_ignored(tmp_path):
     whole = figure(hip=f"type = {CHAIN};")
     reading = optional(tmp_path, whole, f"1 1 | {CUBIC} | 0.5 -0.2 0.3")
     assert reading.value is not None
-    (axis,) = reading.value.springs.joints["hip"].axes
+    (axis,) = reading.value.joints["hip"].axes
     assert axis.elastic == (CURVE,)
 
 
@@ -401,7 +401,7 @@ def test_what_a_springs_file_states_wins_over_the_rule(tmp_path):
     def law(more: str) -> Cubic:
         reading = toml(tmp_path, whole, cubic + more)
         assert reading.value is not None, reading.diagnostics
-        (found,) = reading.value.springs.joints["knee"].axes[0].elastic
+        (found,) = reading.value.joints["knee"].axes[0].elastic
         assert isinstance(found, Cubic)
         return found
 
@@ -456,7 +456,7 @@ def test_springs_for_another_figure_are_used_with_a_warning(tmp_path):
     reading = load_springs(figure(left_knee=KNEE), tmp_path, "my")
     assert said(reading) == ["1:10 these springs were written for the figure `other`"]
     assert reading.value is not None
-    assert list(reading.value.springs.joints) == ["left_knee"]
+    assert list(reading.value.joints) == ["left_knee"]
 
 
 def test_printed_values_need_an_optional_file(tmp_path):

@@ -1,5 +1,6 @@
 """The lint of laws over several joints: senses, energy, known ranges, sides, curves beside them."""
 
+from dataclasses import replace
 from math import degrees, exp, radians
 
 import numpy as np
@@ -18,7 +19,7 @@ from springs import (
 from springs.coupled import CoupledExponential, CoupledTerm, nearest_conservative_law
 from springs.lint.coupled import lint_coupled, lint_original_law
 from springs.lint.finding import Finding, FindingKind
-from springs.lint.report import CoupledReport, LawReplacement, report_coupled
+from springs.lint.report import CoupledReport, report_coupled
 from springs.published.tables import coupled_law
 
 Y = (0.0, 1.0, 0.0)
@@ -200,8 +201,8 @@ def test_damping_and_stops_beside_it_are_right(laws: tuple[object, ...]):
 
 def test_the_law_that_was_replaced_is_told_with_its_work():
     mended = nearest_conservative_law(PAIR, [known or RANGE for known in PAIR.valid_ranges]).law
-    springs = SpringSet({}, coupled=(side("left", mended), side("right", mended)))
-    (one,) = report_coupled(springs, (LawReplacement(mended, PAIR), LawReplacement(mended, PAIR)))
+    sides = (replace(side(name, mended), original=PAIR) for name in ("left", "right"))
+    (one,) = report_coupled(SpringSet({}, coupled=tuple(sides)))
     told = [f for f in one.findings if "replaced" in f.sentence]
     assert len(told) == 2
     assert one.doubts == ()

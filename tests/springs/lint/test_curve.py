@@ -49,7 +49,7 @@ SOURCE = Reference("invented for this test", Sureness.PAGE)
 @pytest.fixture(scope="module")
 def prototype() -> tuple[CurveReport, ...]:
     path = FIGURES / "prototype.springs.toml"
-    springs = load_springs(read_figure("prototype"), path.parent, "prototype").value.springs
+    springs = load_springs(read_figure("prototype"), path.parent, "prototype").value
     assert springs is not None
     return report_curves(springs)
 

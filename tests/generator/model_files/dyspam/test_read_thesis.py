@@ -24,7 +24,7 @@ SHIPPED = Path(str(files("figures")))
 
 def written(name: str, folder: Path, **options: Times) -> dict[str, str]:
     figure = read_figure(SHIPPED / f"{name}.fig")
-    springs = load_springs(figure, SHIPPED, name).value.springs
+    springs = load_springs(figure, SHIPPED, name).value
     assert springs is not None
     dyspam.format_files(figure, springs, folder, **options).write()
     return {file: (folder / file).read_text() for file in dyspam.FILES}
