@@ -189,7 +189,10 @@ def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = N
     springs = read_springs(None, figure)
     pair = [name for name in (joint, joint.replace("left", "right")) if name in figure.joints]
     pair = list(dict.fromkeys(pair))
-    springs_of_pair = {name: _spring_about(springs.joints[name].axes, motion) for name in pair}
+    springs_of_pair = {
+        one: next(axis for axis in springs.joints[one].axes if axis.motion == motion)
+        for one in pair
+    }
     low, high = normal_range(joint, motion)
     range_ends = [end.angle for end in (low, high) if end is not None and abs(end.angle) < np.pi]
     breakpoints = [angle for law in springs_of_pair[joint].elastic for angle in law.breakpoints]
@@ -214,10 +217,6 @@ def read_curve(joint: str, motion: str, held_deg: Mapping[str, float] | None = N
         ", ".join(f"{name} at {at:g} deg" for name, at in (held_deg or {}).items()),
         len(figure.joints[joint].chain) > 1 and springs_of_pair[joint].elastic[0].breakpoints != (),
     )
-
-
-def _spring_about(axes: tuple[AxisSpring, ...], motion: str) -> AxisSpring:
-    return next(spring for spring in axes if spring.motion == motion)
 
 
 def format_range(low: float, high: float) -> str:

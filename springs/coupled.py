@@ -34,28 +34,6 @@ class NotConservativeError(ValueError):
     """The torques are not a gradient and have no energy."""
 
 
-class CoupledLaw(Protocol):
-    """A law of the angles of several joints."""
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the angles ("hip flexion"), in the order of all tuples."""
-        ...
-
-    @property
-    def valid_ranges(self) -> tuple[Range | None, ...]:
-        """For each angle the range in which the law is known to hold [rad], or None."""
-        ...
-
-    def torques(self, angles: Sequence[Real], ops: Operations = NUMPY) -> tuple[Real, ...]:
-        """Torque on the child about each coordinate [N m] at the angles [rad]."""
-        ...
-
-    def energy(self, angles: Sequence[Real], ops: Operations = NUMPY) -> Real:
-        """Stored energy [J], where one exists; the torques are minus its gradient."""
-        ...
-
-
 @dataclass(frozen=True)
 class CoupledTerm:
     """The torques amplitudes * exp(exponent + rates . angles).

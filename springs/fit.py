@@ -92,15 +92,6 @@ class CubicFit:
         return passive_cubic(self.coefficients)
 
     @property
-    def law_residuals(self) -> Array:
-        """Measured moment less the law's moment, which is none in the dead zone [N m].
-
-        Raises:
-            NotRestoringError: as for `law`.
-        """
-        return self.moments - self.law.sense * np.asarray(self.law.torque(self.angles))
-
-    @property
     def doubts(self) -> tuple[str, ...]:
         """Doubts about the law, one sentence each."""
         try:

@@ -276,7 +276,10 @@ def inverse(
         loads = contact_of_run(moved) if measured is None else loads
         moments = joint_moments(moved, coordinates, loads, hertz, down)
     except InputError as failure:
-        raise InputError([_in_file(motion, one) for one in failure.diagnostics]) from None
+        raise InputError(
+            one if one.span is not None else error(f"{motion}: {one.message}", hint=one.hint)
+            for one in failure.diagnostics
+        ) from None
     except ModelError as failure:
         raise InputError([error(f"{model}: {failure}")]) from None
     zeros, seen = ({}, ()) if neutral is None else _neutral_values(neutral, figure, coordinates)
@@ -311,11 +314,6 @@ def inverse(
         forces=[one.body for one in loads],
         files=files,
     )
-
-
-def _in_file(path: Path, fault: Diagnostic) -> Diagnostic:
-    """Return a fault of a motion with the name of its file, if it has no place."""
-    return fault if fault.span is not None else error(f"{path}: {fault.message}", hint=fault.hint)
 
 
 def _check_outputs(files: Sequence[Path]) -> None:

@@ -28,9 +28,6 @@ ItemMonitor: TypeAlias = Callable[[int, str], AbstractContextManager[ItemCallbac
 RunCallback: TypeAlias = Callable[["Progress"], None]
 """Takes the progress of a run."""
 
-RunMonitor: TypeAlias = Callable[[float, float], AbstractContextManager[RunCallback]]
-"""Opens a callback for a run from a start to a stop [s]."""
-
 SweepCallback: TypeAlias = Callable[["SweepProgress"], None]
 """Takes the progress of a sweep."""
 

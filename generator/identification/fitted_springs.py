@@ -39,7 +39,8 @@ def fitted_springs_text(fit: Fit, file: Path, choice: str | Path | None = None) 
     noted = _with_why(before, after, describe_fit(fit))
     made, text = springs_and_text(figure, before, noted, file, choice)
     _check_same_torques(made, after)
-    head = "\n".join(f"# {line}" for line in _comment(fit))
+    comment = ["Made by mover identify.", *map(describe_estimate, fit.estimates)]
+    head = "\n".join(f"# {line}" for line in comment)
     return f"{head}\n\n{text}"
 
 
@@ -67,11 +68,6 @@ def describe_estimate(estimate: Estimate) -> str:
 def decimals(sd: float) -> int:
     """Number of decimals that show two digits of a standard deviation, at most 8."""
     return 6 if not sd > 0.0 else int(np.clip(1 - np.floor(np.log10(sd)), 0, 8))
-
-
-def _comment(fit: Fit) -> list[str]:
-    """Return lines that head the file."""
-    return ["Made by mover identify.", *(describe_estimate(one) for one in fit.estimates)]
 
 
 def _with_why(before: SpringSet, after: SpringSet, remark: str) -> SpringSet:

@@ -13,7 +13,6 @@ from generator.file_kind import FileKind
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Flag, Names, Number, Row, TableRows, Text
 from generator.toml_file.spans import TomlSpans, locate_keys
-from generator.toml_file.writer import document_to_toml
 
 MAX_LINK_FACTOR = 1e6
 """No joint follows another so much faster, and none so far from it [rad or m]."""
@@ -38,7 +37,7 @@ class _Place(Row[int]):
 
 FILE_ROWS = TableRows("links file", (Text("figure"),), (LINK_TABLE,))
 _PLACES = (_Place("dof"), _Place("control_dof"))
-_FACTOR = Number("factor", -MAX_LINK_FACTOR, MAX_LINK_FACTOR, is_always_written=True)
+_FACTOR = Number("factor", -MAX_LINK_FACTOR, MAX_LINK_FACTOR)
 _OFFSETS = tuple(
     Number(f"offset_{unit}", -MAX_LINK_FACTOR, MAX_LINK_FACTOR, f" {si}", attribute=name)
     for unit, si, name in (("deg", "rad", "offset_of_angle"), ("m", "m", "offset_of_length"))
@@ -84,16 +83,6 @@ class LinkEntry:
     offset_is_length: bool = False
     why: str = ""
     origins: Mapping[str, Span] = field(default_factory=dict[str, Span], compare=False, repr=False)
-
-    @property
-    def offset_of_angle(self) -> float | None:
-        """Offset [rad]; None for one in m, and without one."""
-        return None if self.offset_is_length else self.offset or None
-
-    @property
-    def offset_of_length(self) -> float | None:
-        """Offset [m]; None for one in rad."""
-        return self.offset if self.offset_is_length else None
 
     def span(self, key: str) -> Span | None:
         """Span of the value of a key, or else of the table."""
@@ -158,17 +147,3 @@ def _parse_entry(table: TableReader) -> LinkEntry | None:
     is_length = offsets == ["offset_m"]
     offset = (length if is_length else angle) or 0.0
     return LinkEntry(**values, offset=offset, offset_is_length=is_length, origins=origins)
-
-
-def write_links(content: LinksFile, comment: str = "") -> str:
-    """Return the text of a links file; reading it returns the same links, to the last bit.
-
-    Args:
-        content: Links to write.
-        comment: One or more lines above them.
-
-    Raises:
-        ValueError: for a number that is not finite, or a text longer than is read.
-    """
-    tables = [(LINK_TABLE, LINK_ROWS.lines(entry)) for entry in content.entries]
-    return document_to_toml(FILE_ROWS.noun, FILE_ROWS.lines(content), tables, comment)

@@ -30,9 +30,6 @@ METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
 C3D_SUFFIX = ".c3d"
 
-MAX_NUMBERS = 50_000_000
-"""Largest number of coordinates of markers, for the memory."""
-
 
 @dataclass(frozen=True, eq=False)
 class Markers:

@@ -432,7 +432,7 @@ def fill_page(
     """Return the text of a page in which only its scripts may run.
 
     Args:
-        template: Name of the asset in which `{{NAME}}` stands for a part or another asset.
+        template: Name of the asset of the body, in which `{{NAME}}` stands for a part or an asset.
         scripts: Names of the scripts, in their order.
         styles: Names of the styles, in their order.
         title: Title of the page.
@@ -452,7 +452,7 @@ def fill_page(
     text = re.sub(
         r"\{\{([\w.]+)\}\}",
         lambda found: whole[found[1]] if found[1] in whole else _asset(found[1]),
-        _asset(template),
+        _asset("frame.html").replace("{{body}}", _asset(template)),
     )
     return text.encode("utf-8", "replace").decode()
 

@@ -10,25 +10,14 @@ from generator.hold.statics import Load
 from generator.study.parameter_paths import Case
 from generator.study.study import Measure
 
-
-def _compression(posture: Posture) -> float | None:
-    return None if posture.spine is None else posture.spine.compression
-
-
-def _margin(posture: Posture) -> float | None:
-    return None if posture.standing is None else 100.0 * posture.standing.margin
-
-
-def _hands(posture: Posture) -> float | None:
-    return min((hand.percent_capable for hand in posture.hands), default=None)
-
-
 HELD_COLUMNS: Mapping[str, Callable[[Posture], float | None]] = {
     "hold.use [1]": lambda posture: None if posture.beyond else posture.largest_use,
     "hold.percent_capable [%]": lambda posture: posture.percent_capable,
-    "hold.hands_capable [%]": _hands,
-    "hold.compression [N]": _compression,
-    "hold.margin [cm]": _margin,
+    "hold.hands_capable [%]": lambda posture: min(
+        (hand.percent_capable for hand in posture.hands), default=None
+    ),
+    "hold.compression [N]": lambda posture: posture.spine and posture.spine.compression,
+    "hold.margin [cm]": lambda posture: posture.standing and 100.0 * posture.standing.margin,
 }
 """Numbers of a held posture by the title of their column."""
 

@@ -11,7 +11,6 @@ from typing import TypeVar
 
 from springs.published.parse import PublishedError, parse_publication
 from springs.published.rows import (
-    MotionRange,
     Publication,
     PublishedCoupledLaw,
     PublishedCurve,
@@ -90,12 +89,6 @@ def coupled_law(key: str) -> PublishedCoupledLaw:
 def rhythm(key: str) -> PublishedRhythm:
     """The shoulder rhythm `publication/name`. Raises PublishedError when there is none."""
     return _find_row(key, "rhythm", _publication_of_key(key).rhythms)
-
-
-def motion_ranges(motion: str) -> tuple[MotionRange, ...]:
-    """The ends of the range of one motion ("knee flexion") that all publications give."""
-    rows = (row for name in publications() for row in publication(name).ranges)
-    return tuple(row for row in rows if row.motion == motion)
 
 
 def _find_row(key: str, kind: str, rows: Mapping[str, _RowType]) -> _RowType:

@@ -112,21 +112,6 @@ def arm_force_field_spread() -> float:
     return float(arm_force_field_numbers()["spread"])
 
 
-def arm_of_mean_woman(elbow: ArrayLike, wrist: ArrayLike, hand: ArrayLike) -> tuple[Array, Array]:
-    """Return masses [kg], shape (3,), and centres [m], (3, 3), of the arm of the network's woman.
-
-    Args:
-        elbow: Elbow from the shoulder, shape (3,) [m].
-        wrist: Wrist likewise.
-        hand: Knuckles likewise.
-    """
-    numbers = arm_force_field_numbers()
-    ends = np.array([np.zeros(3), elbow, wrist, hand], dtype=float)
-    shares = np.array(numbers["segment_centres"])
-    centres = ends[:-1] + shares[:, None] * np.diff(ends, axis=0)
-    return numbers["mass_kg"] * np.array(numbers["segment_masses"]), centres
-
-
 def hand_force(hand: ArrayLike, direction: ArrayLike) -> float:
     """Return the mean force of women at a place along a direction, without gravity [N].
 

@@ -20,7 +20,7 @@ from generator.file_kind import FileKind
 from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.input_files.coordinates import COORDINATE_NAMES, write_coordinates
 from generator.input_files.drives import DRIVES_FILE
-from generator.input_files.links import LINK_ENTRIES, write_links
+from generator.input_files.links import LINK_ENTRIES
 from generator.input_files.live import LIVE_FILE, LiveLog, LiveStart, write_live
 from generator.input_files.loads import LOADS_FILE
 from generator.input_files.moments import MOMENTS_FILE
@@ -145,7 +145,7 @@ EXAMPLES = {
         DRIVES_FILE, "time [s],left_knee [deg]\n0,0\n1,10\n2,5\n", (FIGURE,), content=repr
     ),
     "FIGURE_FILE": Example(FIGURE_FILE, PENDULUM, write=write_figure),
-    "LINK_ENTRIES": Example(LINK_ENTRIES, LINK, write=write_links),
+    "LINK_ENTRIES": Example(LINK_ENTRIES, LINK),
     "LINKS_FILE": Example(LINKS_FILE, LINK, (FIGURE,)),
     "LIVE_FILE": Example(LIVE_FILE, write_live(LIVE), write=write_live),
     "LOADS_FILE": Example(LOADS_FILE, LOAD, (FIGURE,)),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, reject, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import generator.input_files
@@ -23,11 +23,7 @@ from generator.figure import AxisKind, Figure, JointAxis, SiteRef
 from generator.figure_file.write import write_pose
 from generator.identifiers import coordinate_names, plain_name, plain_names
 from generator.input_files.links import (
-    LINK_ENTRIES,
     MAX_LINK_FACTOR,
-    LinkEntry,
-    LinksFile,
-    write_links,
 )
 from generator.input_files.live import LIVE_FILE, write_live
 from generator.input_files.loads import LOADS_FILE
@@ -710,43 +706,6 @@ BOUNDED = st.floats(-0.999 * MAX_LINK_FACTOR, 0.999 * MAX_LINK_FACTOR)
 """Factors, and offsets that a conversion to degrees does not take over the edge."""
 
 
-@st.composite
-def link_entries(draw: st.DrawFn) -> LinkEntry:
-    mirror = draw(st.booleans())
-    offset, is_length = (0.0, False) if mirror else draw(st.tuples(BOUNDED, st.booleans()))
-    places = st.none() | st.integers(0, 10**6)
-    return LinkEntry(
-        joints=tuple(draw(st.lists(NAMES, min_size=1, max_size=4))),
-        control=draw(NAMES),
-        dof=None if mirror else draw(places),
-        control_dof=None if mirror else draw(places),
-        factor=draw(BOUNDED.filter(bool)),
-        mirror=mirror,
-        offset=offset + 0.0,
-        offset_is_length=is_length,
-        why=draw(NAMES),
-    )
-
-
-LINKS = st.builds(
-    LinksFile, st.lists(link_entries(), min_size=1, max_size=5).map(tuple), st.none() | NAMES
-)
-
-
-def write_links_file(content: LinksFile, path: Path) -> None:
-    try:
-        text = write_links(content, comment="two\nlines")
-    except ValueError:
-        reject()  # a number of degrees that no float holds, or a long line
-    path.write_text(text, encoding="utf-8", newline="")
-
-
-def read_links_file(path: Path, _: LinksFile) -> LinksFile:
-    reading = LINK_ENTRIES.parse_file(path)
-    assert reading.diagnostics == ()
-    return reading.require_value()
-
-
 LARGEST_ANGLE = INPUT_BOUNDS[Dimension.ANGLE].max_abs
 DISPLACEMENTS = st.floats(-LARGEST_ANGLE, LARGEST_ANGLE)
 
@@ -837,7 +796,6 @@ def same_drives(motion: FigureMotion, back: list[Mapping[str, Drive]]) -> None:
 
 
 INPUTS = (
-    Format("links", write_links_file, read_links_file, assert_equal, contents=LINKS, examples=100),
     Format("pose", lambda content, path: path.write_text(write_pose(*content), encoding="utf-8"),
            lambda path, content: read_pose(path, content[0]), same_pose, contents=poses(),
            examples=50),
@@ -857,8 +815,8 @@ def test_every_format_has_a_row():
     assert [row.name for row in MODELS] == list(MODEL_FORMATS)
     assert {row.name for row in MOTION_ROWS} == set(MOTION_FORMATS)
     modules = {module.name for module in iter_modules(generator.input_files.__path__)}
-    assert {row.name for row in INPUTS} == modules - {"coordinates", "csv_columns", "tone"}
-    # Nothing writes tone; coordinates have their own test, with a figure.
+    assert {row.name for row in INPUTS} == modules - {"coordinates", "csv_columns", "links", "tone"}
+    # Nothing writes links and tone; coordinates have their own test, with a figure.
 
 
 @pytest.mark.parametrize("form", [*MODELS, *MOTION_ROWS, *INPUTS], ids=lambda form: form.name)

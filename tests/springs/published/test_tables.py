@@ -21,7 +21,6 @@ from springs.published.tables import (
     coupled_law,
     curve,
     curves_of_motion,
-    motion_ranges,
     publication,
     publications,
     rhythm,
@@ -641,16 +640,6 @@ def test_the_band_of_a_curve_is_its_published_scatter():
     low, high = silder.torque_band(angles)
     assert high - low == pytest.approx([5.0, 5.0])
     assert curve("saul_2015/elbow_flexion").torque_band(angles) is None
-
-
-def test_what_all_publications_say_of_one_motion():
-    rows = motion_ranges("knee flexion")
-    assert [round(degrees(row.limit), 1) for row in rows] == [137.7]
-    ligaments = [row for row in motion_ranges("hip extension") if row.moment is not None]
-    assert degrees(ligaments[0].deviation) == pytest.approx(7.0)
-    assert ligaments[0].moment == 5.0
-    assert {row.at_least for row in motion_ranges("elbow flexion")} == {True, False}
-    assert motion_ranges("tail flexion") == ()
 
 
 def test_every_publication_can_be_cited():

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from springs.strength.arm_force_field import (
     ArmWeight,
     HandStrength,
+    arm_force_field_numbers,
     arm_force_field_spread,
-    arm_of_mean_woman,
     hand_force,
 )
 
@@ -30,7 +30,10 @@ def sample(side: int, *, mirror_gravity: bool = True) -> HandStrength:
     forwards /= np.linalg.norm(forwards)
     axes = np.array([forwards, np.cross(lateral, forwards), lateral * (1 if side else -1)])
     hand, wrist, elbow = (axes @ (np.array(p) - SHOULDERS[side]) for p in (LEFT, RIGHT)[side])
-    masses, centres = arm_of_mean_woman(elbow, wrist, hand)
+    woman = arm_force_field_numbers()
+    ends = np.array([np.zeros(3), elbow, wrist, hand])
+    centres = ends[:-1] + np.array(woman["segment_centres"])[:, None] * np.diff(ends, axis=0)
+    masses = woman["mass_kg"] * np.array(woman["segment_masses"])
     down = axes @ -UP
     if not mirror_gravity:
         down[2] = -down[2]
