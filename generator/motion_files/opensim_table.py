@@ -327,7 +327,7 @@ def _parse_coordinates(
     entries = _parse_header(source, lines, diagnostics)
     in_degrees = None
     if entries is not None:
-        in_degrees = _check_header(source, entries, diagnostics, has_angles)
+        in_degrees = _check_header(entries, diagnostics, has_angles)
     title_line = next(lines, None)
     if entries is None or in_degrees is None or diagnostics.has_errors:
         return None
@@ -386,7 +386,7 @@ def _parse_header(
 
 
 def _check_header(
-    source: Source, entries: Mapping[str, Span], diagnostics: Diagnostics, has_angles: bool
+    entries: Mapping[str, Span], diagnostics: Diagnostics, has_angles: bool
 ) -> bool | None:
     """Return whether angles are in degrees; None if the header does not say it."""
     version = entries.get("version")

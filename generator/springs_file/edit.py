@@ -415,7 +415,7 @@ def _entry_about(
             stop_stiffness=stop.stiffness,
             stop_onset=stop.onset,
         )
-    plain, stated = _entry_law(joint, plain_law(law), law, slides=is_slide(axis))
+    plain, stated = _entry_law(joint, plain_law(law), slides=is_slide(axis))
     keeps = before is not None and before.damping == spring.damping and not linear
     if isinstance(stated, PublishedLaw) or not keeps:  # published laws may bring their own damping
         damping: Damping | None = spring.damping
@@ -452,9 +452,7 @@ def _declared_axis(
     raise ModelError(f"a springs file cannot state this axis of `{shorten(joint.name)}`")
 
 
-def _entry_law(
-    joint: Joint, plain: PlainLaw, law: Elastic, *, slides: bool = False
-) -> tuple[PlainLaw, EntryLaw]:
+def _entry_law(joint: Joint, plain: PlainLaw, *, slides: bool = False) -> tuple[PlainLaw, EntryLaw]:
     """Return a law with its modifiers as a table states it. Raises ModelError."""
     if slides:
         linear = plain.law
