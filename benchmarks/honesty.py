@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks import cases
 from benchmarks.engines.exudyn_engine import radial_springs
 from generator.contact.scene import Scene
-from generator.figure import Figure
+from generator.figure import Figure, Joint
 from generator.figure_file.read import read_figure
 from generator.input_files.scene import read_scene
 from generator.recording import Recording
@@ -164,12 +164,17 @@ def random_case(kind: str, random: np.random.Generator) -> tuple[Figure, Plan]:
     turned = {
         name: tuple(
             np.asarray(joint.displacement)
-            + np.radians(random.uniform(-15.0, 15.0, joint.degrees_of_freedom))
+            + _sizes(joint) * random.uniform(-1.0, 1.0, len(joint.chain))
         )
         for name, joint in figure.joints.items()
         if joint.chain
     }
     return figure, replace(plan, displacements=turned)
+
+
+def _sizes(joint: Joint) -> np.ndarray:
+    """Return the largest changes of the displacements of a joint: 15 deg or 2 mm."""
+    return np.array([np.radians(15.0) if any(one.twist.angular) else 0.002 for one in joint.chain])
 
 
 def differences(one: Recording, other: Recording) -> np.ndarray:
