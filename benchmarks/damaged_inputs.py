@@ -164,7 +164,7 @@ def make_seeds(folder: Path) -> dict[str, list[Path]]:
     assert springs is not None
     for name, suffix in (("mjcf", ".xml"), ("urdf", ".urdf"), ("osim", ".osim")):
         seeds["model"].append(folder / f"model{suffix}")
-        MODEL_FORMATS[name].format_files(prototype(), springs.springs, seeds["model"][-1]).write()
+        MODEL_FORMATS[name].format_files(prototype(), springs, seeds["model"][-1]).write()
     seeds["model"] += sorted(path for path in _MODELS.iterdir() if path.stem != "defaults")
     MODEL_FORMATS["dyspam"].format_files(prototype(), springs.springs, folder / "dyspam").write()
     seeds["dyspam"] += sorted((folder / "dyspam").iterdir())
