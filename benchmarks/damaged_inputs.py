@@ -166,7 +166,7 @@ def make_seeds(folder: Path) -> dict[str, list[Path]]:
         seeds["model"].append(folder / f"model{suffix}")
         MODEL_FORMATS[name].format_files(prototype(), springs, seeds["model"][-1]).write()
     seeds["model"] += sorted(path for path in _MODELS.iterdir() if path.stem != "defaults")
-    MODEL_FORMATS["dyspam"].format_files(prototype(), springs.springs, folder / "dyspam").write()
+    MODEL_FORMATS["dyspam"].format_files(prototype(), springs, folder / "dyspam").write()
     seeds["dyspam"] += sorted((folder / "dyspam").iterdir())
     recording = simulate(prototype(), Plan(stop=0.04, step=0.002))
     for suffix, kind in (
