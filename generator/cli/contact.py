@@ -270,9 +270,8 @@ def _head_rows(record: ContactRecord) -> Iterator[tuple[str, str]]:
         if name not in record.segments or record.segments[name].first_time is None:
             continue
         title = "" if name == "head" else f"{name}: "
-        text = (
-            f"{title}at most {head.peak_acceleration:.0f} g, {head.head_weights:.0f} head weights"
-        )
+        force = f"{record.segments[name].peak_force:.4g} N, {head.head_weights:.0f} head weights"
+        text = f"{title}at most {head.peak_acceleration:.0f} g, {force}"
         hic = record.head_injury.get(name)
         if hic is None:
             yield "head", f"{text}; HIC15 needs parts of the body"

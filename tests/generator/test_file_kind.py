@@ -294,13 +294,13 @@ def test_own_files_are_found_without_their_suffix(
     """Before shipped ones of the name, except figures, where the command says so."""
     monkeypatch.chdir(tmp_path)
     name, shipped = min(kind.shipped().items(), key=lambda one: one[1].stat().st_size)
-    for stem in (name, "platform"):
+    for stem in (name, "ramp"):
         Path(f"{stem}{kind.suffix}").write_bytes(shipped.read_bytes())
-    assert kind.find("platform") == Path(f"platform{kind.suffix}")
+    assert kind.find("ramp") == Path(f"ramp{kind.suffix}")
     own = Path(f"{name}{kind.suffix}")
     assert kind.find(name) == (shipped if kind.prefers_shipped else own)
     folder = Path("elsewhere")
-    assert kind.find("platform", folder) == folder / "platform"
-    assert kind.find("platform", tmp_path) == tmp_path / f"platform{kind.suffix}"
+    assert kind.find("ramp", folder) == folder / "ramp"
+    assert kind.find("ramp", tmp_path) == tmp_path / f"ramp{kind.suffix}"
     found = [str(one) for one in kind.parse_file(name).diagnostics]
     assert any("is the shipped" in text for text in found) == kind.prefers_shipped

@@ -244,11 +244,13 @@ def test_heads_that_touch_have_their_numbers_with_a_caveat(fall: FloorRun):
     assert touched in names
     heads = {name: HeadImpact(130.6, 0.2, 109.7) for name in (touched, "not a segment")}
     found = made(fall.recording, heads=heads)
-    text = f"{touched}: at most 131 g, 110 head weights; HIC15 needs parts of the body"
+    assert fall.recording.contact is not None
+    force = f"{fall.recording.contact.segments[touched].peak_force:.4g} N"
+    text = f"{touched}: at most 131 g, {force}, 110 head weights; HIC15 needs parts of the body"
     assert contact.contact_rows(found, {})[-2:] == [("head", text), ("", HEAD_CAVEAT)]
     hic = made(found, head_injury={touched: 321.4})
     (_, text), (_, caveat) = contact.contact_rows(hic, {})[-2:]
-    assert text == f"{touched}: at most 131 g, 110 head weights, HIC15 321"
+    assert text == f"{touched}: at most 131 g, {force}, 110 head weights, HIC15 321"
     assert caveat == f"{HEAD_CAVEAT}; {INJURY_CAVEAT}"
     assert hic.contact is not None
     data = json.loads(json_text(contact.contact_data(hic.contact)))

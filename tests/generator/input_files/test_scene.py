@@ -158,7 +158,8 @@ def test_no_text_breaks_the_reader(text: str):
 
 def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
     assert set(SCENE_FILE.shipped()) == {
-        *("bath", "bed", "foam", "hip_protector", "mat", "seat", "stairs", "step", "trip")
+        *("bath", "bed", "foam", "hip_protector", "mat", "platform", "seat", "stairs", "step"),
+        "trip",
     }
     assert not SCENE_FILE.shipped().keys() & FIGURE_FILE.shipped().keys()
     assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
