@@ -21,6 +21,7 @@ from generator.input_files.coordinates import (
 from generator.inverse.external_loads import read_external_loads
 from generator.inverse.legs import find_legs
 from generator.inverse.moments import (
+    MIN_SURE,
     STANDARD_GRAVITY,
     JointMoments,
     Works,
@@ -438,12 +439,9 @@ def _doubts(
     """Return warnings about a motion whose moments are unsure."""
     found: list[Diagnostic] = []
     if not moments.is_sure.any():
-        found.append(
-            warning(
-                "all frames are within half a second of an end of the motion: moments are unsure",
-                hint="record half a second more at both ends",
-            )
-        )
+        few = f"fewer than {MIN_SURE} frames are half a second from both ends of the motion"
+        hint = "record half a second more at both ends"
+        found.append(warning(f"{few}: moments are unsure", hint=hint))
     residual, largest = moments.mean_residual_share, moments.largest_residual_share
     if motion.recording is not None and largest > MAX_RESIDUAL_OF_RUN:
         spacing = float(np.median(np.diff(motion.times)))

@@ -109,7 +109,7 @@ class JointDemand:
     @property
     def is_antagonist(self) -> bool:
         """True where muscles work against the passive moment, which exceeds the net one."""
-        return self.net < -NO_MOMENT
+        return -self.passive > abs(self.net) + NO_MOMENT
 
     @property
     def use(self) -> float | None:

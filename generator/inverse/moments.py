@@ -35,6 +35,9 @@ from generator.rotations import Array
 
 STANDARD_GRAVITY = (0.0, -9.81, 0.0)
 
+MIN_SURE = 3
+"""Smallest number of sure samples whose peaks and works say something about a motion."""
+
 
 @dataclass(frozen=True, eq=False)
 class CoordinateForce:
@@ -92,8 +95,8 @@ class JointMoments:
     Attributes:
         times: Times [s], shape (n,).
         coordinates: Coordinates by name, in the order of the figure's joints.
-        is_sure: Whether each time is farther than `UNSURE_TIME` from the ends of the motion, where
-            accelerations are uncertain, shape (n,).
+        is_sure: Whether each time is at least `UNSURE_TIME` from the ends of the motion, where
+            accelerations are uncertain, shape (n,); none is where fewer than `MIN_SURE` are.
         mass: Mass of the segments that move [kg].
         height: Stature of a person, else the vertical extent of the figure's sites [m].
         weight: Mass times gravity [N].
@@ -208,11 +211,12 @@ def joint_moments(
             needed[:, k] / at.scale,
         )
     first, last = motion.times[0] + UNSURE_TIME, motion.times[-1] - UNSURE_TIME
+    is_sure = (times >= first) & (times <= last)
     mass, size = motion.figure.total_mass, float(np.linalg.norm(np.asarray(gravity)))
     return JointMoments(
         times,
         found,
-        (times >= first) & (times <= last),
+        is_sure & (np.count_nonzero(is_sure) >= MIN_SURE),
         mass,
         body_height(motion.figure),
         mass * size,

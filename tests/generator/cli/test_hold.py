@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from generator.figure_file import FIGURE_FILE
-from generator.hold.posture import Holder, hold
+from generator.hold.posture import Holder, JointDemand, hold
 from generator.hold.statics import Load
 from generator.hold.support import OutOfBalanceError
 from generator.model import Model
@@ -43,6 +43,17 @@ def man() -> Holder:
 
 def rows_of(said: dict) -> dict:
     return {(row["joint"], row["direction"]): row for row in said["joints"]}
+
+
+@pytest.mark.parametrize(
+    ("net", "passive", "is_marked"),
+    [(0.2, -7.3, True), (-0.2, -7.3, True), (8.0, -7.3, False), (9.0, 7.3, False)],
+)
+def test_rows_against_a_larger_passive_moment_are_marked(
+    net: float, passive: float, is_marked: bool
+):
+    row = JointDemand("knee", "extension", 0.0, net, passive, net - passive, 34.8, 0.2, None, "")
+    assert row.is_antagonist is is_marked
 
 
 def test_json_has_the_keys_of_its_page():

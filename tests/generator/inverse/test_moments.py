@@ -93,6 +93,15 @@ def test_works_are_integrals_of_the_power_while_it_is_sure(walk: FigureMotion):
     assert (first, last) == pytest.approx((0.5, 2.0), abs=0.02)
 
 
+def test_a_motion_of_few_sure_frames_is_taken_whole(walk: FigureMotion):
+    """One second has a single frame half a second from both ends."""
+    kept = walk.times < walk.times[0] + 1.001
+    short = {name: values[kept] for name, values in walk.displacements.items()}
+    moments = joint_moments(replace(walk, times=walk.times[kept], displacements=short), COORDINATES)
+    assert not moments.is_sure.any()
+    assert moments.kept.all()
+
+
 def test_the_scale_of_a_coordinate_keeps_its_power(walk: FigureMotion):
     scaled = {
         name: replace(at, scale=2.0, offset=0.3) if name == "knee_angle_r" else at
