@@ -267,7 +267,7 @@ def compare_motions(
     """Compare motions with the first one; raises as `compare`."""
     if not 2 <= len(motions) <= MAX_MOTIONS:
         count = format_count(len(motions), "motion")
-        raise UsageError(f"{count}: two to {MAX_MOTIONS} can be compared")
+        raise UsageError(f"{count}: 2 to {MAX_MOTIONS} can be compared")
     if len(names) != len(motions) or len(set(names)) != len(names):
         raise UsageError(f"names {', '.join(names)}: each motion needs one of its own")
     if not (isfinite(threshold) and threshold > 0.0):

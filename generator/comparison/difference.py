@@ -45,7 +45,8 @@ class Difference:
         motion: Name of the motion.
         quantity: Kind of the quantity.
         name: Name of the joint, the part of the body, the segment or the kind of energy.
-        about: Motion or axis of the joint in which the difference is largest; "" for others.
+        about: Motion or axis of the joint in which the difference is largest, with "mostly" before
+            it where the size is the angle of a rotation about several axes; "" for others.
         size: Difference [rad, m, s, N or J], positive where the motion has more; of angles,
             positions and energies the largest over time. None where only one of both touches.
         reference: Value of the reference, of a joint about the axis; None without a touch.

@@ -3,7 +3,8 @@
 The difference of a joint that turns about one axis is that of its displacements. That of a joint
 of several rotations is the angle of the rotation `R_B R_A^T`, from the orientation of its child in
 the reference to that in the other motion: it does not depend on the order of the rotations, has no
-poles, and is at most 180 deg. The axis whose displacement differs most names it and gives its sign.
+poles, and is at most 180 deg. The axis whose displacement differs most names it ("mostly flexion")
+and gives its sign. The difference of a position is along the axis along which it is the largest.
 """
 
 from collections.abc import Iterator, Sequence
@@ -94,18 +95,16 @@ class Pair:
         for joint in self._common_joints:
             chain = build_chain(self.aligned[0].chains[joint])
             first, other = (one.displacements[joint] for one in self.aligned)
-            poses = chain.pose(first), chain.pose(other)
             turns, slides = list(chain.rotations), list(chain.translations)
             if turns:
                 sizes = np.abs(other[:, turns[0]] - first[:, turns[0]])
                 if len(turns) > 1:
+                    poses = chain.pose(first), chain.pose(other)
                     relative = poses[1][:, :3, :3] @ np.swapaxes(poses[0][:, :3, :3], 1, 2)
                     sizes = np.linalg.norm(rotation_vector_from_matrix(relative), axis=1)
                 yield self._largest(Quantity.ANGLE, joint, turns, sizes)
             if slides:
-                sizes = np.linalg.norm(poses[1][:, :3, 3] - poses[0][:, :3, 3], axis=1)
-                if len(slides) == 1:
-                    sizes = np.abs(other[:, slides[0]] - first[:, slides[0]])
+                sizes = np.abs(other[:, slides] - first[:, slides]).max(axis=1)
                 yield self._largest(Quantity.POSITION, joint, slides, sizes)
 
     def _largest(
@@ -122,7 +121,8 @@ class Pair:
         k = int(np.argmax(sizes))
         first, other = (one.displacements[joint][k] for one in self.aligned)
         steps = [float(other[axis] - first[axis]) for axis in axes]
-        if len(axes) > 1 and quantity is Quantity.ANGLE:
+        is_of_several = len(axes) > 1 and quantity is Quantity.ANGLE
+        if is_of_several:
             steps = [remainder(step, 2.0 * pi) for step in steps]
         step, axis = max(zip(steps, axes, strict=True), key=lambda pair: abs(pair[0]))
         about, sense = name_axis(self.aligned[0], self._springs, joint, axis)
@@ -131,7 +131,7 @@ class Pair:
             self.name,
             quantity,
             joint,
-            about,
+            f"mostly {about}" if is_of_several else about,
             float(np.copysign(sizes[k], sense * step)) if sizes[k] else 0.0,
             sense * float(first[axis]) + 0.0,
             sense * float(other[axis]) + 0.0,
