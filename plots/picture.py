@@ -114,6 +114,12 @@ class Subject:
             return ""
         return self._arrow_scale.text
 
+    @property
+    def has_forces(self) -> bool:
+        """Whether contact forces of a run are to be drawn."""
+        run = None if self.motion is None else self.motion.recording
+        return self.with_forces and bool(run and run.contact and run.contact.part_forces)
+
     @cached_property
     def _arrow_scale(self) -> ArrowScale | None:
         if self.motion is None:
@@ -429,12 +435,15 @@ def _check_options(
     strip: int | None,
     fps: float | None,
     transparent: bool,
+    no_forces: bool,
 ) -> None:
     """Raise UsageError for options that exclude each other."""
     videos = [path for path in outputs if path.suffix.lower() in VIDEO_FORMATS]
     if subject.motion is None:
         if (at, strip, fps) != (None, None, None):
             raise UsageError("--at, --strip and --fps are for motions")
+        if no_forces:
+            raise UsageError("--no-forces is for motions")
         if videos:
             raise UsageError(f"-o {videos[0]}: a video needs a motion, not a pose")
     if fps is not None and not videos:
@@ -606,13 +615,14 @@ def picture(
     subject = replace(
         read_subject(source, figure, pose, displacements or ()), with_forces=not no_forces
     )
-    _check_options(files, subject, at, strip, fps, transparent)
+    _check_options(files, subject, at, strip, fps, transparent, no_forces)
     check_writable(files, (*subject.inputs, scene))
     props = NO_SCENE if subject.motion is None or no_scene else subject.motion.scene
     if scene is not None:
         props = read_scene(scene)
     ground = floor_height(props, floor)
     times = [] if subject.motion is None else times_from_options(at, strip, subject.motion)
+    losses = [str(loss) for loss in (*subject.body.losses, *_undrawn_props(props))]
     writers: list[tuple[Path, OutputWriter]] = []
     sizes: dict[str, list[int]] = {}
     images = [path for path in files if path.suffix.lower() in IMAGE_FORMATS]
@@ -627,6 +637,8 @@ def picture(
             labelled=not no_labels and len(times) > 1,
             transparent=transparent,
         )
+        if subject.has_forces and not drawn.caption:
+            losses.append(f"nothing is touched at {', '.join(time_labels(times))}")
         sizes |= {str(path): list(drawn.shape) for path in images}
         writers += [
             (path, partial(drawn.write, kind=path.suffix.lower().removeprefix(".")))
@@ -648,6 +660,6 @@ def picture(
         files,
         sizes,
         frames,
-        list(map(str, (*subject.body.losses, *_undrawn_props(props)))),
+        losses,
         diagnostics=subject.warnings,
     )

@@ -358,6 +358,7 @@ def _report_parser_errors(*, as_json: bool) -> Generator[None]:
     except KeyboardInterrupt:
         leave_interrupted(as_json=as_json)
     except _ParserError as failure:
+        failure.message = _plain_message(failure.message)
         with _error_stream():
             failure.show()
         if as_json:
@@ -365,6 +366,23 @@ def _report_parser_errors(*, as_json: bool) -> Generator[None]:
 
             typer.echo(json_text({"error": failure.format_message()}))
         raise typer.Exit(failure.exit_code) from None
+
+
+_VALIDATOR_SENTENCES = (
+    (r"Input should be a valid number, .*", "give a number, without a unit"),
+    (r"Input should be a valid integer, .*", "give a whole number"),
+    (r"Input should be (?:a|an) (?:valid )?", "give a "),
+    (r"Input should be (?=less|greater)", "the number should be "),
+    (r"Value error, ", ""),
+)
+"""Beginnings of sentences of the library that validates options, and plain ones for them."""
+
+
+def _plain_message(message: str) -> str:
+    """Return the message of the parser of options without the terms of a validator."""
+    for pattern, plain in _VALIDATOR_SENTENCES:
+        message = re.sub(pattern, plain, message)
+    return message
 
 
 @contextmanager

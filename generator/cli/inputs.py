@@ -4,6 +4,7 @@ These are the argument FIGURE and the options `--springs`, `--pose`, `--set`, `-
 `--lock` and `--drive`.
 """
 
+import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees, inf, isclose, isfinite
@@ -64,15 +65,43 @@ from generator.springs_file.read import (
     joints_without_elastic_law,
     load_springs,
 )
+from generator.text_io import is_file
 from generator.toml_file.rows import Number, Vector3
 from springs import SphericalLaw, SpringSet
 from springs.published.range_of_motion import normal_range
 
 
 def load_figure(name: str) -> tuple[Figure, tuple[Diagnostic, ...]]:
-    """Load a figure by its path or name, with warnings. Raises InputError."""
+    """Load a figure by its path or name, with warnings.
+
+    Raises:
+        InputError: The file is missing or has errors.
+        UsageError: It is a file of another kind.
+    """
     parsed = FIGURE_FILE.parse_file(name)
+    if parsed.value is None and is_file(Path(name)):
+        _refuse_other_kind(Path(name))
     return parsed.require_value(), parsed.diagnostics
+
+
+def _refuse_other_kind(path: Path) -> None:
+    """Raise UsageError for a file whose suffix is of another kind than figures."""
+    if kind := re.search(r"\.([a-z]+)\.toml$", path.name):
+        raise UsageError(f"{path} is a {kind[1]} file; figures are {FIGURE_FILE.suffix} files")
+    if path.suffix not in ("", FIGURE_FILE.suffix):
+        refuse_model(path)
+
+
+def refuse_model(path: Path) -> None:
+    """Raise UsageError for a model of another program, which says how it becomes a figure."""
+    from generator.conversion import is_model  # imports all formats of models
+
+    if is_model(str(path)):
+        target = f"{path.stem or 'figure'}{FIGURE_FILE.suffix}"
+        raise UsageError(
+            f"{path} is a model of another program: `mover convert {path} {target}` makes a "
+            "figure of it"
+        )
 
 
 def parse_springs_option(
@@ -360,6 +389,8 @@ def range_warnings(
 ) -> Iterator[Diagnostic]:
     """Yield warnings of joints that are outside their limits or their normal range of motion.
 
+    A joint outside limits that are its normal range has one warning.
+
     Args:
         figure: Figure.
         springs: Springs, which name the motions.
@@ -394,6 +425,8 @@ def range_warnings(
         )
         least, largest = -inf if low is None else low, inf if high is None else high
         angle, margin = sense * values[0], MAX_ANGLE_BEYOND_RANGE
+        if np.allclose(sorted((sense * least, sense * largest)), (lower[0], upper[0]), atol=1e-3):
+            continue
         if not least - margin <= angle <= largest + margin:
             ends = ("?" if end is None else f"{degrees(end):.4g}" for end in (low, high))
             yield warning(

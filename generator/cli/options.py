@@ -267,7 +267,12 @@ def _displacement_value(option: str, text: str, part: str, factor: JointAxis, un
     try:
         value = parse_displacement(part, unit)
     except (ValueError, OverflowError):
-        raise UsageError(f"{option} {text}: `{part}` is not a finite number") from None
+        fault = f"{option} {text}: `{part}` is not a finite number"
+        match = _QUANTITY.fullmatch(part)
+        if match and match[2]:
+            rate = "/s" if option == "--velocity" else ""
+            fault = f"{option} {text}: give `{part}` as a number in {unit}{rate}, without a unit"
+        raise UsageError(fault) from None
     bound = displacement_bound(factor)
     if not bound.contains(value):
         raise UsageError(f"{option} {text}: `{part}` is beyond {bound.text}")

@@ -19,6 +19,7 @@ from generator.cli.inputs import (
     load_figure,
     load_motion,
     placement_from_options,
+    refuse_model,
     springs_from_option,
 )
 from generator.cli.interrupts import call_on_signals
@@ -29,10 +30,9 @@ from generator.cli.outputs import (
     suffix_fault,
     write_motion,
 )
-from generator.conversion import READABLE_SUFFIXES, check_readable, is_model
+from generator.conversion import READABLE_SUFFIXES, check_readable
 from generator.diagnostics import Diagnostic, UsageError, warning
 from generator.figure import Figure
-from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement, batched_placements
 from generator.motion_files import MOTION_FORMATS, FigureMotion
@@ -133,12 +133,7 @@ def _check_kind(path: Path, figure: str | None, second: Path | None, export: Pat
             check_readable(file)
         if file.is_dir():
             raise UsageError(f"{file} is a directory: the page shows files, such as `figure.fig`")
-    if is_model(str(path)):
-        target = f"{path.stem or 'figure'}{FIGURE_FILE.suffix}"
-        raise UsageError(
-            f"{path} is a model of another program: `mover convert {path} {target}` makes a "
-            "figure of it"
-        )
+    refuse_model(path)
     if path.suffix.lower() in _OTHER_SUFFIXES and not _is_springs_file(path):
         raise UsageError(
             f"{path} cannot be shown: the page shows figures, poses, motions and "

@@ -149,6 +149,9 @@ def test_contact_forces_are_arrows_with_their_scale(tmp_path: Path):
     line = ("picture", tmp_path / "run.npz", "--view", "front", "--at", time)
     answer(*line, "-o", tmp_path / "a.png", "-o", tmp_path / "a.svg")
     answer(*line, "--no-forces", "-o", tmp_path / "b.png", "-o", tmp_path / "b.svg")
+    start = run.times[0]
+    still = answer("picture", tmp_path / "run.npz", "--at", start, "-o", tmp_path / "c.png")
+    assert still["losses"][-1] == f"nothing is touched at {start:g} s"
     drawn, bare = (np.array(Image.open(tmp_path / f"{name}.png")) for name in "ab")
     assert len(purple_rows(drawn)) > 10
     assert len(purple_rows(bare)) == 0
@@ -183,7 +186,7 @@ def test_a_pose_outside_its_ranges_is_told(tmp_path: Path):
     line = ("picture", "male50", "--width", 20, "-o", tmp_path / "a.png")
     said = mover(*line, "--set", "left_knee=175").stderr
     assert "warning: joint left_knee is at 175 deg, outside its limits -1 to 137.7 deg" in said
-    assert "its normal range of motion is -1 to 137.7 deg" in said
+    assert said.count("-1 to 137.7 deg") == 1
     assert "push" not in said
     assert mover(*line, "--set", "left_knee=60").stderr == ""
 

@@ -61,8 +61,9 @@ def test_the_version_is_shown():
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("simulate pendulum --stop soon", "Invalid value for '--stop'"),
-        ("simulate pendulum --law cubic", "Invalid value for '--law'"),
+        ("simulate pendulum --stop soon", "Invalid value for '--stop': give a number, without"),
+        ("simulate pendulum --seed 1.5", "Invalid value for '--seed': give a whole number"),
+        ("simulate pendulum --law cubic", "Invalid value for '--law': 'cubic' is not one of"),
         ("simulate", "Missing argument 'FIGURE'"),
         ("convert fall.action", "Missing argument"),
         ("shoulder prototype --side left --latitude abc", "'--latitude'"),
@@ -70,7 +71,7 @@ def test_the_version_is_shown():
         ("complete prototype -o a.fig", "Missing option '--density'"),
         ("complete prototype --density 1g/cm3", "Missing option '--output'"),
         ("fit data.csv --axis w", "Invalid value for '--axis'"),
-        ("plots -o there --jobs 0", "Invalid value for '--jobs'"),
+        ("plots -o there --jobs 0", "Invalid value for '--jobs': the number should be "),
         ("com prototype --strict", "No such option: --strict"),
         ("dance prototype", "No such command 'dance'"),
         ("--strict", "No such option: --strict"),
