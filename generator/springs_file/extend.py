@@ -94,7 +94,7 @@ def _hold_named_axes(
             low, high = spring.law.valid_ranges[k] or (0.0, 0.0)
             middle = 0.5 * (low + high)
             law = law.hold_coordinate(name, middle)
-            fixed.append(f"{name} at {degrees(middle):.4g} deg")
+            fixed.append(f"{name} were {degrees(middle):.4g} deg")
             curves.append(curve)
         if len(axes) == 1:
             _add_curve(springs, replace(spring, law=law, axes=tuple(axes)))
@@ -107,8 +107,8 @@ def _hold_named_axes(
     for (all_names, names, fixed), curves in affected.items():
         joints = " and ".join(f"`{shorten(one.joint)}`" for one in curves)
         diagnostics.warning(
-            f"the law of {all_names} in {base.origin} no longer acts about {joints}, given "
-            f"curves here, and acts about {names} as with {fixed}",
+            f"the law of {all_names} in {base.origin} acts about {names} only, as if {fixed} "
+            f"all the time: {joints} {'has' if len(curves) == 1 else 'have'} curves of this file",
             curves[0].span,
             f"for another angle, state a law of {names} here",
         )

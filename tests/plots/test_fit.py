@@ -118,7 +118,7 @@ def test_a_fit_takes_the_place_of_a_law_over_several_joints(tmp_path: Path):
     found = load_springs(read_figure("male50"), FIGURES, "male50", output)
     springs = found.require_value()
     (told,) = found.diagnostics
-    assert "no longer acts about `left_knee` and `right_knee`" in told.message
+    assert "`left_knee` and `right_knee` have curves of this file" in told.message
     (law, _) = springs.joints["left_knee"].axes[0].elastic
     assert isinstance(law, Cubic)
     assert [len(one.axes) for one in springs.coupled] == [2, 2]
