@@ -116,7 +116,7 @@ class Subject:
 
     @property
     def has_forces(self) -> bool:
-        """Whether contact forces of a run are to be drawn."""
+        """Return whether contact forces of a run are drawn."""
         run = None if self.motion is None else self.motion.recording
         return self.with_forces and bool(run and run.contact and run.contact.part_forces)
 
