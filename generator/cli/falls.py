@@ -57,7 +57,7 @@ class FallsResult(answer.CommandResult):
     def paragraphs(self) -> answer.Paragraphs:
         """Return the outcomes, a row for each measure, and the files."""
         counts = ", ".join(f"{count} {outcome}" for outcome, count in self.outcomes.items())
-        seeds = f"seeds {self.seed} to {self.seed + self.starts - 1}"
+        seeds = f"seeds {self.seed} to {self.result.seeds[-1]:.0f}"
         count = answer.format_count(self.starts, "fall")
         yield f"{self.figure}: {count} of kind {self.fall}, {seeds}: {counts}"
         rows = [("", "mean (SD)", "95 % of falls", "falls")]
@@ -150,9 +150,13 @@ def simulate_falls(
     begin = time.perf_counter()
     with defer_interrupt() as check, monitor(choice.number, "falls") as update:
 
-        def watch(run: FinishedRun) -> None:
+        def watch(run: FinishedRun) -> bool:
             update(f"seed {choice.seed + run.index}")
-            check()
+            try:
+                check()
+            except KeyboardInterrupt:
+                return True
+            return False
 
         falls = run_falls(
             model,
@@ -170,6 +174,9 @@ def simulate_falls(
             write_run_table(path, falls.study, falls.starts, falls.rows)
     failed = [row for row in falls.rows if not row.succeeded]
     sentence = f"{len(failed)} of {answer.format_count(len(falls), 'fall')} failed"
+    failure = f"{sentence}, first {failed[0].outcome}: {failed[0].message}" if failed else None
+    if len(falls) < choice.number:
+        failure = f"interrupted after {len(falls)} of {choice.number} falls"
     return FallsResult(
         figure=name,
         fall=kind,
@@ -183,5 +190,5 @@ def simulate_falls(
         scale=dict(scales) or None,
         falls=falls.summary(),
         result=falls,
-        failure=f"{sentence}, first {failed[0].outcome}: {failed[0].message}" if failed else None,
+        failure=failure,
     )

@@ -31,7 +31,7 @@ MAX_NAME_LENGTH = 40
 
 SURFACE_TABLE = "surface"
 
-_NUMBERS: Mapping[str, Number] = {
+SURFACE_NUMBERS: Mapping[str, Number] = {
     "stiffness": Number(
         "stiffness_N_m", 1.0, 1e9, " N/m", "of each contact sphere; flesh on a hard floor: 3e4"
     ),
@@ -110,7 +110,9 @@ _SHAPES = {shape.name: shape for shape in SHAPES}
 """Classes of shapes, by the name of their table."""
 
 SCENE_TABLES: Mapping[str, TableRows] = {
-    SURFACE_TABLE: TableRows(SURFACE_TABLE, (_NAME, *_NUMBERS.values(), *_BELOW, Text("source"))),
+    SURFACE_TABLE: TableRows(
+        SURFACE_TABLE, (_NAME, *SURFACE_NUMBERS.values(), *_BELOW, Text("source"))
+    ),
     COVER_TABLE: TableRows(COVER_TABLE, (_PART, *_COVER, _SOURCE)),
     **{
         name: TableRows(name, (_NAME, *shape.rows.values(), _SURFACE))
@@ -255,10 +257,10 @@ def _parse_names(tables: list[TableReader], noun: str) -> list[str | None]:
 def _parse_surface(table: TableReader) -> Surface:
     """One `[[surface]]`; what is wrong there has its default."""
     source = table.text("source")
-    numbers = {name: row.read(table) for name, row in _NUMBERS.items()}
+    numbers = {name: row.read(table) for name, row in SURFACE_NUMBERS.items()}
     numbers = {name: value for name, value in numbers.items() if value is not None}
     if source is None:
-        if not table.content.keys() & {row.key for row in (*_NUMBERS.values(), *_BELOW)}:
+        if not table.content.keys() & {row.key for row in (*SURFACE_NUMBERS.values(), *_BELOW)}:
             return DEFAULT_SURFACE
         if "source" not in table.content:
             message, hint = (
@@ -318,7 +320,7 @@ def write_scene(scene: Scene, comment: str = "") -> str:
 
 def _surface_lines(name: str, surface: Surface) -> Iterator[str]:
     yield _NAME.write(name)
-    for attribute, row in _NUMBERS.items():
+    for attribute, row in SURFACE_NUMBERS.items():
         value = getattr(surface, attribute)
         if attribute not in _SELDOM_WRITTEN or value != getattr(_DEFAULTS, attribute):
             yield row.write(value)

@@ -192,7 +192,8 @@ def parse_design(
     if rows is None or (has_runs and runs is None):
         return None
     if sensitivity is not None and runs is not None and runs < MIN_SAMPLES:
-        noun = "base samples" if kind is DesignKind.SOBOL else "trajectories"
+        nouns = {DesignKind.SOBOL: "base samples", DesignKind.MORRIS: "trajectories"}
+        noun = nouns.get(kind, "runs")
         table.error("runs", f"indices need at least {MIN_SAMPLES} {noun}, not {runs}")
     elif kind is DesignKind.SOBOL and runs is not None and runs & (runs - 1):
         near = 1 << (runs.bit_length() - 1)

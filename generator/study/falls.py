@@ -243,7 +243,7 @@ def run_falls(
     scales: Scales = (),
     method: RunMethod = RunMethod.FAST,
     jobs: int | None = None,
-    watch: Callable[[FinishedRun], None] | None = None,
+    watch: Callable[[FinishedRun], bool | None] | None = None,
 ) -> Falls:
     """Run many falls of a kind, whose seeds follow each other, in processes of their own.
 
@@ -261,7 +261,8 @@ def run_falls(
         scales: Paths of parameters with values, set in each fall as in a study.
         method: Method of integration.
         jobs: Largest number of processes [default: one per core].
-        watch: Function that is called with each fall that has ended.
+        watch: Function that is called with each fall that has ended. If it returns True, the others
+            are given up, and the result has the falls that have ended.
 
     Raises:
         UnknownNameError: The kind is unknown.
@@ -278,12 +279,17 @@ def run_falls(
         )
     study = _study(model, kind, plan, count, seed, method)
     tasks = [Task(index, row) for index, row in enumerate(study.design.rows)]
-    results = RunResults(study.measures, count)
+    found = dict[int, RunResult]()
     with closing(run_locally(study, tasks, jobs, partial(run_fall, kind, scales))) as arriving:
         for run in arriving:
-            results[run.index] = run.result
-            if watch is not None:
-                watch(run)
+            found[run.index] = run.result
+            if watch is not None and watch(run):
+                break
+    rows = tuple(study.design.rows[index] for index in sorted(found))
+    study = replace(study, design=replace(study.design, rows=rows))
+    results = RunResults(study.measures, len(found))
+    for k, index in enumerate(sorted(found)):
+        results[k] = found[index]
     mass = sum(body.mass or 0.0 for body in model.figure.bodies.values())
     weight = mass * hypot(*plan.gravity) or np.nan
     return Falls(study, np.array(study.design.rows), results, weight)

@@ -11,9 +11,10 @@ from generator.contact_file.parts import BodyPart
 from generator.diagnostics import ModelError
 from generator.figure import CENTRE_OF_MASS_SITE, Segment, SiteRef, without_followers
 from generator.hold.statics import GRIP_SITE
+from generator.input_files.scene import SURFACE_NUMBERS
 from generator.loads import LoadKind, TimedLoad, constant_load
 from generator.model import Model
-from generator.run_options import RUN_OPTIONS
+from generator.run_options import MAX_GRAVITY, RUN_OPTIONS, VARYING_OPTIONS
 from generator.simulation.falls import with_start
 from generator.simulation.plan import Plan
 from generator.springs_file.axes import parallel_sign
@@ -30,7 +31,8 @@ from generator.study.parameter_paths import (
 )
 from generator.study.person_figure import make_person
 from generator.study.study import PersonArguments, Study
-from generator.units import ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits
+from generator.toml_file.rows import Number as NumberRow
+from generator.units import INPUT_BOUNDS, ROTATION_UNITS, TRANSLATION_UNITS, AxisUnits, Dimension
 from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, Stop
 from springs.axis import transform
 from springs.strength.strengths import Age
@@ -108,6 +110,9 @@ def apply_values(case: Case, assignments: Sequence[tuple[ParameterPath, float]])
     Raises ModelError for a value that a quantity cannot have.
     """
     for path, value in assignments:
+        row = _row(path)
+        if row is not None and (fault := row.fault(value)):
+            raise ModelError(f"`{path}` {fault}")
         try:
             if not isfinite(value):
                 raise ValueError("it must be finite")
@@ -115,6 +120,17 @@ def apply_values(case: Case, assignments: Sequence[tuple[ParameterPath, float]])
         except ValueError as failure:
             raise ModelError(f"`{path}` cannot be {value:g}: {failure}") from None
     return case
+
+
+def _row(path: ParameterPath) -> NumberRow | None:
+    """Return the bounds that a quantity has in files and options too; None without any."""
+    match path.quantity:
+        case Quantity.OPTION:
+            return VARYING_OPTIONS[path.text]
+        case Quantity.FRICTION | Quantity.STIFFNESS:
+            return SURFACE_NUMBERS[path.quantity]
+        case _:
+            return None
 
 
 def _apply(case: Case, path: ParameterPath, value: float) -> Case:
@@ -148,9 +164,15 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
             changed = [_scale_segment(segment, path.quantity, value) for segment in segments]
             return case.with_figure(figure.with_parts(*changed))
         case Quantity.POSE | Quantity.VELOCITY:
-            return _set_displacement(case, path, _units(path).si_value(value))
+            number = _units(path).si_value(value)
+            bound = INPUT_BOUNDS[Dimension.ANGLE if _units(path).is_angle else Dimension.LENGTH]
+            if not bound.contains(number):
+                raise ValueError(str(bound))
+            return _set_displacement(case, path, number)
         case Quantity.GRAVITY:
             x, y, z = plan.gravity
+            if value * max(map(abs, plan.gravity)) > MAX_GRAVITY:
+                raise ValueError(f"gravity would be larger than {MAX_GRAVITY:g} m/s2")
             return replace(case, plan=replace(plan, gravity=(value * x, value * y, value * z)))
         case Quantity.OPTION:
             return replace(case, plan=replace(plan, **{RUN_OPTIONS[path.text].field: value}))

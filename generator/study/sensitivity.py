@@ -17,6 +17,7 @@ References:
 """
 
 import json
+import re
 from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -29,7 +30,14 @@ import numpy as np
 from generator.diagnostics import Diagnostics, ModelError, Source
 from generator.notebook import html_table
 from generator.study.designs import design_points, unit_points
-from generator.study.study import DesignKind, Measure, RunResult, Sensitivity, Study
+from generator.study.study import (
+    DesignKind,
+    Measure,
+    RunResult,
+    Sensitivity,
+    Statistic,
+    Study,
+)
 from generator.text_io import parse_file, write_atomic
 from springs.backends import Array
 from springs.short_repr import short_repr
@@ -270,7 +278,8 @@ def estimate_indices(study: Study, results: Sequence[RunResult]) -> StudyIndices
         count = int(complete.sum())
         kind, seed = study.design.kind, study.design.seed
         is_sobol = kind is DesignKind.SOBOL
-        message = _obstacle(outputs[complete, :2] if is_sobol else outputs[complete], samples)
+        used = outputs[complete, :2] if is_sobol else outputs[complete]
+        message = _obstacle(measure, used, samples)
         if not message and kind is DesignKind.LATIN_HYPERCUBE and count < len(study.parameters) + 2:
             message = f"{count} of {samples} runs are complete: a regression needs more."
         parameters: Indices = {}
@@ -324,12 +333,20 @@ def _output(result: RunResult, measure: str) -> float:
     return nan if value is None else value
 
 
-def _obstacle(outputs: Array, samples: int) -> str:
+_PEAK_FORCE = re.compile(r"(?:part\.(.+)\.peak_force|(.+)\.contact_force) \[N\]")
+"""Columns of the forces on parts and segments, of which the largest is 0 without a touch."""
+
+
+def _obstacle(measure: Measure, outputs: Array, samples: int) -> str:
     """Return the reason why a measure has no indices, or ""."""
     if len(outputs) < MIN_SAMPLES:
         return f"{len(outputs)} of {samples} samples are complete: indices need {MIN_SAMPLES}."
     if np.ptp(outputs) <= _ROUNDING * np.abs(outputs).max():
-        return f"All samples have the value {outputs[0, 0]:.6g}: it depends on no parameter."
+        reason = "it depends on no parameter"
+        force = _PEAK_FORCE.fullmatch(measure.column)
+        if force and not outputs.any() and (force[1] or measure.take is Statistic.LARGEST):
+            reason = f"`{force[1] or force[2]}` touches nothing in any run"
+        return f"All samples have the value {outputs[0, 0]:.6g}: {reason}."
     return ""
 
 

@@ -1,6 +1,6 @@
 """Many falls: their numbers from the measures of each, and each as a run of its own."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -22,6 +22,7 @@ from generator.study.study import (
     Study,
     failed_run,
 )
+from generator.study.worker_pool import FinishedRun
 
 MAN = read_figure("male50")
 NAN = np.nan
@@ -199,3 +200,16 @@ def test_an_unknown_kind_is_refused_before_any_process(monkeypatch: pytest.Monke
     monkeypatch.setattr("generator.study.falls.run_locally", refuse)
     with pytest.raises(UnknownNameError, match="did you mean `slip`"):
         run_falls(MAN, "slipp", 3)
+
+
+def test_falls_that_are_given_up_leave_those_that_have_ended(monkeypatch: pytest.MonkeyPatch):
+    def arrive(study: Study, *_: Any) -> Iterator[FinishedRun]:
+        for index in (2, 0, 1):
+            measures = dict.fromkeys(study.measures, float(index))
+            yield FinishedRun(index, RunResult("done", "", measures), 0.1)
+
+    monkeypatch.setattr("generator.study.falls.run_locally", arrive)
+    falls = run_falls(MAN, "faint", 3, seed=7, watch=lambda run: run.index == 0)
+    assert falls.seeds.tolist() == [7.0, 9.0]
+    assert falls.measure(f"{HEAD}_touch_s").tolist() == [0.0, 2.0]
+    assert falls.is_done.all()

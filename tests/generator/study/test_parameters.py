@@ -333,14 +333,29 @@ def test_open_height_has_no_nominal_value() -> None:
         ("springs.scale", -0.5, "must not be negative"),
         ("springs.knee.viscous_Nms_rad", -1.0, "must not be negative"),
         ("segments.head.mass", 0.0, "must be positive"),
-        ("floor.stiffness", 0.0, "the stiffness must be positive"),
         ("gravity", float("nan"), "must be finite"),
+        ("gravity", 1e9, "gravity would be larger than 1e\\+09 m/s2"),
+        ("pose.left_knee", 1e7, "an angle is at most 1e6 deg"),
     ],
 )
 def test_impossible_value(path: str, value: float, reason: str) -> None:
     with pytest.raises(ModelError, match=reason) as failure:
         apply_values(MALE, [(parse_path(path, MALE), value)])
     assert str(failure.value).startswith(f"`{path}` cannot be {value:g}: ")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reason"),
+    [
+        ("floor.friction", 50.0, "must be from 0 to 10, not 50"),
+        ("floor.stiffness", 0.0, "must be from 1 to 1e+09 N/m, not 0"),
+        ("height", 1e7, "must be from -1e+06 to 1e+06 m, not 1e+07"),
+    ],
+)
+def test_value_beyond_the_bounds_of_its_option(path: str, value: float, reason: str) -> None:
+    with pytest.raises(ModelError) as failure:
+        apply_values(MALE, [(parse_path(path, MALE), value)])
+    assert str(failure.value) == f"`{path}` {reason}"
 
 
 def study(person: PersonArguments | None, **paths: str) -> Study:

@@ -29,8 +29,10 @@ from generator.study.sensitivity import (
 )
 from generator.study.study import (
     DesignKind,
+    Measure,
     RunResult,
     Sensitivity,
+    Statistic,
     Study,
 )
 from springs.backends import Array
@@ -210,6 +212,19 @@ def test_constant_measure_has_no_indices(kind: DesignKind) -> None:
         assert found.message.startswith("All samples have the value 0")
     small = 1e-15 * noise
     assert estimate_indices(made, results(small)).measures["swing"].parameters
+
+
+def test_force_without_a_touch_has_no_indices() -> None:
+    made = known_study(ISHIGAMI, DesignKind.MORRIS, MIN_SAMPLES)
+    nothing = results(np.zeros(len(design_points(made))))
+    for column, name in (
+        ("part.left_hand.peak_force", "left_hand"),
+        ("head.contact_force", "head"),
+    ):
+        force = Measure("swing", f"{column} [N]", Statistic.LARGEST)
+        found = estimate_indices(replace(made, measures={"swing": force}), nothing)
+        message = f"All samples have the value 0: `{name}` touches nothing in any run."
+        assert found.measures["swing"].message == message
 
 
 def test_too_few_samples_have_no_indices() -> None:

@@ -174,6 +174,20 @@ def test_a_fall_is_recorded_as_by_the_tight_method() -> None:
     assert np.max(np.abs(balance - balance[0])) < 3e-4 * exchanged
 
 
+def test_large_friction_leaves_the_forces_right() -> None:
+    surface = Surface(friction=10.0)
+    plan = replace(
+        FALL,
+        scene=Scene((floor_prop(Y, surface),)),
+        displacements={"root": (0.1, 0.2, 1.3, 0.0, 1.9, 0.0)},
+    )
+    tight = simulate(two_segments(), plan).contact
+    fast = simulate(two_segments(), replace(plan, integrator=Integrator.IMPLICIT)).contact
+    assert tight is not None
+    assert fast is not None
+    assert fast.max_force == pytest.approx(tight.max_force, rel=0.02)
+
+
 def test_a_half_turn_ends_the_run() -> None:
     axes = tuple(AxisSpring(axis, (Linear(0.9),)) for axis in (X, Y, Z))
     plan = Plan(
