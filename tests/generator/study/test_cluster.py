@@ -398,8 +398,8 @@ def test_few_runs_of_an_executor_are_under_way() -> None:
             run_on_executor(executor, lambda: 5, run=watched_run)(list_study(1.0), made)
         ) as runs:
             seen = [next(runs).index for _ in range(40)]
-        assert sorted(seen)[:30] == list(range(30))
-        assert made.made <= 40 + 5
+        assert len(set(seen)) == 40
+        assert max(seen) < made.made <= 40 + 5
     assert set(most_at_once) == {1}
 
 
