@@ -158,7 +158,7 @@
     const { name, capacity, spread, origin } = axis.directions[isOpposite ? 1 : 0];
     const own = { joint: axis.joint, direction: name, angle: axis.angle, origin, capacity };
     Object.assign(own, { net: sign * total, passive: sign * axis.passive, active: Math.abs(active) });
-    own.isAntagonist = own.net < -data.no_moment;
+    own.isAntagonist = -own.passive > Math.abs(own.net) + data.no_moment;
     own.use = own.percent = own.endurance = null;
     if (capacity === null) return own;
     own.use = capacity > 0 ? own.active / capacity : own.active > data.no_moment ? Infinity : 0;
