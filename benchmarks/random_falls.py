@@ -32,7 +32,7 @@ REST_ENERGY = 0.02
 
 
 class Row(NamedTuple):
-    """What is found in one fall.
+    """Measures of one fall.
 
     Attributes:
         kind: kind of the fall.

@@ -122,7 +122,7 @@ def measure_static_trial(
         if TOP not in places:
             why = "".join(f"; {notice}" for notice in notices if "missing there" in notice)
             raise UsageError(
-                f"there is no marker on the landmark `{TOP}`: state the --stature{why}"
+                f"the trial has no marker on the landmark `{TOP}`: give --stature{why}"
             )
         stature = float(places[TOP][1])
     hint = _axis_or_unit_hint(places, up) if places else ""
