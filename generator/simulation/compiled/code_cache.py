@@ -223,6 +223,24 @@ def compiling_alone(function: Callable[..., Any], folder: Path) -> Generator[Non
         yield
 
 
+def load_without_registries(function: Any) -> None:
+    """Let a function with a cache load its stored code without what only compilation needs.
+
+    numba imports its implementations of Python and numpy before it looks into the cache, which
+    takes a quarter of the time in which a command starts, and again before it compiles.
+    """
+    import_module("numba.experimental.function_type")  # for arguments that are functions
+    cached, runtime = function._cache, import_module("numba.core.runtime").rtsys
+    if not hasattr(cached, "_load_overload"):
+        return  # another version of numba
+
+    def load(signature: Any, context: Any) -> Any:
+        runtime.initialize(context)
+        return cached._load_overload(signature, context)
+
+    cached.load_overload = load
+
+
 def is_compiled() -> bool:
     """Return whether the integrator has been compiled on this machine."""
     folder = cache_folder()

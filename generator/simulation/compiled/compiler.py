@@ -22,6 +22,7 @@ from generator.simulation.compiled.code_cache import (
     compiling_alone,
     forget_function,
     listeners,
+    load_without_registries,
     make_private_folder,
 )
 
@@ -113,7 +114,11 @@ def _compile_or_load(function: Callable[..., Any], signature: Any, **options: An
         for _ in range(2):
             try:
                 with compiling_alone(function, folder):
-                    return numba.njit([signature], cache=True, **options)(function)
+                    made = numba.njit(cache=True, **options)(function)
+                    load_without_registries(made)
+                    made.compile(signature)
+                    made.disable_compile()
+                    return made
             except Exception:
                 forget_function(function)
     return numba.njit([signature], **options)(function)

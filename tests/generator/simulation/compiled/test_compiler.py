@@ -73,6 +73,16 @@ compile_source(text, "scale", numba.void(numba.float64[::1], numba.float64))
 """
 
 
+def test_what_is_stored_loads_without_what_compilation_needs(tmp_path) -> None:
+    """numba's implementations of numpy take as long to import as all else of a start."""
+    environment = {**ENVIRONMENT, "XDG_CACHE_HOME": str(tmp_path)}
+    asked = f'{COMPILE}\nimport sys\nprint("numba.np.arraymath" in sys.modules)'
+    command = [sys.executable, "-c", asked]
+    for is_loaded in ("True", "False"):
+        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+        assert done.stdout.strip() == is_loaded
+
+
 def test_of_several_processes_one_compiles(tmp_path) -> None:
     """Its code is that of all, so that they round alike."""
     environment = {**ENVIRONMENT, "NUMBA_DEBUG_CACHE": "1", "XDG_CACHE_HOME": str(tmp_path)}
