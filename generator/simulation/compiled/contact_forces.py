@@ -60,9 +60,12 @@ from generator.simulation.compiled.layout import (
     MOMENT,
     PART_DAMPING,
     PART_FIRST_STAGE,
+    PART_FORCE,
     PART_LARGEST,
     PART_NORM_SCALE,
     PART_RATES,
+    PART_SCALE,
+    PART_SLOPE,
     PART_STAGES,
     PART_SUM,
     PART_SUM_COLUMNS,
@@ -141,6 +144,23 @@ def touch(
     )
 
 
+@inlined
+def _evaluate_part(mechanism: Mechanism, scratch: Scratch, part: int, d: int) -> None:
+    """Evaluate the elastic force of a part of the body in a prop; see `PART_SCALE`."""
+    sums, table, at = scratch.part_sums, mechanism.part_parameters, mechanism.part_offsets[part, d]
+    root = float(sums[part, d, PART_SUM]) ** (1.0 / NORM)
+    sums[part, d, PART_SCALE] = table[at + PART_NORM_SCALE] / _one_power_less(root)
+    root *= table[at + PART_NORM_SCALE]
+    force, slope = 0.0, 0.0
+    for stage in range(int(table[at + PART_STAGES])):
+        place = at + PART_FIRST_STAGE + 3 * stage
+        depth = sums[part, d, PART_LARGEST] * root - table[place]
+        _stage(depth, table[place + 1], table[place + 2], scratch.contact_work)
+        force += scratch.contact_work[0]
+        slope += scratch.contact_work[1]
+    sums[part, d, PART_FORCE], sums[part, d, PART_SLOPE] = force, slope
+
+
 @compiled(NOTHING, MECHANISM, SCRATCH, COUNT)
 def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
     """Give the spheres of a part their shares of its force; see `springs.contact_part`.
@@ -175,25 +195,19 @@ def _share_forces(mechanism: Mechanism, scratch: Scratch, count: int) -> None:
             part, d = parts[where[t, TOUCH_SPHERE], layer], where[t, TOUCH_PROP]
             if part < 0 or sums[part, d, PART_LARGEST] <= 0.0:
                 continue
-            largest, at = sums[part, d, PART_LARGEST], mechanism.part_offsets[part, d]
-            root = float(sums[part, d, PART_SUM]) ** (1.0 / NORM)
-            scale = table[at + PART_NORM_SCALE] / _one_power_less(root)
-            root *= table[at + PART_NORM_SCALE]
+            if sums[part, d, PART_SCALE] == 0.0:
+                _evaluate_part(mechanism, scratch, part, d)
+            scale, largest = sums[part, d, PART_SCALE], sums[part, d, PART_LARGEST]
             weight = scale * _one_power_less(max(touches[t, TOUCH_DEPTH], 0.0) / largest)
-            force, slope = 0.0, 0.0
-            for stage in range(int(table[at + PART_STAGES])):
-                place = at + PART_FIRST_STAGE + 3 * stage
-                depth = largest * root - table[place]
-                _stage(depth, table[place + 1], table[place + 2], scratch.contact_work)
-                force += scratch.contact_work[0]
-                slope += scratch.contact_work[1]
-            impact = 1.0 + table[at + PART_DAMPING] * scale * sums[part, d, PART_RATES]
-            elastic += force * weight
+            force = weight * sums[part, d, PART_FORCE]
+            lost = table[mechanism.part_offsets[part, d] + PART_DAMPING]
+            impact = 1.0 + lost * scale * sums[part, d, PART_RATES]
+            elastic += force
             others = scale * sums[part, d, PART_WEIGHTS]
             if impact > 0.0:
-                normal += force * weight * impact
-                stiffness += slope * impact * weight * others
-                damping += force * weight * table[at + PART_DAMPING] * others
+                normal += force * impact
+                stiffness += sums[part, d, PART_SLOPE] * impact * weight * others
+                damping += force * lost * others
         own = dot(vector(touches, t, TOUCH_FORCE), vector(touches, t, TOUCH_NORMAL))
         factor = normal / own if own > 0.0 else 0.0
         touches[t, TOUCH_IMPACT] = (normal - elastic) * touches[t, TOUCH_RATE]

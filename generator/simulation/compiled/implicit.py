@@ -137,7 +137,7 @@ GAMMA = 1.0 - sqrt(0.5)
 RATE_WEIGHT = 0.1
 """Weight of an error of a rate over that of a coordinate [s]."""
 
-STEPS_PER_TANGENT = 4
+STEPS_PER_TANGENT = 8
 """Steps for which stiffness and damping of the joints are kept."""
 
 SAFETY, LARGEST_GROWTH, LARGEST_SHRINKAGE = 0.85, 3.0, 0.2

@@ -152,7 +152,10 @@ PART_DAMPING, PART_NORM_SCALE, PART_STAGES, PART_FIRST_STAGE = range(4)
 PART_LARGEST, PART_SUM, PART_RATES, PART_WEIGHTS = range(4)
 """Columns of `part_sums`: largest depth of the part's spheres in a prop, and sums over the shares s
 of the others in it: of s^p, of s^(p-1) times the rate, of s^(p-1)."""
-PART_SUM_COLUMNS = 4
+PART_SCALE, PART_FORCE, PART_SLOPE = range(4, 7)
+"""Derivative of the norm by a depth over s^(p-1), zero until it is known, the elastic force of the
+part and its derivative."""
+PART_SUM_COLUMNS = 7
 
 PAIR_FIRST, PAIR_SECOND = range(2)
 """Columns of `pairs`: the links of two capsules."""
