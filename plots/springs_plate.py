@@ -27,7 +27,6 @@ from springs.backends import Array
 from springs.elastic import Elastic, common_valid_range
 from springs.lint.report import CurveReport, report_curves
 from springs.published import tables as published
-from springs.stop import Stop
 
 _HEIGHT = 5.2
 _MARGIN = radians(15.0)
@@ -236,7 +235,7 @@ def _torque_limits(
         inside = (angles >= max(low, normal[0])) & (angles <= min(high, normal[1]))
         return float(np.nanmax(np.abs(torques[inside]), initial=0.0))
 
-    passive = [law for law in spring.elastic if not isinstance(law, Stop)]
+    passive = spring.laws_besides_stops
     found = [largest(_torques(passive, angles), common_valid_range(passive))]
     found += [
         largest(row.torque(angles), row.valid_range)

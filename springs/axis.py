@@ -46,6 +46,11 @@ class AxisSpring:
         return hash((self.direction, self.elastic))
 
     @property
+    def laws_besides_stops(self) -> tuple[Elastic, ...]:
+        """Elastic laws without the stops."""
+        return tuple(law for law in self.elastic if not isinstance(law, Stop))
+
+    @property
     def is_damped(self) -> bool:
         """True with damping, or with friction of an elastic law."""
         has_friction = any(isinstance(law, Frictional) for law in self.elastic)

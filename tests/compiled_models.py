@@ -8,7 +8,7 @@ from unittest.mock import patch
 import numpy as np
 
 from generator.simulation.compiled import law_code
-from generator.simulation.compiled.law_code import LawTables, LawUse, build_law_tables
+from generator.simulation.compiled.law_code import LawUse, build_law_tables
 from generator.simulation.compiled.layout import (
     CENTRE,
     POINT_ACCELERATION,
@@ -53,7 +53,11 @@ def source_of(uses: Sequence[LawUse]) -> str:
     return sources[0]
 
 
-def plain_tables(uses: Sequence[LawUse]) -> LawTables:
+Tables = tuple[Any, np.ndarray, np.ndarray, np.ndarray, int]
+"""What `build_law_tables` returns."""
+
+
+def plain_tables(uses: Sequence[LawUse]) -> Tables:
     """Tables whose function is the generated one in plain Python."""
 
     def execute(source: str, name: str, _signature: object):
@@ -66,15 +70,14 @@ def plain_tables(uses: Sequence[LawUse]) -> LawTables:
         return build_law_tables(uses)
 
 
-def evaluate(tables: LawTables, displacements, rates) -> Evaluation:
+def evaluate(tables: Tables, displacements, rates) -> Evaluation:
     """Evaluate laws with settled branches; displacements and rates have the shape (m, 3)."""
     X, V = (np.atleast_2d(np.asarray(values, float)) for values in (displacements, rates))
-    signs = np.ones(tables.switches)
-    for _ in range(tables.switches + 2):
-        torques, switching, powers = np.zeros(X.shape), np.zeros(tables.switches), np.zeros(POWERS)
-        tables.function(
-            X, V, tables.parameters, signs, tables.rows, tables.bounds, torques, switching, powers
-        )
+    function, parameters, rows, bounds, switches = tables
+    signs = np.ones(switches)
+    for _ in range(switches + 2):
+        torques, switching, powers = np.zeros(X.shape), np.zeros(switches), np.zeros(POWERS)
+        function(X, V, parameters, signs, rows, bounds, torques, switching, powers)
         wrong = signs * switching < 0.0
         if not wrong.any():
             break

@@ -14,7 +14,6 @@ from generator.rotations import Array, matrix_from_rotation_vector
 from springs import JointSprings, SphericalLaw, SpringSet, total_torque
 from springs.axis import Direction
 from springs.elastic import Range, common_valid_range
-from springs.stop import Stop
 
 RANGE_TOLERANCE = radians(15.0)
 """Angle beyond a limit up to which a posture is judged [rad], an estimate: limits are of joints
@@ -176,10 +175,7 @@ def range_excess(angle: float, known: Range) -> float:
 
 
 def _without_stops(own: JointSprings) -> JointSprings:
-    axes = tuple(
-        replace(axis, elastic=tuple(law for law in axis.elastic if not isinstance(law, Stop)))
-        for axis in own.axes
-    )
+    axes = tuple(replace(axis, elastic=axis.laws_besides_stops) for axis in own.axes)
     return replace(own, axes=axes, translations=())
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from generator.rotations import Array
 from generator.springs_file.axes import parallel_sign, rotation_axes
 from generator.study.parameter_paths import Case
-from springs import AxisSpring, Stop, total_torque
-from springs.elastic import Elastic, Range, common_valid_range
+from springs import AxisSpring, total_torque
+from springs.elastic import Range, common_valid_range
 from springs.interpolated import Interpolated
 
 TORQUE_CHANGE = 0.1
@@ -83,7 +83,7 @@ def change_tail(case: Case, tail: LawTail) -> Case:
     share = np.linspace(0.0, 1.0, _POINTS)
     angles = sign * (tail.inner + share * (tail.end - tail.inner))
     fade = share**2 * (3.0 - 2.0 * share)
-    torques = TORQUE_CHANGE * fade * np.asarray(total_torque(_fitted_laws(spring), angles))
+    torques = TORQUE_CHANGE * fade * np.asarray(total_torque(spring.laws_besides_stops, angles))
     # A point of no torque before the first one: there the curve continues without torque.
     points = [
         (2.0 * angles[0] - angles[1], 0.0),
@@ -132,11 +132,6 @@ def _elastic_spring(case: Case, joint: str) -> tuple[AxisSpring, int] | None:
         return None
     for spring in own.axes:
         sign = parallel_sign(spring.direction, axes[0])
-        if sign and _fitted_laws(spring):
+        if sign and spring.laws_besides_stops:
             return spring, sign
     return None
-
-
-def _fitted_laws(spring: AxisSpring) -> list[Elastic]:
-    """Elastic laws without stops, which a scale leaves as they are."""
-    return [law for law in spring.elastic if not isinstance(law, Stop)]

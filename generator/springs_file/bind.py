@@ -1,9 +1,10 @@
 """Binding of the springs of a file to the joints of a figure."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from math import degrees
 from pathlib import Path
+from typing import TypeAlias
 
 from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
 from generator.figure import Figure, Joint, Vector
@@ -36,36 +37,10 @@ from springs import (
     passive_cubic,
 )
 from springs.hysteresis import Hysteresis
-from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 from springs.transformed import Transformed
 
-
-@dataclass(frozen=True)
-class BoundSpring:
-    """A spring that a file gives one axis of one joint; the stops are at the figure's limits.
-
-    Attributes:
-        joint: its name.
-        spring: its law and damping.
-        span: span of its joint in the file.
-        stop_stiffness: [N m/rad].
-        stop_onset: [rad].
-        has_damping: whether the file states the damping.
-        slides: whether the spring is along a translation, with the default stops.
-    """
-
-    joint: str
-    spring: AxisSpring
-    span: Span | None
-    stop_stiffness: float = DEFAULT_STOP_STIFFNESS
-    stop_onset: float = DEFAULT_STOP_ONSET
-    has_damping: bool = True
-    slides: bool = False
-
-    def is_about(self, joint: str, direction: Vector, *, slides: bool = False) -> bool:
-        """Return whether it is about an axis of a joint in either sense, or along a translation."""
-        is_same = (self.joint, self.slides) == (joint, slides)
-        return is_same and parallel_sign(self.spring.direction, direction) != 0
+BoundEntry: TypeAlias = tuple[SpringEntry, AxisSpring]
+"""A table for a single joint, and its law and damping bound to the axis of this joint."""
 
 
 def bind_optional_records(
@@ -73,7 +48,7 @@ def bind_optional_records(
     records: Iterable[OptionalRecord],
     use_printed_values: bool,
     diagnostics: Diagnostics,
-) -> list[BoundSpring]:
+) -> list[BoundEntry]:
     """Bind the springs of an `optional` file.
 
     The tables give the moment about the positive axis at the angle about the declared one, so a
@@ -86,7 +61,7 @@ def bind_optional_records(
         use_printed_values: take every moment as the resisting one and no dead zone from roots.
         diagnostics: diagnostics for faults.
     """
-    bound: list[BoundSpring] = []
+    bound: list[BoundEntry] = []
     for record in records:
         place = record.origins.get("axis")
         joint = _joint_by_number(figure, record.joint, place, diagnostics)
@@ -99,41 +74,61 @@ def bind_optional_records(
             continue
         spring = _spring_from_record(joint, record, direction, use_printed_values, diagnostics)
         if spring is not None:
-            bound.append(BoundSpring(joint.name, spring, place))
-    return drop_duplicates(bound, diagnostics)
+            origins = {} if place is None else {"joints.0": place}
+            entry = SpringEntry((joint.name,), damping=spring.damping, origins=origins)
+            bound.append((entry, spring))
+    return _drop_duplicates(bound, diagnostics)
 
 
 def bind_springs_file(
     figure: Figure, content: SpringsFile, diagnostics: Diagnostics
-) -> list[BoundSpring]:
+) -> list[BoundEntry]:
     """Bind the springs about axes; a stated sense or dead zone overrides the rule."""
-    bound: list[BoundSpring] = []
-    for entry in content.entries:
-        for k, name in enumerate(entry.joints):
-            if entry.axis in REACH_AXES:
-                continue
-            place = entry.origins.get(f"joints.{k}")
-            joint = figure.joints.get(name)
-            if joint is None:
-                diagnostics.error(
-                    f"the figure has no joint `{shorten(name)}`",
-                    place,
-                    spelling_hint(name, figure.joints),
-                )
-                continue
-            slides = is_slide(entry.axis)
-            try:
-                direction = axis_by_name(joint, entry.axis)
-            except AxisError as fault:
-                diagnostics.error(str(fault), entry.origins.get("axis") or place, fault.hint)
-                continue
-            bounded = is_bounded(joint, direction)
-            spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
-            if spring is not None:
-                stop = (entry.stop_stiffness, entry.stop_onset)
-                has_damping = entry.damping is not None
-                bound.append(BoundSpring(name, spring, place, *stop, has_damping, slides))
-    return drop_duplicates(bound, diagnostics)
+
+    def resolve_axis(entry: SpringEntry) -> tuple[Vector, bool] | None:
+        (name,), place = entry.joints, entry.origins.get("joints.0")
+        joint = figure.joints.get(name)
+        if joint is None:
+            hint = spelling_hint(name, figure.joints)
+            diagnostics.error(f"the figure has no joint `{shorten(name)}`", place, hint)
+            return None
+        try:
+            direction = axis_by_name(joint, entry.axis)
+        except AxisError as fault:
+            diagnostics.error(str(fault), entry.origins.get("axis") or place, fault.hint)
+            return None
+        return direction, is_bounded(joint, direction)
+
+    return bind_entries(content, resolve_axis, diagnostics)
+
+
+def bind_entries(
+    content: SpringsFile,
+    resolve_axis: Callable[[SpringEntry], tuple[Vector, bool] | None],
+    diagnostics: Diagnostics,
+) -> list[BoundEntry]:
+    """Bind the springs about axes, each joint of a table by itself.
+
+    Args:
+        content: the file.
+        resolve_axis: finds the axis of the joint of a table, and whether stops bound its range;
+            None with a fault noted.
+        diagnostics: diagnostics for faults.
+    """
+    bound: list[BoundEntry] = []
+    for table in content.entries:
+        for k, name in enumerate(() if table.axis in REACH_AXES else table.joints):
+            origins = dict(table.origins)
+            if origins:
+                origins["joints.0"] = origins[f"joints.{k}"]
+            entry = replace(table, joints=(name,), origins=origins)
+            found = resolve_axis(entry)
+            if found is not None:
+                direction, bounded = found
+                spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
+                if spring is not None:
+                    bound.append((entry, spring))
+    return _drop_duplicates(bound, diagnostics)
 
 
 def _joint_by_number(
@@ -312,26 +307,30 @@ def _report_not_restoring(
     )
 
 
-def drop_duplicates(springs: list[BoundSpring], diagnostics: Diagnostics) -> list[BoundSpring]:
+def is_about(bound: BoundEntry, joint: str, direction: Vector, *, slides: bool = False) -> bool:
+    """Return whether a spring is about an axis of a joint in either sense, or along it."""
+    entry, spring = bound
+    is_same = (entry.joints, is_slide(entry.axis)) == ((joint,), slides)
+    return is_same and parallel_sign(spring.direction, direction) != 0
+
+
+def _drop_duplicates(bound: list[BoundEntry], diagnostics: Diagnostics) -> list[BoundEntry]:
     """Return the first spring of each axis of a joint; report the others."""
-    kept: list[BoundSpring] = []
-    by_joint: dict[str, list[BoundSpring]] = {}
-    for one in springs:
-        others = by_joint.setdefault(one.joint, [])
-        direction = one.spring.direction
-        same = [o for o in others if o.is_about(one.joint, direction, slides=one.slides)]
+    kept: dict[str, list[BoundEntry]] = {}
+    for entry, spring in bound:
+        (name,), slides = entry.joints, is_slide(entry.axis)
+        others = kept.setdefault(name, [])
+        same = [o for o in others if is_about(o, name, spring.direction, slides=slides)]
         if not same:
-            others.append(one)
-            kept.append(one)
+            others.append((entry, spring))
             continue
-        first = same[0].span
+        first = same[0][0].origins.get("joints.0")
         diagnostics.error(
-            f"a second spring {'along' if one.slides else 'about'} one axis of "
-            f"`{shorten(one.joint)}`",
-            one.span,
+            f"a second spring {'along' if slides else 'about'} one axis of `{shorten(name)}`",
+            entry.origins.get("joints.0"),
             f"the first is in line {first.line}" if first else "",
         )
-    return kept
+    return [one for others in kept.values() for one in others]
 
 
 def describe_sense_rule(coefficients: Coefficients, law: Cubic, *, zone_is_stated: bool) -> str:

@@ -1,7 +1,7 @@
 """Binding of the reaches of a springs file to the joints of a figure."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
 from generator.figure import Figure, Joint, Vector
@@ -27,26 +27,11 @@ _STOP_ONLY = replace(NO_LAW, elastic=(Stop(None, 0.0),))
 """Law of a reach without a curve: the stop at its end."""
 
 
-@dataclass(frozen=True)
-class BoundReach:
-    """A reach that a file gives a joint.
-
-    Attributes:
-        joint: its name.
-        reach: its reach.
-        span: span of the joint in the file.
-    """
-
-    joint: str
-    reach: Reach
-    span: Span | None
-
-
 def bind_reaches(
     figure: Figure, content: SpringsFile, diagnostics: Diagnostics
-) -> tuple[BoundReach, ...]:
-    """Return the reaches of a file, with the laws of the springs whose axis is of a reach."""
-    found: dict[str, BoundReach] = {}
+) -> dict[str, Reach]:
+    """Return the reaches of a file by joint, with the laws of springs whose axis is of a reach."""
+    found: dict[str, Reach] = {}
     for entry in content.reaches:
         for k, name in enumerate(entry.joints):
             span = entry.origins.get(f"joints.{k}")
@@ -59,7 +44,7 @@ def bind_reaches(
             else:
                 reach = _build_reach(joint, entry, content, span, diagnostics)
                 if reach is not None:
-                    found[name] = BoundReach(name, reach, span)
+                    found[name] = reach
     reached = {name for entry in content.reaches for name in entry.joints}
     for entry in content.entries:
         for k, name in enumerate(entry.joints):
@@ -71,7 +56,7 @@ def bind_reaches(
                 hint = 'its laws have the axis "reach" or "turn"'
                 message = f"joint `{shorten(name)}` has a reach: its axes have damping only"
                 diagnostics.error(message, span, hint)
-    return tuple(found.values())
+    return found
 
 
 def _build_reach(

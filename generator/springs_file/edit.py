@@ -20,6 +20,7 @@ from generator.springs_file.axes import (
 from generator.springs_file.bind import modified_law
 from generator.springs_file.bind_reach import reach_entry, reach_laws
 from generator.springs_file.coupled import CoupledEntry
+from generator.springs_file.extend import stop_of
 from generator.springs_file.laws import CubicEntry, EntryLaw, SlideEntry, write_law
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
@@ -37,7 +38,6 @@ from springs import (
     Reach,
     SphericalLaw,
     SpringSet,
-    Stop,
 )
 from springs.axis import Direction
 from springs.damping import DEFAULT_SLIP_RATE
@@ -119,7 +119,7 @@ def plain_law(law: Elastic) -> PlainLaw:
 
 def elastic_law(spring: AxisSpring) -> Elastic | None:
     """Return the law of a spring beside its stops; None without one, or with several."""
-    laws = [law for law in spring.elastic if not isinstance(law, Stop)]
+    laws = spring.laws_besides_stops
     return laws[0] if len(laws) == 1 else None
 
 
@@ -398,8 +398,8 @@ def _entry_about(
 ) -> SpringEntry:
     """Return the table of a spring about a named axis."""
     law = elastic_law(spring)
-    stop = next((one for one in spring.elastic if isinstance(one, Stop)), Stop(None, None))
-    if law is None and any(not isinstance(one, Stop) for one in spring.elastic):
+    stop = stop_of(spring)
+    if law is None and spring.laws_besides_stops:
         raise ModelError(f"a springs file cannot state several laws of `{shorten(joint.name)}`")
     same = before is not None and before.elastic == spring.elastic
     linear = law is not None and isinstance(plain_law(law).law, Linear)

@@ -1,93 +1,120 @@
 """Springs of a file laid over those of the file that it extends."""
 
-from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import degrees
 
 from generator.diagnostics import Diagnostics, shorten
-from generator.springs_file.axes import parallel_sign
-from generator.springs_file.bind import BoundSpring
-from generator.springs_file.bind_reach import BoundReach
-from springs import AxisSpring, CoupledAxis, CoupledSpring, Damping, SphericalLaw
+from generator.springs_file.axes import is_slide, parallel_sign
+from generator.springs_file.bind import BoundEntry, is_about
+from generator.springs_file.parse import SpringEntry
+from springs import (
+    AxisSpring,
+    CoupledAxis,
+    CoupledSpring,
+    Damping,
+    JointSprings,
+    Reach,
+    SpringSet,
+    Stop,
+)
 from springs.axis import Direction
 from springs.stop import DEFAULT_STOP_ONSET, DEFAULT_STOP_STIFFNESS
 
 
-@dataclass(frozen=True)
-class FileSprings:
-    """Springs of a file, bound to the joints of a figure.
+def extend_springs(
+    base: SpringSet,
+    own: Sequence[BoundEntry],
+    coupled: Sequence[CoupledSpring],
+    reaches: Mapping[str, Reach],
+    diagnostics: Diagnostics,
+) -> SpringSet:
+    """Return the springs of a file, and those of `base` that they do not replace.
 
-    Attributes:
-        origin: the file's name, followed by those that it extends.
-        springs: springs about one axis of one joint each.
-        coupled: coupled over several joints.
-        reaches: directions that limbs reach.
-        law: law of spherical joints.
+    A law replaces the law of `base` about the same axis, as does a law over several joints with
+    that axis, and a reach those about all axes of its joint; damping replaces damping. What is
+    not stated about an axis stays: a law over several joints of `base` acts about the axes
+    without a curve here, as with the others held.
+
+    Each spring has a stop without limits, with the stiffness and onset of the files; a figure gives
+    the limits.
+
+    Args:
+        base: springs of the extended file; none for a file that stands alone.
+        own: springs about one axis of one joint each.
+        coupled: laws over several joints.
+        reaches: directions that limbs reach, by joint.
+        diagnostics: diagnostics for curves about axes of reaches and, as warnings, for laws
+            over several joints that lose an axis.
     """
+    own_axes = [axis for spring in coupled for axis in spring.axes]
+    kept_coupled = [
+        spring
+        for spring in base.coupled
+        if not any(_has_axis(own_axes, axis.joint, axis.direction) for axis in spring.axes)
+    ]
+    curves = [
+        (entry, spring) for entry, spring in own if spring.elastic and not is_slide(entry.axis)
+    ]
+    axes = {name: list(joint.axes) for name, joint in base.joints.items()}
+    kept_coupled = _hold_named_axes(curves, kept_coupled, axes, base.origin, diagnostics)
+    joints: dict[str, JointSprings] = {}
+    for name in dict.fromkeys([*axes, *(entry.joints[0] for entry, _ in own), *reaches]):
+        below = base.joints.get(name, JointSprings(name))
+        covered = [
+            replace(one, elastic=(stop_of(one),), reference="", why="")
+            if name in reaches or _has_axis(own_axes, name, one.direction)
+            else one
+            for one in axes.get(name, [])
+        ]
+        merged = tuple(_merge(_of_joint(own, name), covered))
+        reach = reaches.get(name, below.reach)
+        if reach is not None:
+            merged = tuple(replace(one, elastic=()) for one in merged)
+        slides = tuple(_merge(_of_joint(own, name, slides=True), below.translations))
+        joints[name] = JointSprings(name, merged, slides, reach)
+    for entry, _ in curves:
+        (name,) = entry.joints
+        if name not in reaches and joints[name].reach:
+            diagnostics.error(
+                f"`{shorten(name)}` has a reach in {base.origin}: axes have damping only",
+                entry.origins.get("joints.0"),
+                "extend other springs, or state the reach here",
+            )
+    return replace(base, joints=joints, coupled=(*coupled, *kept_coupled))
 
-    origin: str
-    springs: tuple[BoundSpring, ...] = ()
-    coupled: tuple[CoupledSpring, ...] = ()
-    law: SphericalLaw | None = None
-    reaches: tuple[BoundReach, ...] = ()
 
-    def extend(self, base: "FileSprings", diagnostics: Diagnostics) -> "FileSprings":
-        """Return these springs, and those of `base` that they do not replace.
+def _of_joint(own: Sequence[BoundEntry], name: str, *, slides: bool = False) -> list[BoundEntry]:
+    """Return the springs about axes of a joint, or along its translations."""
+    wanted = ((name,), slides)
+    return [(entry, one) for entry, one in own if (entry.joints, is_slide(entry.axis)) == wanted]
 
-        A law replaces the law of `base` about the same axis, as does a law over several joints with
-        that axis, and a reach those about all axes of its joint; damping replaces damping. What is
-        not stated about an axis stays: a law over several joints of `base` acts about the axes
-        without a curve here, as with the others held.
 
-        Args:
-            base: springs of the extended file.
-            diagnostics: diagnostics for curves about axes of reaches and, as warnings, for laws
-                over several joints that lose an axis.
-        """
-        own_axes = [axis for spring in self.coupled for axis in _axes(spring)]
-        kept_coupled = tuple(
-            spring
-            for spring in base.coupled
-            if not any(_has_axis(own_axes, *axis) for axis in _axes(spring))
-        )
-        elastic = [one for one in self.springs if one.spring.elastic and not one.slides]
-        kept_coupled, base_springs = _hold_named_axes(elastic, kept_coupled, base, diagnostics)
-        reached = {one.joint for one in self.reaches}
-        kept_reaches = tuple(one for one in base.reaches if one.joint not in reached)
-        for one in elastic:
-            if any(one.joint == other.joint for other in kept_reaches):
-                diagnostics.error(
-                    f"`{shorten(one.joint)}` has a reach in {base.origin}: axes have damping only",
-                    one.span,
-                    "extend other springs, or state the reach here",
-                )
-        return FileSprings(
-            f"{self.origin} over {base.origin}",
-            tuple(_merge(self.springs, base_springs, own_axes, reached)),
-            (*self.coupled, *kept_coupled),
-            self.law or base.law,
-            (*self.reaches, *kept_reaches),
-        )
+def stop_of(spring: AxisSpring) -> Stop:
+    """First stop of a spring; the default one without limits if it has none."""
+    return next((law for law in spring.elastic if isinstance(law, Stop)), Stop(None, None))
 
 
 def _hold_named_axes(
-    named: Sequence[BoundSpring],
+    named: Sequence[BoundEntry],
     laws: Sequence[CoupledSpring],
-    base: FileSprings,
+    axes_of: dict[str, list[AxisSpring]],
+    origin: str,
     diagnostics: Diagnostics,
-) -> tuple[tuple[CoupledSpring, ...], tuple[BoundSpring, ...]]:
-    """Return laws over several joints, and the springs of `base`, without torque about named axes.
+) -> list[CoupledSpring]:
+    """Return laws over several joints without torque about named axes.
 
     A law becomes that with each of these angles held, so that a gradient stays one: in the middle
-    of the range in which the law is known, or at 0. About a single axis it becomes a curve.
+    of the range in which the law is known, or at 0. About a single axis it becomes a curve, which
+    is added to the springs of the joint in `axes_of`.
     """
     kept: list[CoupledSpring] = []
-    springs = list(base.springs)
-    affected: dict[tuple[str, str, str], list[BoundSpring]] = {}
+    affected: dict[tuple[str, str, str], list[SpringEntry]] = {}
     for spring in laws:
-        law, axes, curves, fixed = spring.law, list[CoupledAxis](), list[BoundSpring](), list[str]()
+        law, axes, curves, fixed = spring.law, list[CoupledAxis](), list[SpringEntry](), list[str]()
         for k, (name, axis) in enumerate(zip(spring.law.coordinates, spring.axes, strict=True)):
-            curve = next((o for o in named if o.is_about(axis.joint, axis.direction)), None)
+            matches = (one for one in named if is_about(one, axis.joint, axis.direction))
+            curve, _ = next(matches, (None, None))
             if curve is None:
                 axes.append(axis)
                 continue
@@ -97,7 +124,8 @@ def _hold_named_axes(
             fixed.append(f"{name} were {degrees(middle):.4g} deg")
             curves.append(curve)
         if len(axes) == 1:
-            _add_curve(springs, replace(spring, law=law, axes=tuple(axes)))
+            curve = replace(spring, law=law, axes=tuple(axes))
+            _add_curve(axes_of.setdefault(axes[0].joint, []), curve)
         elif axes:
             original = None if curves else spring.original
             kept.append(replace(spring, law=law, axes=tuple(axes), original=original))
@@ -105,95 +133,77 @@ def _hold_named_axes(
             all_names, names = map(", ".join, (spring.law.coordinates, law.coordinates))
             affected.setdefault((all_names, names, ", ".join(fixed)), []).extend(curves)
     for (all_names, names, fixed), curves in affected.items():
-        joints = " and ".join(f"`{shorten(one.joint)}`" for one in curves)
+        joints = " and ".join(f"`{shorten(one.joints[0])}`" for one in curves)
         diagnostics.warning(
-            f"the law of {all_names} in {base.origin} acts about {names} only, as if {fixed} "
+            f"the law of {all_names} in {origin} acts about {names} only, as if {fixed} "
             f"all the time: {joints} {'has' if len(curves) == 1 else 'have'} curves of this file",
-            curves[0].span,
+            curves[0].origins.get("joints.0"),
             f"for another angle, state a law of {names} here",
         )
-    return tuple(kept), tuple(springs)
+    return kept
 
 
-def _add_curve(springs: list[BoundSpring], coupled: CoupledSpring) -> None:
-    """Add the law of a single axis to the springs."""
+def _add_curve(springs: list[AxisSpring], coupled: CoupledSpring) -> None:
+    """Add the law of a single axis to the springs of its joint."""
     (name,), (axis,) = coupled.law.coordinates, coupled.axes
     law = coupled.law.single_angle_law(name, {})
     for k, one in enumerate(springs):
-        if one.is_about(axis.joint, axis.direction):
-            same = parallel_sign(one.spring.direction, axis.direction) > 0
-            spring = replace(
-                one.spring,
-                elastic=(*one.spring.elastic, law if same else law.mirrored()),
-                reference="; ".join(filter(None, (one.spring.reference, coupled.reference))),
-                why=" ".join(filter(None, (one.spring.why, coupled.why))),
+        sign = parallel_sign(one.direction, axis.direction)
+        if sign:
+            springs[k] = replace(
+                one,
+                elastic=(
+                    *one.laws_besides_stops,
+                    law if sign > 0 else law.mirrored(),
+                    stop_of(one),
+                ),
+                reference="; ".join(filter(None, (one.reference, coupled.reference))),
+                why=" ".join(filter(None, (one.why, coupled.why))),
             )
-            springs[k] = replace(one, spring=spring)
             return
     motion = name.partition(" ")[2]
     made = AxisSpring(axis.direction, (law,), motion=motion, reference=coupled.reference)
-    springs.append(BoundSpring(axis.joint, replace(made, why=coupled.why), None))
+    springs.append(replace(made, why=coupled.why))
 
 
-_JointAxis = tuple[str, Direction]
-
-
-def _axes(spring: CoupledSpring) -> list[_JointAxis]:
-    return [(axis.joint, axis.direction) for axis in spring.axes]
-
-
-def _has_axis(axes: list[_JointAxis], joint: str, direction: Direction) -> bool:
+def _has_axis(axes: Sequence[CoupledAxis], joint: str, direction: Direction) -> bool:
     """Return whether an axis of a joint, in either sense, is among `axes`."""
-    return any(name == joint and parallel_sign(other, direction) != 0 for name, other in axes)
+    return any(one.joint == joint and parallel_sign(one.direction, direction) for one in axes)
 
 
-def _merge(
-    own: tuple[BoundSpring, ...],
-    base: tuple[BoundSpring, ...],
-    coupled_axes: list[_JointAxis],
-    reached: Container[str],
-) -> Iterator[BoundSpring]:
+def _merge(own: Sequence[BoundEntry], base: Sequence[AxisSpring]) -> Iterator[AxisSpring]:
     """Yield the springs of `base` as `own` changes them, then the others of `own`."""
-    used: list[BoundSpring] = []
+    others = list(own)
     for below in base:
-        above = next(
-            (
-                one
-                for one in own
-                if one.is_about(below.joint, below.spring.direction, slides=below.slides)
-            ),
-            None,
-        )
-        is_coupled = _has_axis(coupled_axes, below.joint, below.spring.direction)
-        kept = below.spring
-        if not below.slides and (is_coupled or below.joint in reached):
-            kept = replace(kept, elastic=(), reference="", why="")
-        if above is None:
-            if kept.elastic or kept.damping != Damping():
-                yield replace(below, spring=kept)
-            continue
-        used.append(above)
-        if parallel_sign(above.spring.direction, kept.direction) < 0:
-            kept = kept.with_opposite_axis()
-        spring = replace(above.spring, motion=above.spring.motion or kept.motion)
-        if not above.has_damping:
-            spring = replace(spring, damping=kept.damping)
-        if not spring.elastic and kept.elastic:
-            spring = replace(
-                spring,
-                elastic=kept.elastic,
-                reference=spring.reference or kept.reference,
-                why=spring.why or kept.why,
-            )
-        yield replace(
-            above,
-            spring=spring,
-            stop_stiffness=_stated(
-                above.stop_stiffness, below.stop_stiffness, DEFAULT_STOP_STIFFNESS
-            ),
-            stop_onset=_stated(above.stop_onset, below.stop_onset, DEFAULT_STOP_ONSET),
-        )
-    yield from (one for one in own if one not in used)
+        above = next((o for o in own if parallel_sign(o[1].direction, below.direction)), None)
+        if above is not None:
+            others = [one for one in others if one is not above]
+            yield _lay_over(*above, below)
+        elif below.laws_besides_stops or below.damping != Damping():
+            yield below
+    for entry, spring in others:
+        yield _lay_over(entry, spring, AxisSpring(spring.direction))
+
+
+def _lay_over(entry: SpringEntry, spring: AxisSpring, below: AxisSpring) -> AxisSpring:
+    """Return the spring of a table, with what it does not state from the one below."""
+    below = below.oriented_along(spring.direction)
+    under, laws = stop_of(below), below.laws_besides_stops
+    inherits = bool(laws) and not spring.elastic
+    stop = Stop(
+        None,
+        None,
+        _stated(entry.stop_stiffness, under.stiffness, DEFAULT_STOP_STIFFNESS),
+        _stated(entry.stop_onset, under.onset, DEFAULT_STOP_ONSET),
+    )
+    return replace(
+        spring,
+        elastic=(*(spring.elastic or laws), stop),
+        damping=below.damping if entry.damping is None else spring.damping,
+        motion=spring.motion or below.motion,
+        reference=spring.reference or (below.reference if inherits else ""),
+        why=spring.why or (below.why if inherits else ""),
+    )
 
 
 def _stated(above: float, below: float, default: float) -> float:

@@ -1,6 +1,6 @@
 """The springs of a figure, from a file beside it or a chosen one, and from its own fields."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -26,23 +26,17 @@ from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
 from generator.rotations import unit_axis
 from generator.springs_file.axes import SLIDE_PREFIX, is_slide, parallel_sign
-from generator.springs_file.bind import (
-    BoundSpring,
-    bind_optional_records,
-    bind_springs_file,
-    drop_duplicates,
-    spring_from_entry,
-)
+from generator.springs_file.bind import bind_entries, bind_optional_records, bind_springs_file
 from generator.springs_file.bind_coupled import bind_coupled_springs, build_coupled_springs
 from generator.springs_file.bind_reach import bind_reaches
-from generator.springs_file.extend import FileSprings
+from generator.springs_file.extend import extend_springs, stop_of
 from generator.springs_file.optional import OPTIONAL_FILE
 from generator.springs_file.parse import (
     BASE_KEY,
     EXTENDS_KEY,
     NO_BASE,
-    REACH_AXES,
     SPRINGS_FILE,
+    SpringEntry,
     SpringsFile,
 )
 from generator.text_io import is_file, load_text, make_source
@@ -144,9 +138,6 @@ FIGURE_ORIGIN = "figure's own stiff/rest/damp"
 WITHIN_FIGURE = f"<figure>{SPRINGS_FILE.suffix}"
 """Origin of springs that are the `springs_text` of their figure."""
 
-_FIGURE_ALONE = FileSprings(FIGURE_ORIGIN)
-"""Springs of no file, beside which those of the figure stand."""
-
 
 def load_springs(
     figure: Figure,
@@ -193,7 +184,7 @@ def load_springs(
         own = Path(WITHIN_FIGURE)
         texts[own] = make_source(figure.springs_text, str(own))
         path = own if choice is None else path
-    diagnostics, springs, bound = Diagnostics(), None, _FIGURE_ALONE
+    diagnostics, springs, bound = Diagnostics(), None, SpringSet(origin=FIGURE_ORIGIN)
     if fault is not None:
         diagnostics.entries.append(fault)
     with suppress(TooManyErrors):
@@ -201,8 +192,9 @@ def load_springs(
             is_printed = str(choice) == PRINTED_SPRINGS
             contents = {} if content is None else {path: content}
             binder = _FileBinder(figure, own, stem, is_printed, diagnostics, texts, contents)
-            bound = binder.bind(path) if with_base else binder.bind_alone(path)[0]
-        springs = _build_spring_set(figure, bound, law, diagnostics, with_base=with_base)
+            bound = binder.bind(path, with_base=with_base)
+        bound = replace(bound, law=law or bound.law)
+        springs = _complete_springs(figure, bound, diagnostics, with_base=with_base)
     value = None if diagnostics.has_errors else springs
     return Parsed(value, diagnostics.sorted_by_position())
 
@@ -304,57 +296,52 @@ class _FileBinder:
     texts: Mapping[Path, Source]
     contents: Mapping[Path, SpringsFile]
 
-    def bind(self, path: Path, extended_by: tuple[Path, ...] = ()) -> FileSprings:
+    def bind(
+        self, path: Path, extended_by: tuple[Path, ...] = (), *, with_base: bool = True
+    ) -> SpringSet:
         """Return the springs of a file and of those that it extends; faults are noted.
+
+        Their stops have no limits, as those of `extend_springs`.
 
         Args:
             path: path of the file.
             extended_by: the files that lead to it.
+            with_base: whether to read the files that it extends.
         """
-        springs, content = self.bind_alone(path)
-        base = None if content is None else self._find_base(path, content)
-        if content is None or base is None:
-            return springs
+        base, figure, diagnostics = SpringSet(origin=""), self.figure, self.diagnostics
+        content = self.contents.get(path)
+        if content is None:
+            known = self.texts.get(path)
+            source, fault = load_text(path, str(path)) if known is None else (known, None)
+            if fault is not None:
+                diagnostics.error(fault.message, fault.span, fault.hint)
+                return base
+            if path.suffix.lower() != ".toml":
+                records = OPTIONAL_FILE.parser(source, diagnostics) or ()
+                own = bind_optional_records(figure, records, self.use_printed_values, diagnostics)
+                return replace(extend_springs(base, own, (), {}, diagnostics), origin=path.name)
+            content = _parse_content(source, self.stem, diagnostics)
+        if content is None:
+            return base
+        own = bind_springs_file(figure, content, diagnostics)
+        coupled = bind_coupled_springs(figure, content, diagnostics)
+        reaches = bind_reaches(figure, content, diagnostics)
+        base_path = self._find_base(path, content) if with_base else None
         files = (*extended_by, path.resolve())
-        if base.resolve() in files:
+        if base_path is not None and base_path.resolve() in files:
             names = ", ".join(one.name for one in files)
-            self.diagnostics.error(
+            diagnostics.error(
                 f"the files extend each other in a circle: {names}",
                 content.origins.get(EXTENDS_KEY),
                 f'leave out `{EXTENDS_KEY}`, or write `{BASE_KEY} = "{NO_BASE}"` in one of them',
             )
-            return springs
-        return springs.extend(self.bind(base, files), self.diagnostics)
-
-    def bind_alone(self, path: Path) -> tuple[FileSprings, SpringsFile | None]:
-        """Return the springs of a file, and its content if it is a springs file without faults."""
-        if path in self.contents:
-            return self._bind_content(path, self.contents[path])
-        known = self.texts.get(path)
-        source, fault = load_text(path, str(path)) if known is None else (known, None)
-        if fault is not None:
-            self.diagnostics.error(fault.message, fault.span, fault.hint)
-            return FileSprings(path.name), None
-        if path.suffix.lower() != ".toml":
-            records = OPTIONAL_FILE.parser(source, self.diagnostics) or ()
-            bound = bind_optional_records(
-                self.figure, records, self.use_printed_values, self.diagnostics
-            )
-            return FileSprings(path.name, tuple(bound)), None
-        content = _parse_content(source, self.stem, self.diagnostics)
-        if content is None:
-            return FileSprings(path.name), None
-        return self._bind_content(path, content)
-
-    def _bind_content(self, path: Path, content: SpringsFile) -> tuple[FileSprings, SpringsFile]:
-        springs = FileSprings(
-            path.name,
-            tuple(bind_springs_file(self.figure, content, self.diagnostics)),
-            bind_coupled_springs(self.figure, content, self.diagnostics),
-            content.law,
-            bind_reaches(self.figure, content, self.diagnostics),
+        elif base_path is not None:
+            base = self.bind(base_path, files)
+        return replace(
+            extend_springs(base, own, coupled, reaches, diagnostics),
+            law=content.law or base.law,
+            origin=" over ".join(filter(None, (path.name, base.origin))),
         )
-        return springs, content
 
     def _find_base(self, path: Path, content: SpringsFile) -> Path | None:
         """Return the file that a springs file extends; None without one, or with a fault noted."""
@@ -386,26 +373,19 @@ class _FileBinder:
         return found
 
 
-def _build_spring_set(
-    figure: Figure,
-    bound: FileSprings,
-    law: SphericalLaw | None,
-    diagnostics: Diagnostics,
-    *,
-    with_base: bool,
+def _complete_springs(
+    figure: Figure, bound: SpringSet, diagnostics: Diagnostics, *, with_base: bool
 ) -> SpringSet:
-    """Return the springs that a file gives and, with a base, those of the figure's fields."""
+    """Return springs of a file with the figure's limits and, with a base, those of its fields."""
     joints = {
         name: springs
         for name, joint in figure.joints.items()
-        if (springs := _combine_springs(joint, bound, diagnostics, with_base)) is not None
+        if (springs := _complete_joint(joint, bound.joints.get(name), diagnostics, with_base))
     }
-    law = law or bound.law or SphericalLaw.CONSERVATIVE
-    if law is SphericalLaw.COORDINATES:
+    if bound.law is SphericalLaw.COORDINATES:
         for name in joints:
             _check_coordinates(figure.joints[name], joints[name], diagnostics)
-    named = NamedMapping(joints, "the springs have no joint")
-    return SpringSet(named, law, bound.origin, bound.coupled)
+    return replace(bound, joints=NamedMapping(joints, "the springs have no joint"))
 
 
 MAX_MIDDLE_LIMIT = radians(80.0)
@@ -459,7 +439,7 @@ def _is_elastic(springs: JointSprings | None) -> bool:
     if springs is not None and springs.reach is not None:
         return True
     axes = () if springs is None else (*springs.axes, *springs.translations)
-    laws = [law for axis in axes for law in axis.elastic if not isinstance(law, Stop)]
+    laws = (law for axis in axes for law in axis.laws_besides_stops)
     return any(not isinstance(law, Linear) or law.stiffness >= MIN_STIFFNESS for law in laws)
 
 
@@ -477,65 +457,60 @@ def _parse_content(
     return content
 
 
-def _combine_springs(
-    joint: Joint, bound: FileSprings, diagnostics: Diagnostics, with_base: bool
+def _complete_joint(
+    joint: Joint, bound: JointSprings | None, diagnostics: Diagnostics, with_base: bool
 ) -> JointSprings | None:
-    """Combine the springs of a joint in the order of its chain, then those about other axes.
+    """Return the springs of a joint in the order of its chain, then those about other axes.
 
     None for a joint without springs.
     """
-    bound_springs = [one for one in bound.springs if one.joint == joint.name]
-    reach = next((one.reach for one in bound.reaches if one.joint == joint.name), None)
-    if reach is not None:
-        dampers = tuple(replace(o.spring, elastic=()) for o in bound_springs if not o.slides)
-        along = tuple(one.spring for one in bound_springs if one.slides)
-        return JointSprings(joint.name, dampers, along, reach)
-    used: list[BoundSpring] = []
+    bound = bound or JointSprings(joint.name)
+    if bound.reach is not None:
+        along = (replace(one, elastic=one.laws_besides_stops) for one in bound.translations)
+        return replace(bound, translations=tuple(along))
+    used: list[AxisSpring] = []
     axes: list[AxisSpring] = []
     slides: list[AxisSpring] = []
     for k, factor in enumerate(joint.chain):
-        axis, slides_along = unit_axis(factor.axis), not is_rotation(factor.kind)
-        matches = (
-            one for one in bound_springs if one.is_about(joint.name, axis, slides=slides_along)
-        )
-        bound_spring = next(matches, None)
+        axis = unit_axis(factor.axis)
         match factor.kind:
             case AxisKind.ROTATION:
-                if bound_spring is None:
+                own = _first_parallel(bound.axes, axis)
+                if own is None:
                     stop = (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET)
                     axes += _figure_spring(joint, k, axis, stop, diagnostics) if with_base else ()
-                elif bound_spring not in used:
-                    used.append(bound_spring)
-                    axes.append(_add_stops(joint, bound_spring))
+                elif own not in used:
+                    used.append(own)
+                    axes.append(_add_limits(joint, own))
             case AxisKind.TRANSLATION:
+                own = _first_parallel(bound.translations, axis)
                 stop = (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET)
-                if bound_spring is None:
+                if own is None:
                     slides += _figure_spring(joint, k, axis, stop, diagnostics) if with_base else ()
                 else:
-                    used.append(bound_spring)
-                    laws = (*bound_spring.spring.elastic, *_build_stops(joint, k, *stop))
-                    slides.append(replace(bound_spring.spring, elastic=laws))
+                    laws = (*own.laws_besides_stops, *_build_stops(joint, k, *stop))
+                    slides.append(replace(own, elastic=laws))
             case _:
                 assert_never(factor.kind)
-    axes += [one.spring for one in bound_springs if not one.slides and one not in used]
+    axes += [_add_limits(joint, one) for one in bound.axes if one not in used]
     return JointSprings(joint.name, tuple(axes), tuple(slides)) if axes or slides else None
 
 
-def _add_stops(joint: Joint, bound_spring: BoundSpring) -> AxisSpring:
+def _first_parallel(springs: Iterable[AxisSpring], axis: Vector) -> AxisSpring | None:
+    """Return the first spring along an axis in either sense."""
+    return next((one for one in springs if parallel_sign(one.direction, axis)), None)
+
+
+def _add_limits(joint: Joint, spring: AxisSpring) -> AxisSpring:
     """Return a spring with the stops of all the joint's factors about its axis."""
-    laws: list[Elastic] = list(bound_spring.spring.elastic)
-    middle = 0.0
+    laws, stop, middle = list(spring.laws_besides_stops), stop_of(spring), 0.0
     for k, factor in enumerate(joint.chain):
-        sign = (
-            parallel_sign(bound_spring.spring.direction, factor.axis)
-            if is_rotation(factor.kind)
-            else 0
-        )
+        sign = parallel_sign(spring.direction, factor.axis) if is_rotation(factor.kind) else 0
         if sign:
-            stops = _build_stops(joint, k, bound_spring.stop_stiffness, bound_spring.stop_onset)
+            stops = _build_stops(joint, k, stop.stiffness, stop.onset)
             laws += stops if sign > 0 else [stop.mirrored() for stop in stops]
             middle = sign * _middle_of_range(joint, k)
-    return replace(bound_spring.spring, elastic=tuple(laws), middle=middle)
+    return replace(spring, elastic=tuple(laws), middle=middle)
 
 
 def _middle_of_range(joint: Joint, k: int) -> float:
@@ -635,21 +610,16 @@ def _springs_without_figure(
 
     Whatever that is, a second spring about it is one too many, and so is one about another axis.
     """
-    bound_springs: list[BoundSpring] = []
-    for entry in content.entries:
-        for k, name in enumerate(() if entry.axis in REACH_AXES else entry.joints):
-            slides = is_slide(entry.axis)
-            letter = (entry.axis or "").removeprefix(SLIDE_PREFIX) or None
-            direction = _AXIS_DIRECTIONS[letter]
-            spring = spring_from_entry(name, entry, direction, diagnostics, bounded=False)
-            if spring is not None:
-                place = entry.origins.get(f"joints.{k}")
-                bound_springs.append(BoundSpring(name, spring, place, slides=slides))
+
+    def resolve_axis(entry: SpringEntry) -> tuple[Vector, bool]:
+        letter = (entry.axis or "").removeprefix(SLIDE_PREFIX) or None
+        return _AXIS_DIRECTIONS[letter], False
+
     joints: dict[str, JointSprings] = {}
-    for one in drop_duplicates(bound_springs, diagnostics):
-        own = joints.get(one.joint, JointSprings(one.joint))
-        field = "translations" if one.slides else "axes"
-        joints[one.joint] = replace(own, **{field: (*getattr(own, field), one.spring)})
+    for entry, spring in bind_entries(content, resolve_axis, diagnostics):
+        own = joints.get(entry.joints[0], JointSprings(entry.joints[0]))
+        field = "translations" if is_slide(entry.axis) else "axes"
+        joints[own.joint] = replace(own, **{field: (*getattr(own, field), spring)})
     coupled = build_coupled_springs(
         content, lambda binding, _: _AXIS_DIRECTIONS[binding.axis], diagnostics
     )

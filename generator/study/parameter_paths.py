@@ -436,7 +436,7 @@ class _PathParser:
             return len(self._words) == 3 and self._words[2] == Quantity.SCALE.value
         if axis.spring is None:
             return False
-        return not needs_law or any(not isinstance(law, Stop) for law in axis.spring.elastic)
+        return not needs_law or bool(axis.spring.laws_besides_stops)
 
     def _named_axis(self, joint: Joint, axes: Sequence[_Axis]) -> _Axis:
         word = self._words[2]

@@ -31,7 +31,6 @@ from generator.springs_file.axes import parallel_sign
 from springs import AxisSpring, SpringSet
 from springs.elastic import Range, common_valid_range, mirror_range, total_torque
 from springs.published.range_of_motion import normal_range
-from springs.stop import Stop
 
 MAX_UNDO_STEPS = 200
 
@@ -423,7 +422,7 @@ def _spring_about(
 
 def spring_dead_zone(spring: AxisSpring) -> Range | None:
     """Return the widest interval between breakpoints in which a spring has no torque [rad]."""
-    laws = [law for law in spring.elastic if not isinstance(law, Stop)]
+    laws = spring.laws_besides_stops
     corners = sorted({corner for law in laws for corner in law.breakpoints if isfinite(corner)})
     zone: Range | None = None
     for low, high in itertools.pairwise(corners):

@@ -20,7 +20,6 @@ from springs.lint.curve import (
 )
 from springs.lint.finding import Finding, FindingKind
 from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, RangeEnd, normal_range
-from springs.stop import Stop
 
 _PARALLEL_ANGLE = radians(0.01)
 
@@ -117,15 +116,14 @@ def _own_curves(
     """The springs about an axis of a joint that are more than stops and damping."""
     for spring in springs.joints[joint].axes if joint in springs.joints else ():
         across = float(np.linalg.norm(np.cross(spring.direction, direction)))
-        if across < _PARALLEL_ANGLE and any(not isinstance(law, Stop) for law in spring.elastic):
+        if across < _PARALLEL_ANGLE and spring.laws_besides_stops:
             yield spring
 
 
 def _max_torque(spring: AxisSpring, law_range: tuple[float, float]) -> float:
     """Greatest torque of a spring, its stops apart, over the range of the law [N m]."""
-    laws = [law for law in spring.elastic if not isinstance(law, Stop)]
     angles = np.linspace(*law_range, 361)
-    return float(np.abs(np.asarray(total_torque(laws, angles))).max())
+    return float(np.abs(np.asarray(total_torque(spring.laws_besides_stops, angles))).max())
 
 
 def _max_coupled_torque(spring: CoupledSpring, i: int) -> float:

@@ -166,7 +166,7 @@ def _convert_axis_spring(
     converted: DyspamSprings,
 ) -> None:
     """Convert the spring of one axis, without its stops."""
-    laws = [law for law in spring.elastic if not isinstance(law, Stop)]
+    laws = spring.laws_besides_stops
     joint, axis = number_and_axis
     if len(laws) > 1:
         converted.losses.add(_SEVERAL, where)

@@ -65,21 +65,13 @@ class LawUse:
     columns: tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class LawTables:
-    """The compiled laws with their tables; see `Mechanism` for the shapes."""
+def build_law_tables(
+    uses: Sequence[LawUse],
+) -> tuple[CompiledLaw, Array, IndexArray, IndexArray, int]:
+    """Return one compiled function for the uses, its tables and its switching functions' number.
 
-    function: CompiledLaw
-    parameters: Array
-    rows: IndexArray
-    bounds: IndexArray
-    switches: int
-
-
-def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
-    """Return one compiled function for the uses, with its tables.
-
-    Uses of equal forms are adjacent; the forms are in the order of their first use.
+    The tables are `parameters`, `law_rows` and `law_bounds` of `Mechanism`. Uses of equal forms are
+    adjacent; the forms are in the order of their first use.
     """
     by_form: dict[tuple[str, ...], list[LawUse]] = {}
     for use in uses:
@@ -101,9 +93,7 @@ def build_law_tables(uses: Sequence[LawUse]) -> LawTables:
     for row, values in zip(table, rows, strict=True):
         row[: len(values)] = values
     function = compile_source("".join(lines), "laws", LAW_SIGNATURE)
-    return LawTables(
-        function, np.array(parameters), table, np.array(bounds, dtype=np.int64), switches
-    )
+    return function, np.array(parameters), table, np.array(bounds, dtype=np.int64), switches
 
 
 Recorded = ParamSpec("Recorded")

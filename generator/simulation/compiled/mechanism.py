@@ -296,12 +296,11 @@ class _Builder:
             self._add_joint(branch)
         links, constants, points = self._link_tables()
         measured, sites, uses, names = self._laws()
-        tables = build_law_tables(uses)
+        law, parameters, law_rows, law_bounds, switches = build_law_tables(uses)
         activation = () if self.tone is None else (self.tone.activation,)
         drives = [drive for drive, _ in self.drives]
         knots = smooth_intervals(self.loads, drives, self.times, activation)
         scene, touching = self.scene, self.touching
-        switches = tables.switches
         spheres, pairs = NO_SPHERES, NO_PAIRS
         if scene.props or touching:
             spheres = contact_tables(scene, touching, self.segment_links, points, self.part_laws)
@@ -318,9 +317,9 @@ class _Builder:
             load_pieces(self.loads, knots, self.times[1]),
             drive_pieces(self.drives, knots, self.times[1], activation),
             np.array(self.gravity, dtype=float),
-            tables.parameters,
-            tables.rows,
-            tables.bounds,
+            parameters,
+            law_rows,
+            law_bounds,
             np.ones(switches + len(measured)),
             *self._rows(),
             *spheres,
@@ -349,7 +348,7 @@ class _Builder:
         )
         joint_links = [self._end_links(joint.ends) for joint in self.figure.joints.values()]
         return CompiledModel(
-            _equations_with(tables.function, mechanism),
+            _equations_with(law, mechanism),
             mechanism,
             scratch,
             state,

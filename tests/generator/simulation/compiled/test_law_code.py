@@ -286,8 +286,8 @@ def test_compiled_laws_are_those_of_plain_python(law):
     spring = CoupledSpring(COUPLED, tuple(CoupledAxis(*place) for place in places))
     vectors = (("ball", len(laws), VectorLaw(tuple(axes))),)
     uses.append(coupled_law(spring, (None, ((1, 0), 1.0), None), vectors))
-    plain, compiled = plain_tables(uses), build_law_tables(uses)
-    compiled = replace(compiled, function=compiled.function.function)  # of the pointer
+    plain, (pointer, *tables) = plain_tables(uses), build_law_tables(uses)
+    compiled = pointer.function, *tables
     rng = np.random.default_rng(5)
     for size in [1e-9, 1e-3, *np.linspace(0.1, 1.7, 48)]:
         motion = size * rng.uniform(-1.0, 1.0, (2, len(laws) + 1, 3))
@@ -302,12 +302,11 @@ def test_compiled_laws_are_those_of_plain_python(law):
 
 
 def test_of_joints_without_springs_the_torques_are_zero():
-    tables = plain_tables([displacement_law(None, (0, 0)), rotation_vector_law(VectorLaw(()), 1)])
+    uses = [displacement_law(None, (0, 0)), rotation_vector_law(VectorLaw(()), 1)]
+    function, parameters, rows, bounds, _ = plain_tables(uses)
     torques = np.full((2, 3), np.nan)
     nothing = np.zeros(0)
-    tables.function(
-        np.ones((2, 3)), np.ones((2, 3)), tables.parameters, nothing, tables.rows, tables.bounds,
-        torques, nothing, np.zeros(3),
-    )  # fmt: skip
+    motion = np.ones((2, 3))
+    function(motion, motion, parameters, nothing, rows, bounds, torques, nothing, np.zeros(3))
     assert torques[0, 0] == 0.0
     assert np.array_equal(torques[1], np.zeros(3))
