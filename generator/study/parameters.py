@@ -37,6 +37,26 @@ from springs import AxisSpring, CoupledSpring, JointSprings, SphericalLaw, Stop
 from springs.axis import transform
 from springs.strength.strengths import Age
 
+MAX_FACTOR = 1e3
+"""Largest factor of springs, masses, parts and tone, that of live files; larger ones are typing
+errors, with which a run takes minutes or fails."""
+
+MAX_DAMPING = {"N m s/rad": 1e4, "N m": 1e4, "N s/m": 1e6, "N": 1e6}
+"""Largest damping and friction by their units; larger ones are typing errors."""
+
+_FACTOR = NumberRow("factor", 0.0, MAX_FACTOR)
+_FACTORS = {
+    Quantity.SCALE,
+    Quantity.DAMPING_SCALE,
+    Quantity.COUPLED_SCALE,
+    Quantity.STOP_SCALE,
+    Quantity.MASS_SCALE,
+    Quantity.INERTIA_SCALE,
+    Quantity.PART_STIFFNESS,
+    Quantity.PART_DAMPING,
+    Quantity.TONE_SCALE,
+}
+
 YOUNG_YEARS = 21.5
 """Middle of the ages of the sample by which postures are judged by default [years]."""
 
@@ -129,6 +149,10 @@ def _row(path: ParameterPath) -> NumberRow | None:
             return VARYING_OPTIONS[path.text]
         case Quantity.FRICTION | Quantity.STIFFNESS:
             return SURFACE_NUMBERS[path.quantity]
+        case Quantity.VISCOUS | Quantity.COULOMB:
+            return NumberRow(path.quantity, 0.0, MAX_DAMPING[path.unit], f" {path.unit}")
+        case quantity if quantity in _FACTORS:
+            return _FACTOR
         case _:
             return None
 

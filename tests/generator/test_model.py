@@ -74,7 +74,7 @@ def test_other_parameters_are_refused_with_a_hint() -> None:
         PROTOTYPE.with_parameter("springs.kne.scale", 2.0)
     with pytest.raises(UnknownPathError, match="build_person"):
         PROTOTYPE.with_parameter("person.stature", 1.8)
-    with pytest.raises(ModelError, match="must not be negative"):
+    with pytest.raises(ModelError, match="must be from 0 to 1000"):
         PROTOTYPE.with_parameter("springs.knee.scale", -1.0)
     with pytest.raises(UnknownPathError, match="has no elastic law"):
         Model(PROTOTYPE.figure, SpringSet()).with_parameter("springs.knee.scale", 2.0)
