@@ -12,7 +12,8 @@ import typer
 
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
 from generator.cli.outputs import check_writable, write_files
-from generator.diagnostics import MoverError, UsageError
+from generator.diagnostics import MoverError, UsageError, shorten, spelling_hint
+from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.moments import MOMENTS_FILE
 from generator.springs_file.bind import describe_sense_rule
 from generator.springs_file.laws import CubicEntry, EntryLaw, describe_law, law_data
@@ -247,8 +248,26 @@ def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None
             raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
     elif joints:
         raise UsageError("--joint applies to a springs file: add -o FILE.springs.toml")
+    if output is not None:
+        _check_joints(output, joints)
     if plot is not None and plot.suffix.lower()[1:] not in PICTURE_FORMATS:
         raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
+
+
+def _check_joints(output: Path, joints: Sequence[str]) -> None:
+    """Raise UsageError for a joint of no figure, shipped or beside the springs file."""
+    known = {name for one in FIGURE_FILE.shipped() for name in FIGURE_FILE.read(one).joints}
+    if known.issuperset(joints):
+        return
+    for path in output.parent.glob(f"*{FIGURE_FILE.suffix}"):
+        figure = FIGURE_FILE.parse_file(path).value
+        known |= set() if figure is None else figure.joints.keys()
+    for name in joints:
+        if name not in known:
+            raise UsageError(
+                f"--joint {shorten(name)}: no figure, shipped or beside {output.name}, has such a "
+                f"joint; {spelling_hint(name, known)}"
+            )
 
 
 def _describe_fit(

@@ -436,6 +436,8 @@ def _check_options(
     fps: float | None,
     transparent: bool,
     no_forces: bool,
+    no_scene: bool,
+    scene: str | None,
 ) -> None:
     """Raise UsageError for options that exclude each other."""
     videos = [path for path in outputs if path.suffix.lower() in VIDEO_FORMATS]
@@ -444,8 +446,12 @@ def _check_options(
             raise UsageError("--at, --strip and --fps are for motions")
         if no_forces:
             raise UsageError("--no-forces is for motions")
+        if no_scene:
+            raise UsageError("--no-scene is for motions")
         if videos:
             raise UsageError(f"-o {videos[0]}: a video needs a motion, not a pose")
+    if no_scene and scene is not None:
+        raise UsageError("--no-scene and --scene exclude each other")
     if fps is not None and not videos:
         raise UsageError(f"--fps is for videos: add -o FILE{VIDEO_FORMATS[0]}")
     if len(videos) == len(outputs) and (at is not None or strip is not None):
@@ -615,7 +621,7 @@ def picture(
     subject = replace(
         read_subject(source, figure, pose, displacements or ()), with_forces=not no_forces
     )
-    _check_options(files, subject, at, strip, fps, transparent, no_forces)
+    _check_options(files, subject, at, strip, fps, transparent, no_forces, no_scene, scene)
     check_writable(files, (*subject.inputs, scene))
     props = NO_SCENE if subject.motion is None or no_scene else subject.motion.scene
     if scene is not None:

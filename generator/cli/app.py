@@ -358,7 +358,8 @@ def _report_parser_errors(*, as_json: bool) -> Generator[None]:
     except KeyboardInterrupt:
         leave_interrupted(as_json=as_json)
     except _ParserError as failure:
-        failure.message = _plain_message(failure.message)
+        parameter = getattr(failure, "param", None)
+        failure.message = _plain_message(failure.message, getattr(parameter, "help", None) or "")
         with _error_stream():
             failure.show()
         if as_json:
@@ -369,7 +370,7 @@ def _report_parser_errors(*, as_json: bool) -> Generator[None]:
 
 
 _VALIDATOR_SENTENCES = (
-    (r"Input should be a valid number, .*", "give a number, without a unit"),
+    (r"Input should be a valid number, .*", "give a number{unit}, without a unit"),
     (r"Input should be a valid integer, .*", "give a whole number"),
     (r"Input should be (?:a|an) (?:valid )?", "give a "),
     (r"Input should be (?=less|greater)", "the number should be "),
@@ -377,11 +378,21 @@ _VALIDATOR_SENTENCES = (
 )
 """Beginnings of sentences of the library that validates options, and plain ones for them."""
 
+_UNIT_EXAMPLES = {
+    "m": " of metres, such as 0.5",
+    "s": " of seconds, such as 0.5",
+    "deg": " of degrees, such as 20",
+    "rad": " of radians, such as 0.001",
+}
+"""Continuations of "give a number" by the unit in the help of an option."""
 
-def _plain_message(message: str) -> str:
-    """Return the message of the parser of options without the terms of a validator."""
+
+def _plain_message(message: str, about: str) -> str:
+    """Return the message of the parser about an option, without the terms of a validator."""
+    unit = re.search(r"\[(\w+)\]", about)
+    number = _UNIT_EXAMPLES.get(unit[1], "") if unit else ""
     for pattern, plain in _VALIDATOR_SENTENCES:
-        message = re.sub(pattern, plain, message)
+        message = re.sub(pattern, plain.format(unit=number), message)
     return message
 
 

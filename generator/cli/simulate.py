@@ -335,6 +335,8 @@ def simulate(
     failure = failure_text(recording, files)
     if study is not None and limit.is_reached:
         failure = f"the wall-time limit of {limit.seconds:g} s was reached before the last start"
+    if study is not None and more_starts is not None and len(study) < more_starts.number:
+        failure = f"interrupted after {len(study)} of {more_starts.number} starts"
     moving = {name for name, joint in figure.joints.items() if joint.chain} & set(recording.chains)
     elastic = moving - set(joints_without_elastic_law(figure, spring_set))
     contact = None
@@ -402,9 +404,13 @@ def _run_starts(
     monitor = item_progress_bar if show_progress else no_monitor
     with defer_interrupt() as check, monitor(choice.number, "starts") as update:
 
-        def watch(number: int) -> None:
+        def watch(number: int) -> bool:
             update(f"start {number}")
-            check()
+            try:
+                check()
+            except KeyboardInterrupt:
+                return True
+            return False
 
         return study_starts(model, plan, choice.number, choice.spread, choice.seed, watch, limit)
 

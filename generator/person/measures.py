@@ -41,11 +41,11 @@ from springs.short_repr import short_repr
 MIN_STATURE, MAX_STATURE = 0.4, 3.0
 """Statures beyond these are mistakes [m]."""
 
-MIN_MASS, MAX_MASS = 1.0, 1000.0
-"""Masses beyond these are mistakes [kg]."""
+MIN_MASS_INDEX, MAX_MASS_INDEX = 8.0, 100.0
+"""Masses over squared statures beyond these are mistakes [kg/m2].
 
-MIN_MASS_INDEX, MAX_MASS_INDEX = 8.0, 250.0
-"""Masses over squared statures beyond these are mistakes [kg/m2]."""
+The body of a man of 1.75 m at the larger one has 1193 kg/m3, more than any tissue but bone.
+"""
 
 MAX_ERRORS = 3.0
 """Standard errors of the regression beyond which a measured dimension gets a warning."""
@@ -252,23 +252,28 @@ def estimate_measures(
 
 def _check_person(stature: float, mass: float) -> None:
     """Raise UsageError for an impossible stature or mass."""
-    if not MIN_STATURE <= stature <= MAX_STATURE:
+    least, largest = MIN_STATURE, MAX_STATURE
+    if not least <= stature <= largest:
+        meant = _intended(stature, least, largest, (0.01, 0.001), "m")
         raise UsageError(
             f"a stature of {stature:g} m is impossible; "
-            f"it must be from {MIN_STATURE:g} m to {MAX_STATURE:g} m"
+            f"it must be from {least:g} m to {largest:g} m{meant}"
         )
-    if not MIN_MASS <= mass <= MAX_MASS:
-        raise UsageError(
-            f"a mass of {mass:g} kg is impossible; "
-            f"it must be from {MIN_MASS:g} kg to {MAX_MASS:g} kg"
-        )
-    least = max(MIN_MASS, MIN_MASS_INDEX * stature**2)
-    largest = min(MAX_MASS, MAX_MASS_INDEX * stature**2)
+    least, largest = MIN_MASS_INDEX * stature**2, MAX_MASS_INDEX * stature**2
     if not least <= mass <= largest:
+        meant = _intended(mass, least, largest, (0.1, 10.0, 0.001), "kg")
         raise UsageError(
             f"a mass of {mass:g} kg is impossible at a stature of {stature:g} m; "
-            f"it must be from {least:.1f} kg to {largest:.1f} kg"
+            f"it must be from {least:.1f} kg to {largest:.1f} kg{meant}"
         )
+
+
+def _intended(
+    value: float, least: float, largest: float, factors: Iterable[float], unit: str
+) -> str:
+    """Ask for the first multiple of a value within bounds; "" without one."""
+    found = (factor * value for factor in factors if least <= factor * value <= largest)
+    return next((f"; did you mean {one:g} {unit}?" for one in found), "")
 
 
 @dataclass(frozen=True)

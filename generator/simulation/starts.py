@@ -97,7 +97,7 @@ def study_starts(
     count: int,
     spread: float,
     seed: int = 0,
-    watch: Callable[[int], None] | None = None,
+    watch: Callable[[int], bool | None] | None = None,
     limit: WallLimit = NO_LIMIT,
 ) -> StartStudy:
     """Run a figure from several starts; see `vary_start`.
@@ -111,7 +111,8 @@ def study_starts(
         count: number of starts.
         spread: standard deviation of the starts' angles [rad].
         seed: seed of the random numbers.
-        watch: called with the number of each run that has ended.
+        watch: called with the number of each run that has ended; True ends the study, which has
+            the runs so far.
         limit: wall-time limit of all runs together, beside that of the plan for each.
 
     Raises:
@@ -139,8 +140,8 @@ def study_starts(
                 if run.outcome.ending is Ending.INTERRUPTED:
                     raise KeyboardInterrupt
                 yield run
-            if watch is not None:
-                watch(number)
+            if watch is not None and watch(number):
+                return
 
     return summarize_starts(runs(), np.array(plan.up), spread, seed)
 

@@ -226,8 +226,8 @@ def test_equal_moments_make_a_spring_only_if_passive(tmp_path: Path):
     assert output.exists()
 
 
-def test_a_name_that_no_file_holds(tmp_path: Path):
-    words = ("-o", tmp_path / "a.springs.toml", "--joint", "x" * 2000)
+def test_a_text_that_no_file_holds(tmp_path: Path):
+    words = ("-o", tmp_path / "a.springs.toml", "--joint", "left_knee", "--motion", "x" * 2000)
     result = mover("fit", data_file(tmp_path, ELBOW), *words)
     assert result.exit_code == 2
     assert "at most 1000 characters" in result.stderr

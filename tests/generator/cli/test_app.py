@@ -61,7 +61,9 @@ def test_the_version_is_shown():
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("simulate pendulum --stop soon", "Invalid value for '--stop': give a number, without"),
+        ("simulate pendulum --stop soon", "'--stop': give a number of seconds, such as 0.5, w"),
+        ("simulate pendulum --height 50cm", "'--height': give a number of metres, such as 0."),
+        ("simulate pendulum --friction low", "'--friction': give a number, without a unit"),
         ("simulate pendulum --seed 1.5", "Invalid value for '--seed': give a whole number"),
         ("simulate pendulum --law cubic", "Invalid value for '--law': 'cubic' is not one of"),
         ("simulate", "Missing argument 'FIGURE'"),

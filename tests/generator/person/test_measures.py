@@ -186,10 +186,10 @@ def test_measured_dimensions_are_refused_or_give_a_body_in_order(
 
 
 def test_a_stature_and_a_mass_beyond_the_sample_are_warnings_with_its_limits():
-    measures = estimate_measures(Sex.MALE, 0.9, 200.0)
+    measures = estimate_measures(Sex.MALE, 1.2, 140.0)
     short, heavy = measures.warnings
-    assert "a stature of 0.9 m is beyond 1.62 to 1.89 m" in short
-    assert "a mass of 200 kg is beyond 57.1 to 114 kg" in heavy
+    assert "a stature of 1.2 m is beyond 1.62 to 1.89 m" in short
+    assert "a mass of 140 kg is beyond 57.1 to 114 kg" in heavy
     assert "4082 men" in short
     (tall,) = estimate_measures(Sex.FEMALE, 1.8, 70.0).warnings
     assert "beyond 1.5 to 1.76 m" in tall
@@ -216,12 +216,14 @@ def test_a_dimension_far_from_the_expected_one_is_a_warning():
         (0.1, 5.0, "a stature of 0.1 m"),
         (5.0, 75.0, "a stature of 5 m"),
         (nan, 75.0, "a stature of nan m"),
-        (1.75, 0.0, "a mass of 0 kg is impossible; it must be from 1 kg to 1000 kg"),
+        (175.0, 75.0, "a stature of 175 m .* to 3 m; did you mean 1.75 m\\?$"),
+        (1.75, 0.0, "a mass of 0 kg is impossible at a stature of 1.75 m; it must be .* 306.2 kg$"),
+        (1.75, 765.0, "a mass of 765 kg .* from 24.5 kg to 306.2 kg; did you mean 76.5 kg\\?$"),
         (1.75, 2000.0, "a mass of 2000 kg"),
         (1.75, -inf, "a mass of -inf kg"),
         (1.75, nan, "a mass of nan kg"),
-        (2.5, 5.0, "a mass of 5 kg is impossible at a stature of 2.5 m; .* 50.0 kg to 1000.0 kg"),
-        (0.5, 300.0, "a mass of 300 kg is impossible .* it must be from 2.0 kg to 62.5 kg"),
+        (2.5, 5.0, "a mass of 5 kg is impossible at a stature of 2.5 m; .* 50.0 kg to 625.0 kg"),
+        (0.5, 300.0, "a mass of 300 kg is impossible .* it must be from 2.0 kg to 25.0 kg"),
     ],
 )
 def test_nobody_has_such_a_stature_or_mass(stature: float, mass: float, message: str):

@@ -234,6 +234,12 @@ def test_an_interrupted_run_interrupts_the_study(fall: Recording, monkeypatch):
     assert runs == []
 
 
+def test_watch_may_end_a_study_with_the_runs_so_far(fall: Recording, monkeypatch):
+    monkeypatch.setattr(starts, "simulate", lambda *_: fall)
+    study = study_starts(PROTOTYPE, FALL, 5, 0.01, watch=lambda number: number == 2)
+    assert study.max_forces == pytest.approx([fall.contact.max_force] * 2)
+
+
 def test_watch_may_interrupt():
     def watch(number: int) -> None:
         if number == 2:
