@@ -18,7 +18,7 @@
 
   const canvas = byId("body");
   const views = [...byId("views").children];
-  const nothing = { move() {}, recolour() {}, show() {}, place() {}, view() {}, showForces() {}, pose: () => null, props: () => [], triangles: () => 0, forces: () => [] };
+  const nothing = { move() {}, recolour() {}, show() {}, place() {}, view() {}, showForces() {}, pose: () => null, props: () => [], triangles: () => 0, forces: () => [], forceColour: () => null };
   const forces = motions.map((motion) => motion.forces.map((row) => mover.forcesOf(row, times.length)));
   let stage = nothing;
 
@@ -46,7 +46,9 @@
     const isFar = bodies.some((body) => body.isFar);
     const follow = byId("follow");
     follow.checked = isFar;
-    const arrows = bodies.map((body, k) => mover.addArrows(made, forces[k], comparison.arrows, size));
+    // A shade of the body's colour, which is seen before the body.
+    const shade = (k) => new THREE.Color(series(k)).lerp(new THREE.Color(colour("--ink")), 0.4);
+    const arrows = bodies.map((body, k) => mover.addArrows(made, forces[k], comparison.arrows, size, () => shade(k)));
     const areTouched = forces.some((parts) => parts.length);
     byId("forces-choice").hidden = !areTouched;
     bodies.forEach((body, k) => {
@@ -113,7 +115,7 @@
     made.recolour();
     showForces();
     return {
-      move, view, show, place, showForces, forces: (k) => arrows[k].visible(), recolour: made.recolour, triangles: made.triangles,
+      move, view, show, place, showForces, forces: (k) => arrows[k].visible(), forceColour: (k) => arrows[k].colour(), recolour: made.recolour, triangles: made.triangles,
       pose: (k, name) => bodies[k].pose(name),
       props: () => props.map(({ name, userData }) => [name, userData.prop]),
     };
@@ -190,8 +192,13 @@
       const row = element("tr", "", body);
       const heading = element("th", "", row);
       heading.scope = "row";
-      const button = element("button", name, heading);
+      const [first, ...rest] = name.split(" ");
+      const button = element("button", first, heading);
       button.type = "button";
+      if (rest.length) {
+        button.append(" ");
+        element("span", rest.join(" "), button); // stays on one line where it can
+      }
       button.addEventListener("click", () => {
         const k = columns.findIndex((one) => one.name === column);
         if (k >= 0) select(k);
@@ -298,7 +305,7 @@
   /**
    * Handle for scripts and tests: `ready` is a promise; times are in s; `pose(k, name)` is the column-major matrix
    * in the world of a node of body k; `values` are those of the selected column at the present time, `forces(k)` the names of
-   * the parts of body k whose arrows are seen.
+   * the parts of body k whose arrows are seen, in the colour `forceColour(k)`.
    */
   window.page = {
     comparison,
@@ -311,6 +318,7 @@
     pose: (k, name) => stage.pose(k, name),
     props: () => stage.props(),
     forces: (k) => stage.forces(k),
+    forceColour: (k) => stage.forceColour(k),
     triangles: () => stage.triangles(),
     get column() { return columns[selected].name; },
     get time() { return timeLine.time; },

@@ -81,9 +81,9 @@
    * Add arrows of contact forces, parts as `forcesOf` returns them, to the stage; `size` is that of the body [m],
    * `scale` has `metres_per_newton` and the `longest` arrow [m]. Arrows end where the forces act, or
    * with `begin_at_point` begin there, and are drawn over all else. Return their group, how to move and show them, and
-   * the names of those that are seen.
+   * the names of those that are seen, and their colour, which `tint` returns.
    */
-  mover.addArrows = (stage, parts, scale, size) => {
+  mover.addArrows = (stage, parts, scale, size, tint = () => colour("--force")) => {
     const material = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.9, depthTest: false });
     const [shaft, head] = [new THREE.CylinderGeometry(1, 1, 1, 12), new THREE.CylinderGeometry(0, 1, 1, 16)];
     shaft.translate(0, 0.5, 0);
@@ -99,7 +99,7 @@
       return { part, arrow, meshes };
     });
     const [force, point, other] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
-    stage.add(group, () => material.color.set(colour("--force")));
+    stage.add(group, () => material.color.set(tint()));
 
     function move([low, next, share]) {
       for (const { part, arrow, meshes: [line, tip] } of arrows) {
@@ -126,6 +126,7 @@
       move,
       show: (isShown) => (group.visible = isShown),
       visible: () => (group.visible ? arrows.filter(({ arrow }) => arrow.visible).map(({ part }) => part.name) : []),
+      colour: () => material.color.getStyle(),
     };
   };
 })();

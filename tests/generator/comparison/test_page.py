@@ -250,6 +250,7 @@ def test_forces_and_touches_in_a_window(
         assert [tab.evaluate("k => page.forces(k)", k) for k in range(3)] == [
             ["pelvis"], ["pelvis"], [],
         ]  # fmt: skip
+        assert len({tab.evaluate("k => page.forceColour(k)", k) for k in range(2)}) == 2
         text = page.arrow_scale(
             ArrowScale.of_figure(touched.aligned[0].figure, page.first_poses(touched.aligned[0]))
         )["text"]
