@@ -1,7 +1,7 @@
-"""The page of viser's client, with a style for phones and a script that keeps the chosen tab.
+"""The page of viser's client, with a style for phones and a script that chooses tabs.
 
 The library has no option for either: its controls of narrow windows lie over the lower 60 % of the
-page, and their choice of a tab is lost with the window's width.
+page, their choice of a tab is lost with the window's width, and no program can choose one.
 """
 
 import gzip

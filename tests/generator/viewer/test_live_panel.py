@@ -497,7 +497,8 @@ def test_the_body_is_seen_beside_the_panel(run_viewer, browser, width: int, heig
 @pytest.mark.slow
 def test_the_tab_stays_when_the_window_becomes_narrow(run_viewer, open_page):
     """And when it becomes wide again; the figure is framed anew for the room that it has."""
-    page = open_page(run_viewer("male50"))
+    running = run_viewer("male50")
+    page = open_page(running)
     said: list[str] = []
     page.on("pageerror", lambda failure: said.append(str(failure)))
 
@@ -521,6 +522,16 @@ def test_the_tab_stays_when_the_window_becomes_narrow(run_viewer, open_page):
     page.keyboard.press("Enter")
     page.set_viewport_size({"width": 390, "height": 844})
     wait_until(lambda: selected() == ["Body"], 20.0)
+
+    # A double click on a segment opens its sliders, a single one selects it.
+    middle = page.viewport_size["width"] // 2
+    page.wait_for_timeout(2000)
+    page.mouse.dblclick(5, 5)
+    page.mouse.click(middle, 200)
+    wait_until(lambda: running.viewer.segment is not None, 20.0)
+    assert selected() == ["Body"]
+    page.mouse.dblclick(middle, 200)
+    wait_until(lambda: selected() == ["Pose"], 20.0)
     assert said == []
 
 
