@@ -5,13 +5,14 @@ rational factor, so a value in SI is the float nearest to what was written: `2.6
 """
 
 import re
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
-from math import degrees, isfinite, radians
+from math import degrees, frexp, isfinite, radians
 
 from generator.diagnostics import shorten, spelling_hint
 
@@ -351,6 +352,8 @@ _OUTPUT_UNITS: Mapping[Dimension, tuple[str, str]] = {
 """The two units in which a value may be written, the usual one first, then that of SI."""
 
 _WIDE_CONTEXT = Context(prec=60)
+_CONTEXTS = tuple(Context(prec=digits) for digits in range(1, 18))
+"""Contexts that round to 1, 2 and more digits, up to those with which all floats differ."""
 
 
 def format_quantity(value: float, dimension: Dimension) -> str:
@@ -390,8 +393,17 @@ def shortest_decimal(value: float, factor: Fraction) -> str:
         return "0"
     exact = Fraction(value) / factor
     quotient = _WIDE_CONTEXT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
-    texts = (_format_decimal(Context(prec=digits).plus(quotient)) for digits in range(1, 18))
-    return next(text for text in texts if _round_trips(text, factor, value))
+
+    def rounded(digits: int) -> str:
+        return _format_decimal(_CONTEXTS[digits - 1].plus(quotient))
+
+    def is_exact(digits: int) -> bool:
+        return _round_trips(rounded(digits), factor, value)
+
+    counts = range(1, len(_CONTEXTS) + 1)
+    if abs(frexp(value)[0]) == 0.5:  # below a power of two floats are closer than above
+        return rounded(next(filter(is_exact, counts)))
+    return rounded(counts[bisect_left(counts, True, key=is_exact)])
 
 
 def _format_decimal(number: Decimal) -> str:

@@ -8,7 +8,6 @@ and shapes are read from the model in any case.
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -234,11 +233,14 @@ def _canonical_line(path: str, attributes: Mapping[str, str], text: str) -> byte
 
 
 def _canonical_text(text: str) -> str:
-    words = text.split()
-    for k, word in enumerate(words):
-        with suppress(ValueError):
-            words[k] = repr(float(word) + 0.0)
-    return " ".join(words)
+    return " ".join(map(_canonical_word, text.split()))
+
+
+def _canonical_word(word: str) -> str:
+    try:
+        return repr(float(word) + 0.0)
+    except ValueError:
+        return word
 
 
 def imported_from_embedded(

@@ -1,4 +1,6 @@
 import math
+from contextlib import suppress
+from decimal import Context, Decimal
 from fractions import Fraction
 
 import pytest
@@ -21,6 +23,7 @@ from generator.units import (
     format_quantity,
     is_unit_word,
     parse_unit,
+    shortest_decimal,
 )
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -121,6 +124,23 @@ def test_a_number_beyond_the_floats_overflows(text):
 @given(value=FINITE, dimension=st.sampled_from(Dimension))
 def test_a_written_value_reads_back_exactly(value, dimension):
     assert value_of(format_quantity(value, dimension), dimension) == value
+
+
+@given(
+    st.floats(allow_nan=False, allow_infinity=False)
+    | st.integers(-1074, 1023).map(lambda k: 2.0**k),
+    st.sampled_from(["deg", "cm", "kg", "in"]),
+)
+def test_no_shorter_decimal_has_the_value(value: float, unit: str):
+    factor = parse_unit(unit).factor
+    text = shortest_decimal(value, factor)
+    assert convert_to_si(text, factor) == value
+    digits = len(text.partition("e")[0].replace(".", "").strip("-0"))
+    exact = Fraction(value) / factor
+    quotient = Context(prec=60).divide(Decimal(exact.numerator), Decimal(exact.denominator))
+    for fewer in range(1, digits):
+        with suppress(OverflowError):
+            assert convert_to_si(str(Context(prec=fewer).plus(quotient)), factor) != value
 
 
 @pytest.mark.parametrize(

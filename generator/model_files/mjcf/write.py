@@ -263,7 +263,7 @@ def coupled_elements(model: Model) -> CoupledElements:
     losses = Losses("")
     export = build_export_model(model.figure, model.springs, losses)
     sections = {tag: Element(tag) for tag in ("worldbody", "tendon", "actuator")}
-    builder = _BodyWriter(export, losses, sections)
+    builder = _BodyWriter(export, losses, sections, has_axis_springs=False)
     builder.add_bodies()
     found: list[tuple[CoupledSpring, Sequence[Element]]] = []
     for spring in export.springs.coupled:
@@ -307,8 +307,16 @@ class _Hinge(NamedTuple):
 class _BodyWriter:
     """Bodies and their joints, from the ground outwards."""
 
-    def __init__(self, model: ExportModel, losses: Losses, sections: Mapping[str, Element]) -> None:
+    def __init__(
+        self,
+        model: ExportModel,
+        losses: Losses,
+        sections: Mapping[str, Element],
+        *,
+        has_axis_springs: bool = True,
+    ) -> None:
         self._model, self._losses, self._fits = model, losses, FitErrors()
+        self._has_axis_springs = has_axis_springs
         self._tendons, self._actuators = sections["tendon"], sections["actuator"]
         self._law = model.springs.law
         world = sections["worldbody"]
@@ -463,7 +471,7 @@ class _BodyWriter:
             # MuJoCo does not enforce the limits: our springs do.
             if ends := _limits(joint, k):
                 element.attrib |= {"limited": "false", "range": format_numbers(ends)}
-            if k in laws.uncoupled:
+            if k in laws.uncoupled and self._has_axis_springs:
                 self._add_axis_spring(element, joint, k, laws.uncoupled[k], springs)
         if laws.combined:
             self._add_rotation_springs(ball, joint, springs, laws.of_vector)
