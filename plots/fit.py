@@ -1,5 +1,6 @@
 """`mover fit`: fit a curve to measured moments, and write it as a spring and a picture."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -255,7 +256,10 @@ def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None
 
 
 def _check_joints(output: Path, joints: Sequence[str]) -> None:
-    """Raise UsageError for a joint of no figure, shipped or beside the springs file."""
+    """Raise UsageError for a joint of no figure, shipped or beside the springs file, or twice."""
+    for name, count in Counter(joints).items():
+        if count > 1:
+            raise UsageError(f"--joint {shorten(name)}: the joint is named twice")
     known = {name for one in FIGURE_FILE.shipped() for name in FIGURE_FILE.read(one).joints}
     if known.issuperset(joints):
         return

@@ -44,6 +44,9 @@ errors, with which a run takes minutes or fails."""
 MAX_DAMPING = {"N m s/rad": 1e4, "N m": 1e4, "N s/m": 1e6, "N": 1e6}
 """Largest damping and friction by their units; larger ones are typing errors."""
 
+MAX_OFFSET = {"deg": 360.0, "cm": 100.0}
+"""Largest shift of an elastic curve by its units; beyond a turn exponentials overflow."""
+
 _FACTOR = NumberRow("factor", 0.0, MAX_FACTOR)
 _FACTORS = {
     Quantity.SCALE,
@@ -149,6 +152,9 @@ def _row(path: ParameterPath) -> NumberRow | None:
             return VARYING_OPTIONS[path.text]
         case Quantity.FRICTION | Quantity.STIFFNESS:
             return SURFACE_NUMBERS[path.quantity]
+        case Quantity.OFFSET:
+            most = MAX_OFFSET[path.unit]
+            return NumberRow(path.quantity, -most, most, f" {path.unit}")
         case Quantity.VISCOUS | Quantity.COULOMB:
             return NumberRow(path.quantity, 0.0, MAX_DAMPING[path.unit], f" {path.unit}")
         case quantity if quantity in _FACTORS:

@@ -349,6 +349,7 @@ def test_impossible_value(path: str, value: float, reason: str) -> None:
         ("springs.scale", -0.5, "must be from 0 to 1000, not -0.5"),
         ("segments.mass_scale", 1001.0, "must be from 0 to 1000, not 1001"),
         ("springs.knee.viscous_Nms_rad", 1e12, "must be from 0 to 10000 N m s/rad, not 1e+12"),
+        ("springs.knee.offset_deg", 1e5, "must be from -360 to 360 deg, not 100000"),
         ("springs.knee.coulomb_Nm", -1.0, "must be from 0 to 10000 N m, not -1"),
         ("floor.friction", 50.0, "must be from 0 to 10, not 50"),
         ("floor.stiffness", 0.0, "must be from 1 to 1e+09 N/m, not 0"),
