@@ -38,6 +38,18 @@ def contents(folder: Path) -> dict[Path, bytes | None]:
     return {path: path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}
 
 
+def replace_in_file(path: Path, old: str, new: str) -> None:
+    """Replace text in a file that other workers change at the same time."""
+    import fcntl  # not on Windows, where nobody rewrites these files
+
+    with path.open("r+", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        text = file.read()
+        file.seek(0)
+        file.write(text.replace(old, new))
+        file.truncate()
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(shutil.copytree(REFUSALS / "files", tmp_path_factory.mktemp("refused") / "files"))
@@ -60,8 +72,7 @@ def test_a_refusal_says_why_and_changes_no_file(
     said = result.stderr.replace(str(FIGURES), "FIGURES").rstrip("\n")
     fresh = f"[{result.exit_code}] {line}\n{said}\n"
     if request.config.getoption("--update-expected"):
-        text = path.read_text(encoding="utf-8")
-        path.write_text(text.replace(record, fresh), encoding="utf-8")
+        replace_in_file(path, record, fresh)
     else:
         assert fresh == record
     data = json.loads(result.stdout)
