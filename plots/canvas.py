@@ -176,14 +176,8 @@ def create_panels(
         share_rows: whether the panels of a row share the y axis.
     """
     figure = create_canvas(height)
-    panels = figure.subplots(
-        rows,
-        columns,
-        sharex="col",
-        sharey="row" if share_rows else "none",
-        squeeze=False,
-        height_ratios=heights or None,
-    )
+    shared: Look = {"sharex": "col", "sharey": "row" if share_rows else "none"}
+    panels = figure.subplots(rows, columns, squeeze=False, height_ratios=heights or None, **shared)
     return figure, [list(row) for row in panels]
 
 
@@ -211,9 +205,8 @@ def draw_curve(
     slack = 1e-9 * (1.0 + np.abs(x).max())
     inside = (x >= low - slack) & (x <= high + slack)
     if inside.any():
-        axes.plot(
-            x, np.where(inside, y, np.nan), style.dash, color=style.colour, lw=width, label=label
-        )
+        known = np.where(inside, y, np.nan)
+        axes.plot(x, known, style.dash, color=style.colour, lw=width, label=label)
         label = "_"
     # The dotted part begins at the last known point, so that no gap is left.
     edge = np.convolve(~inside, [True, True, True], mode="same")
@@ -295,14 +288,8 @@ def add_legend_above(figure: Figure, axes: Axes, handles: Sequence[Artist]) -> N
     if current_medium().is_narrow:
         figure.legend(handles=handles, loc="outside upper left", fontsize=6.5, borderaxespad=0.2)
         return
-    axes.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=2,
-        borderaxespad=0.0,
-        fontsize=7.5,
-    )
+    place: Look = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.0}
+    axes.legend(handles=handles, ncols=2, fontsize=7.5, **place)
 
 
 def add_title(figure: Figure, title: str) -> None:
@@ -336,11 +323,10 @@ def add_footer(figure: Figure, sign: str, references: Sequence[str]) -> None:
 
 def draw_plate(plate: Plate) -> DrawnPlate:
     """Draw a plate with its title; the same plate gives the same bytes."""
+    is_paper = current_medium().is_paper
     with plot_style():
         add_title(plate.figure, plate.title)
-    is_paper = current_medium().is_paper
-    if is_paper:
-        with plot_style():
+        if is_paper:
             prepare_for_paper(plate.figure)
     return DrawnPlate(
         name=plate.name,

@@ -1,19 +1,14 @@
 """Facts of falls by people and dummies (`plots/data/fall_facts.toml`), a row each."""
 
 import tomllib
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from importlib.resources import files
-from math import isfinite
-from typing import Any, cast
+from typing import Any
 
 from springs.published.reference import Sureness
-
-
-class FallFactError(ValueError):
-    """A row of the file is wrong; the sentence names the row."""
 
 
 class Use(StrEnum):
@@ -77,49 +72,25 @@ class Quantity:
     group: Group
 
 
+_PARTS = ("pelvis", "head", "hand")
+_ACCELERATIONS = ["head_acceleration_g", "single_head_acceleration_g"]
 QUANTITIES: Mapping[str, Quantity] = {
-    **{
-        f"{part}_speed_m_per_s": Quantity("m/s", 1.0, Group.SPEEDS)
-        for part in ("pelvis", "head", "hand")
-    },
-    **{name: Quantity("ms", 1.0, Group.TIMES) for name in ("descent_ms", "hand_lead_ms")},
-    **{
-        f"{part}_hit_share": Quantity("%", 100.0, Group.SHARES)
-        for part in ("head", "hand", "pelvis")
-    },
-    **{name: Quantity("kN", 1e-3, Group.HIPS) for name in ("hip_force_N", "floor_force_N")},
-    **{
-        name: Quantity("kN", 1e-3, Group.HEAD_FORCES)
-        for name in ("head_force_N", "single_head_force_N")
-    },
-    **{
-        name: Quantity("g", 1.0, Group.HEAD_ACCELERATIONS)
-        for name in ("head_acceleration_g", "single_head_acceleration_g")
-    },
+    name: Quantity(unit, factor, group)
+    for unit, factor, group, names in (
+        ("m/s", 1.0, Group.SPEEDS, [f"{part}_speed_m_per_s" for part in _PARTS]),
+        ("ms", 1.0, Group.TIMES, ["descent_ms", "hand_lead_ms"]),
+        ("%", 100.0, Group.SHARES, [f"{part}_hit_share" for part in _PARTS]),
+        ("kN", 1e-3, Group.HIPS, ["hip_force_N", "floor_force_N"]),
+        ("kN", 1e-3, Group.HEAD_FORCES, ["head_force_N", "single_head_force_N"]),
+        ("g", 1.0, Group.HEAD_ACCELERATIONS, _ACCELERATIONS),
+    )
+    for name in names
 }
 """Quantities by name: keys of `falls` in the JSON of many falls, and three of other runs."""
 
 RATIO_UNIT = "1"
 
 _OF_DIRECTIONS = (Rule.ODDS, Rule.RATIO)
-
-_NEEDED: Mapping[Rule, Collection[str]] = {
-    Rule.MEAN: ("mean",),
-    Rule.SHARE: ("low", "high"),
-    Rule.ODDS: ("mean", "low", "high", "directions"),
-    Rule.RATIO: ("mean", "directions"),
-    Rule.INTERVAL: ("low", "high"),
-    Rule.VALUE: ("mean", "floor_kN_m"),
-    Rule.ENDS: ("low", "high"),
-}
-"""Keys that a row with a rule has."""
-
-_ALLOWED: Mapping[Rule, Collection[str]] = {
-    Rule.MEAN: ("sd", "n", "direction"),
-    Rule.SHARE: ("direction",),
-    Rule.INTERVAL: ("direction",),
-}
-"""Keys that it may have beside."""
 
 
 @dataclass(frozen=True)
@@ -178,6 +149,17 @@ class FallFact:
     direction: Direction | None = None
     directions: tuple[Direction, Direction] | None = None
     floor: float | None = None
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a fact whose parts contradict each other."""
+        unit = RATIO_UNIT if self.rule in _OF_DIRECTIONS else QUANTITIES[self.quantity].unit
+        if self.unit != unit:
+            raise ValueError(f"{self.key}: its numbers are in `{unit}`, not in `{self.unit}`")
+        low, high = self.span
+        if not low <= (low if self.mean is None else self.mean) <= high:
+            raise ValueError(f"{self.key}: its mean is not within {low:g} to {high:g}")
+        if (self.use is Use.SETS) != bool(self.parameter):
+            raise ValueError(f"{self.key}: what sets a parameter names it, and a test has none")
 
     @property
     def group(self) -> Group:
@@ -246,31 +228,13 @@ def fall_facts() -> FallFacts:
 
 
 def parse_fall_facts(data: Mapping[str, Any]) -> FallFacts:
-    """Read the facts of a parsed file.
+    """Read the facts of a parsed file. Raises KeyError, TypeError and ValueError."""
+    sources = {key: FallSource(key, row["reference"]) for key, row in data["source"].items()}
+    facts = tuple(_fact(row, sources) for row in data["fact"])
+    if len({fact.key for fact in facts}) != len(facts):
+        raise ValueError("two facts have the same key")
+    return FallFacts(facts)
 
-    Raises FallFactError for a row that is wrong.
-    """
-    _check_keys("the file", data, ("source", "fact"), ())
-    sources: dict[str, FallSource] = {}
-    for key, row in data["source"].items():
-        name = f"source `{key}`"
-        _check_keys(name, row, ("reference",), ())
-        sources[key] = FallSource(key, _text(name, row, "reference"))
-    facts = [_fact(number, row, sources) for number, row in enumerate(data["fact"], start=1)]
-    keys = [fact.key for fact in facts]
-    for number, key in enumerate(keys, start=1):
-        if key in keys[: number - 1]:
-            raise FallFactError(f"fact {number}: `{key}` is the key of another fact as well")
-    unused = sources.keys() - {fact.source.key for fact in facts}
-    if unused:
-        raise FallFactError(f"source `{min(unused)}`: no fact has it")
-    return FallFacts(tuple(facts))
-
-
-_TEXTS = ("key", "name", "quantity", "unit", "source", "falls", "rule", "sureness", "use")
-_OPTIONAL = tuple(field.name for field in fields(FallFact) if field.default is not MISSING)
-_FILE_NAMES = {"floor": "floor_kN_m"}
-"""Keys in the file of fields with another name."""
 
 _CHOICES: Mapping[str, type[StrEnum]] = {
     "falls": Falls,
@@ -281,105 +245,12 @@ _CHOICES: Mapping[str, type[StrEnum]] = {
 }
 
 
-def _fact(number: int, row: Mapping[str, Any], sources: Mapping[str, FallSource]) -> FallFact:
-    """Return the fact of a row. Raises FallFactError."""
-    key = row.get("key")
-    name = f"fact {number} (`{key}`)" if isinstance(key, str) else f"fact {number}"
-    optional = [_FILE_NAMES.get(one, one) for one in _OPTIONAL]
-    _check_keys(name, row, _TEXTS, optional)
-    values: dict[str, Any] = {key: _text(name, row, key) for key in _TEXTS}
-    for key in _CHOICES.keys() & row.keys():
-        values[key] = _choice(name, key, row[key])
-    values["source"] = _known(name, "source", values["source"], sources)
-    for field in ("mean", "sd", "low", "high", "floor"):
-        if (key := _FILE_NAMES.get(field, field)) in row:
-            values[field] = _number(name, key, row[key])
-    if "n" in row:
-        values["n"] = _count(name, row["n"])
+def _fact(row: Mapping[str, Any], sources: Mapping[str, FallSource]) -> FallFact:
+    values: dict[str, Any] = {
+        key: _CHOICES[key](cell) if key in _CHOICES else cell for key, cell in row.items()
+    }
+    values["source"] = sources[row["source"]]
     if "directions" in row:
-        values["directions"] = _directions(name, row["directions"])
-    if "parameter" in row:
-        values["parameter"] = _text(name, row, "parameter")
-    made = FallFact(**values)
-    _check_fact(name, made, row)
-    return made
-
-
-def _check_fact(name: str, fact: FallFact, row: Mapping[str, Any]) -> None:
-    """Check what a row says as a whole. Raises FallFactError."""
-    quantity = _known(name, "quantity", fact.quantity, QUANTITIES)
-    unit = RATIO_UNIT if fact.rule in _OF_DIRECTIONS else quantity.unit
-    if fact.unit != unit:
-        raise FallFactError(f"{name}: unit is `{fact.unit}`, but its numbers are in `{unit}`")
-    numbers = ("mean", "sd", "n", "low", "high", "direction", "directions", "floor_kN_m")
-    needed, allowed = _NEEDED[fact.rule], _ALLOWED.get(fact.rule, ())
-    for key in numbers:
-        if key in needed and key not in row:
-            raise FallFactError(f"{name}: rule `{fact.rule}` needs `{key}`")
-        if key in row and key not in (*needed, *allowed):
-            raise FallFactError(f"{name}: rule `{fact.rule}` has no use for `{key}`")
-    for key, value in (("sd", fact.sd), ("floor_kN_m", fact.floor)):
-        if value is not None and not value > 0.0:
-            raise FallFactError(f"{name}: {key} must be positive, not {value:g}")
-    if fact.n is not None and fact.sd is None:
-        raise FallFactError(f"{name}: `n` without `sd`")
-    if fact.low is not None and fact.high is not None:
-        middle = fact.low if fact.mean is None else fact.mean
-        if not fact.low <= middle <= fact.high:
-            ends = f"{fact.low:g} to {fact.high:g}"
-            raise FallFactError(f"{name}: nothing, or not its mean, is within {ends}")
-    if fact.rule in _OF_DIRECTIONS and not (fact.low or fact.mean or 0.0) > 0.0:
-        raise FallFactError(f"{name}: a ratio is positive")
-    if (fact.use is Use.SETS) != bool(fact.parameter):
-        raise FallFactError(f"{name}: what sets a parameter names it, and a test has none")
-
-
-def _check_keys(name: str, row: Any, needed: Collection[str], optional: Collection[str]) -> None:
-    if not isinstance(row, Mapping):
-        raise FallFactError(f"{name}: a table is needed, not {row!r}")
-    keys = [str(key) for key in cast("Mapping[str, Any]", row)]
-    for key in needed:
-        if key not in keys:
-            raise FallFactError(f"{name}: `{key}` is missing")
-    for key in keys:
-        if key not in needed and key not in optional:
-            raise FallFactError(f"{name}: unknown key `{key}`")
-
-
-def _text(name: str, row: Mapping[str, Any], key: str) -> str:
-    value = row[key]
-    if not isinstance(value, str) or not value.strip():
-        raise FallFactError(f"{name}: {key} must be a text, not {value!r}")
-    return value
-
-
-def _number(name: str, key: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise FallFactError(f"{name}: {key} must be a finite number, not {value!r}")
-    return float(value)
-
-
-def _count(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 2:
-        raise FallFactError(f"{name}: n must be an integer from 2 on, not {value!r}")
-    return value
-
-
-def _choice(name: str, key: str, value: Any) -> StrEnum:
-    choices = [str(one) for one in _CHOICES[key]]
-    if value not in choices:
-        raise FallFactError(f"{name}: {key} is one of {', '.join(choices)}, not {value!r}")
-    return _CHOICES[key](value)
-
-
-def _directions(name: str, value: Any) -> tuple[Direction, Direction]:
-    if not isinstance(value, list) or len(pair := [*value]) != 2 or pair[0] == pair[1]:  # pyright: ignore
-        raise FallFactError(f"{name}: directions are two different ones, not {value!r}")
-    first, second = (_choice(name, "direction", one) for one in pair)  # pyright: ignore
-    return Direction(first), Direction(second)
-
-
-def _known(name: str, key: str, value: str, known: Mapping[str, Any]) -> Any:
-    if value not in known:
-        raise FallFactError(f"{name}: unknown {key} `{value}`")
-    return known[value]
+        values["directions"] = tuple(map(Direction, row["directions"]))
+    floor = values.pop("floor_kN_m", None)
+    return FallFact(**values, floor=floor)

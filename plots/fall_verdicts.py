@@ -29,6 +29,7 @@ from generator.cli.falls import share_interval
 from generator.study.falls import summarize
 from plots.fall_facts import (
     QUANTITIES,
+    RATIO_UNIT,
     Direction,
     FallFact,
     FallFacts,
@@ -191,10 +192,8 @@ class Comparison:
     def outcome(self) -> Outcome:
         """Outcome of all criteria."""
         outcomes = [one.claim.outcome for one in self.criteria]
-        for outcome in (Outcome.INCOMPARABLE, Outcome.DIFFERS):
-            if outcome in outcomes:
-                return outcome
-        return Outcome.AGREES
+        order = (Outcome.INCOMPARABLE, Outcome.DIFFERS)
+        return next((one for one in order if one in outcomes), Outcome.AGREES)
 
     @property
     def failing(self) -> list[str]:
@@ -204,13 +203,9 @@ class Comparison:
     @property
     def verdict(self) -> str:
         """Outcome in words, with what differs."""
-        match self.outcome:
-            case Outcome.AGREES:
-                return "agrees"
-            case Outcome.DIFFERS:
-                return f"differs: {', '.join(self.failing)}"
-            case _:
-                return "not judged"
+        if self.outcome is Outcome.DIFFERS:
+            return f"differs: {', '.join(self.failing)}"
+        return "agrees" if self.outcome is Outcome.AGREES else "not judged"
 
 
 def sample(tables: FallTables, fact: FallFact, body: str, falls: Falls) -> Array:
@@ -262,34 +257,31 @@ def _hits(
     return int(hits.sum()), int(hits.size)
 
 
+_GROUP_WORDS: Mapping[Group, str] = {
+    Group.SPEEDS: "Speed at the first touch",
+    Group.TIMES: "Time",
+    Group.SHARES: "Share of falls",
+    Group.RATIOS: "Ratio",
+    Group.HIPS: "Force",
+    Group.HEAD_FORCES: "Force",
+    Group.HEAD_ACCELERATIONS: "Acceleration",
+}
+
+
 def compare(tables: FallTables, fact: FallFact, body: str) -> Comparison:
     """Return the comparison of a body with a fact."""
-    words = f"{_GROUP_WORDS[fact.group]}{fact.name}, {body}"
-    match fact.rule:
-        case Rule.MEAN:
-            return _compare_mean(tables, fact, body, words)
-        case Rule.INTERVAL:
-            return _compare_interval(tables, fact, body, words)
-        case Rule.SHARE:
-            found = share(tables, fact, body, fact.falls)
-            return _compare_overlap(fact, body, words, found)
-        case Rule.ODDS | Rule.RATIO:
-            return _compare_overlap(fact, body, words, ratio(tables, fact, body, fact.falls))
-        case Rule.VALUE | Rule.ENDS:
-            return _compare_values(tables, fact, body, words)
-        case _:
-            assert_never(fact.rule)
-
-
-_GROUP_WORDS: Mapping[Group, str] = {
-    Group.SPEEDS: "Speed at the first touch: ",
-    Group.TIMES: "Time: ",
-    Group.SHARES: "Share of falls: ",
-    Group.RATIOS: "Ratio: ",
-    Group.HIPS: "Force: ",
-    Group.HEAD_FORCES: "Force: ",
-    Group.HEAD_ACCELERATIONS: "Acceleration: ",
-}
+    words = f"{_GROUP_WORDS[fact.group]}: {fact.name}, {body}"
+    measured, judged = _judge(tables, fact, body)
+    if isinstance(judged, str):
+        sentence = f"{words}: {measured or 'no number'} (published: {fact.value_text})"
+        criteria = [Criterion("", incomparable_claim(sentence, judged))]
+        return Comparison(fact, body, criteria, measured)
+    unit, kind = "" if fact.unit == RATIO_UNIT else fact.unit, ClaimKind.COMPARISON
+    criteria = [
+        Criterion(label, Claim(f"{words}: {sentence}", value, unit, low, high, kind=kind))
+        for label, sentence, value, low, high in judged
+    ]
+    return Comparison(fact, body, criteria, measured)
 
 
 def compare_all(tables: FallTables, facts: FallFacts) -> list[Comparison]:
@@ -297,100 +289,74 @@ def compare_all(tables: FallTables, facts: FallFacts) -> list[Comparison]:
     return [compare(tables, fact, body) for fact in facts.facts for body in tables.names]
 
 
-def _claim(
-    sentence: str, measured: float, unit: str, low: float = -inf, high: float = inf
-) -> Claim:
-    return Claim(
-        sentence,
-        measured,
-        "" if unit == "1" else unit,
-        at_least=low,
-        at_most=high,
-        kind=ClaimKind.COMPARISON,
-    )
+_Judged = tuple[str, str | Sequence[tuple[str, str, float, float, float]]]
+"""Numbers of a body in words, and label, sentence, number and bounds of each criterion, or why none
+is judged."""
 
 
-def _unjudged(fact: FallFact, body: str, words: str, obstacle: str, measured: str) -> Comparison:
-    sentence = f"{words}: {measured or 'no number'} (published: {fact.value_text})"
-    claim = incomparable_claim(sentence, obstacle)
-    return Comparison(fact, body, [Criterion("", claim)], measured)
+def _judge(tables: FallTables, fact: FallFact, body: str) -> _Judged:
+    match fact.rule:
+        case Rule.MEAN | Rule.INTERVAL:
+            values = sample(tables, fact, body, fact.falls)
+            if values.size < FEWEST:
+                return "", TOO_FEW
+            return (_judge_mean if fact.rule is Rule.MEAN else _judge_interval)(fact, values)
+        case Rule.SHARE | Rule.ODDS | Rule.RATIO:
+            estimate = share if fact.rule is Rule.SHARE else ratio
+            found = estimate(tables, fact, body, fact.falls)
+            return ("", TOO_FEW) if found is None else _judge_overlap(fact, found)
+        case Rule.VALUE | Rule.ENDS:
+            return _judge_values(fact, single_values(tables, fact, body))
+        case _:
+            assert_never(fact.rule)
 
 
-def _compare_mean(tables: FallTables, fact: FallFact, body: str, words: str) -> Comparison:
-    values = sample(tables, fact, body, fact.falls)
-    if values.size < FEWEST:
-        return _unjudged(fact, body, words, TOO_FEW, "")
+def _judge_mean(fact: FallFact, values: Array) -> _Judged:
     mean, sd = summarize(values)
     measured = f"{_number(mean)} ({_number(sd)})"
-    assert fact.mean is not None
     if fact.sd is None:
-        return _unjudged(fact, body, words, NO_SPREAD, measured)
-    sentence = f"{words}: mean, within one SD of {fact.value_text}"
-    claim = _claim(sentence, mean, fact.unit, fact.mean - fact.sd, fact.mean + fact.sd)
-    criteria = [Criterion("mean", claim)]
+        return measured, NO_SPREAD
+    judged = [("mean", f"mean, within one SD of {fact.value_text}", mean, *fact.span)]
     if fact.n is not None:
-        sentence = f"{words}: SD, within the 95 % interval of an SD of {fact.sd:g}, n {fact.n}"
-        claim = _claim(sentence, sd, fact.unit, *sd_interval(fact.sd, fact.n))
-        criteria.append(Criterion("spread", claim))
-    return Comparison(fact, body, criteria, measured)
+        sentence = f"SD, within the 95 % interval of an SD of {fact.sd:g}, n {fact.n}"
+        judged.append(("spread", sentence, sd, *sd_interval(fact.sd, fact.n)))
+    return measured, judged
 
 
-def _compare_interval(tables: FallTables, fact: FallFact, body: str, words: str) -> Comparison:
-    values = sample(tables, fact, body, fact.falls)
-    if values.size < FEWEST:
-        return _unjudged(fact, body, words, TOO_FEW, "")
-    low, median, high = np.percentile(values, [2.5, 50.0, 97.5])
-    assert fact.low is not None
-    assert fact.high is not None
-    sentence = f"{words}: median, within {fact.value_text}"
-    claim = _claim(sentence, float(median), fact.unit, fact.low, fact.high)
+def _judge_interval(fact: FallFact, values: Array) -> _Judged:
+    low, median, high = np.percentile(values, [2.5, 50.0, 97.5]).tolist()
     measured = f"{_number(median)}, {_number(low)} to {_number(high)}"
-    return Comparison(fact, body, [Criterion("median", claim)], measured)
+    return measured, [("median", f"median, within {fact.value_text}", median, *fact.span)]
 
 
-def _compare_overlap(fact: FallFact, body: str, words: str, found: Interval | None) -> Comparison:
-    if found is None:
-        return _unjudged(fact, body, words, TOO_FEW, "")
-    unit = "" if fact.unit == "1" else f" {fact.unit}"
-    interval = f"{_number(found.low)} to {_number(found.high)}"
-    measured = f"{_number(found.value)} ({interval})"
-    sentence = (
-        f"{words}: {measured}{unit}, published {fact.value_text}: distance between the intervals"
-    )
-    distance = gap((found.low, found.high), fact.span)
-    criteria = [Criterion(fact.rule.value, _claim(sentence, distance, fact.unit, high=0.0))]
-    if fact.rule is Rule.ODDS and not fact.span[0] <= 1.0 <= fact.span[1]:
-        is_above = fact.span[0] > 1.0
-        side = f"{words}: {'above' if is_above else 'below'} 1, as published"
-        low, high = (1.0, inf) if is_above else (-inf, 1.0)
-        criteria.append(Criterion("side", _claim(side, found.value, fact.unit, low, high)))
-    return Comparison(fact, body, criteria, measured)
+def _judge_overlap(fact: FallFact, found: Interval) -> _Judged:
+    unit = "" if fact.unit == RATIO_UNIT else f" {fact.unit}"
+    measured = f"{_number(found.value)} ({_number(found.low)} to {_number(found.high)})"
+    sentence = f"{measured}{unit}, published {fact.value_text}: distance between the intervals"
+    distance, (low, high) = gap((found.low, found.high), fact.span), fact.span
+    judged = [(fact.rule.value, sentence, distance, -inf, 0.0)]
+    if fact.rule is Rule.ODDS and not low <= 1.0 <= high:
+        side, ends = ("above", (1.0, inf)) if low > 1.0 else ("below", (-inf, 1.0))
+        judged.append(("side", f"{side} 1, as published", found.value, *ends))
+    return measured, judged
 
 
-_END_LABELS = ("low end", "high end")
-
-
-def _compare_values(tables: FallTables, fact: FallFact, body: str, words: str) -> Comparison:
-    values = single_values(tables, fact, body)
+def _judge_values(fact: FallFact, values: Sequence[float]) -> _Judged:
     if not values:
-        return _unjudged(fact, body, words, NO_PARTS, "")
-    is_pair = fact.rule is Rule.ENDS
-    published = fact.span if is_pair else (fact.span[0],)
-    labels = _END_LABELS if is_pair else ("force",)
-    criteria = [
-        Criterion(
+        return "", NO_PARTS
+    labels = ("low end", "high end") if fact.rule is Rule.ENDS else ("force",)
+    within = f"within {100.0 * TOLERANCE:g} % of"
+    judged = [
+        (
             label,
-            _claim(
-                f"{words}: {label}, within {100.0 * TOLERANCE:g} % of {other:g} {fact.unit}",
-                value,
-                fact.unit,
-                (1.0 - TOLERANCE) * other,
-                (1.0 + TOLERANCE) * other,
-            ),
+            f"{label}, {within} {other:g} {fact.unit}",
+            value,
+            (1.0 - TOLERANCE) * other,
+            (1.0 + TOLERANCE) * other,
         )
-        for label, value, other in zip(labels, values, published, strict=True)
+        for label, value, other in zip(labels, values, fact.span, strict=False)
     ]
-    return Comparison(fact, body, criteria, " and ".join(map(_number, values)))
+    return " and ".join(map(_number, values)), judged
 
 
 def _number(value: float) -> str:

@@ -19,7 +19,6 @@ from generator.geometry.intersections import triangulate
 from generator.geometry.primitives import arrow
 from generator.geometry.surface import Surface, build_edges, build_tetrahedra
 from generator.losses import Loss
-from generator.recording import Recording
 from generator.rotations import Array
 
 PROP, GROUND, FORCE = (*PROP_COLOUR, 0.0), (*FLOOR_COLOUR, 1.0), (*FORCE_COLOUR, 0.0)
@@ -238,12 +237,9 @@ class _Triangles:
     colours: Array
 
 
-def strip_image(
-    figure: Figure, recording: Recording, frames: Sequence[int], strip: Strip, scene: Scene
-) -> NDArray[np.uint8]:
-    """Draw frames of a motion, as `draw_moments` does."""
-    moments = [{name: poses[frame] for name, poses in recording.poses.items()} for frame in frames]
-    return draw_moments(Body.of_figure(figure), moments, strip, scene)
+def poses_at(poses: Mapping[str, Array], frames: Sequence[int]) -> list[Poses]:
+    """Return the poses of segments at frames of a motion, from those of all, shape (n, 4, 4)."""
+    return [{name: each[frame] for name, each in poses.items()} for frame in frames]
 
 
 def arrow_triangles(ends: Array, scale: ArrowScale) -> Array:
@@ -286,19 +282,16 @@ def draw_moments(
     for place, poses in enumerate(moments):
         shift = place * strip.spacing * view.axes[0]
         corners, normals = body.place(poses)
-        for part in (
-            _Triangles(corners, _lit(normals, body.colours[:, None], np.zeros(1), view)),
-            *(_shape_triangles(shape, PROP, view) for shape in shapes),
-        ):
+        own = _Triangles(corners, _lit(normals, body.colours[:, None], np.zeros(1), view))
+        for part in (own, *(_shape_triangles(shape, PROP, view) for shape in shapes)):
             parts.append(_Triangles(part.corners + shift, part.colours))
     shades = _Shades.below(np.concatenate([part.corners for part in parts]))
     if strip.floor is not None:
         parts.append(_floor_triangles(strip, len(moments)))
     for place, triangles in enumerate(arrows):
         shift = place * strip.spacing * view.axes[0] + _BEFORE_ALL * view.axes[2]
-        parts.append(
-            _Triangles(triangles + shift, np.broadcast_to(FORCE, (*triangles.shape[:2], 4)))
-        )
+        colours = np.broadcast_to(FORCE, (*triangles.shape[:2], 4))
+        parts.append(_Triangles(triangles + shift, colours))
     corners = np.concatenate([part.corners for part in parts])
     colours = np.concatenate([part.colours for part in parts])
     shift = np.array([strip.left, strip.bottom, 0.0])

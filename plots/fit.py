@@ -17,7 +17,7 @@ from generator.diagnostics import MoverError, UsageError, shorten, spelling_hint
 from generator.figure_file.read import FIGURE_FILE
 from generator.input_files.moments import MOMENTS_FILE
 from generator.springs_file.bind import describe_sense_rule
-from generator.springs_file.laws import CubicEntry, EntryLaw, describe_law, law_data
+from generator.springs_file.laws import CubicEntry, describe_law, law_data
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.write import write_springs
 from plots.plate import PICTURE_FORMATS
@@ -64,7 +64,8 @@ class FitResult(CommandResult):
         yield f"{self.data}: {_format_range(self.fitted)}; columns `{angle}` and `{moment}`"
         rows = [["form", "parameters", "rms [N m]", "error at angles left out [N m]"]]
         for one in self.forms:
-            numbers = [_format_number(one[key]) for key in ("rms", "error")]
+            values = (one[key] for key in ("rms", "error"))
+            numbers = ["-" if value is None else f"{value:.4g}" for value in values]
             mark = " (chosen)" if one["form"] == self.form else ""
             rows.append([f"{one['form']}{mark}", str(one["parameters"]), *numbers])
         yield Table(rows)
@@ -79,18 +80,13 @@ class FitResult(CommandResult):
 
     def _points_table(self) -> list[list[str]]:
         """Return the points with the moments of the curves, and what is left of the chosen one."""
+        titles, points = ["moment", "law", "residual"], self.points
         if self.chosen is None or self.form is Form.CUBIC:
-            rows = [["angle [deg]", "moment", "cubic", "residual", *["law"] * bool(self.law)]]
-            rows += [[f"{v:.4g}" for v in row.values()] for row in self.points]
+            titles = ["moment", "cubic", "residual", *["law"] * bool(self.law)]
         else:
-            rows = [["angle [deg]", "moment", "law", "residual"]]
-            rows += [
-                [f"{one['angle_deg']:.4g}", *(f"{v:.4g}" for v in (m, law, m - law))]
-                for one in self.points
-                for m, law in ((one["moment"], one["law"]),)
-            ]
-        rows[0].append("[N m]")
-        return rows
+            points = [one | {"residual": one["moment"] - one["law"]} for one in map(dict, points)]
+        head = ["angle [deg]", *titles, "[N m]"]
+        return [head, *([f"{one[key]:.4g}" for key in ("angle_deg", *titles)] for one in points)]
 
     def _cubic_paragraphs(self) -> Paragraphs:
         """Return the coefficients, the residuals and the rule of the sense."""
@@ -164,10 +160,14 @@ def fit(
         if chosen is None:
             reason = doubts[0] if asked[0].form is Form.CUBIC else asked[0].obstacle
             raise MoverError(f"no spring to write: {reason}; try --passive")
+        law = chosen.law
+        if isinstance(law, Cubic):  # a springs file states its sense and its dead zone
+            law = CubicEntry(law.coefficients, law.sense, law.dead_zone, True)
+        assert law is not None
         entry = SpringEntry(
             joints=tuple(named_joints),
             axis=None if axis is Axis.JOINT else axis.value,
-            law=_entry_law(chosen),
+            law=law,
             motion=motion,
             reference=reference or f"the moments in {moments.name}, of unknown origin",
             why=_describe_fit(fitted, chosen, forms, is_asked=form is not None),
@@ -187,6 +187,10 @@ def fit(
         drawing = draw_fit(fitted, chosen, title, motion, reference)
         contents[plot] = render_figure(drawing, plot.suffix.lower()[1:])
     write_files(contents)
+    data_of_law = None
+    if chosen is not None and chosen.law is not None:
+        beside = {"sense": chosen.sense, "rms": _form_rms(chosen, fitted)}
+        data_of_law = law_data(chosen.law) | beside
     return FitResult(
         data=moments.name,
         columns=dict(zip(("angle", "moment"), moments.titles, strict=True)),
@@ -207,27 +211,13 @@ def fit(
             }
             for one in forms
         ],
-        law=None if chosen is None else _law_data(chosen, fitted),
+        law=data_of_law,
         points=list(_table_rows(fitted, chosen)),
         doubts=doubts,
         files=files,
         fitted=fitted,
         chosen=chosen,
     )
-
-
-def _entry_law(chosen: FormFit) -> EntryLaw:
-    """Return the law of a springs file, which states sense and dead zone of a cubic."""
-    law = chosen.law
-    if isinstance(law, Cubic):
-        return CubicEntry(law.coefficients, law.sense, law.dead_zone, True)
-    assert law is not None
-    return law
-
-
-def _law_data(chosen: FormFit, fitted: CubicFit) -> dict[str, object]:
-    assert chosen.law is not None
-    return law_data(chosen.law) | {"sense": chosen.sense, "rms": _form_rms(chosen, fitted)}
 
 
 def _form_rms(form: FormFit, fitted: CubicFit) -> float | None:
@@ -237,20 +227,20 @@ def _form_rms(form: FormFit, fitted: CubicFit) -> float | None:
     return float(np.sqrt(np.mean((fitted.moments - form.moments(fitted.angles)) ** 2)))
 
 
-def _format_number(value: object) -> str:
-    return "-" if value is None else f"{value:.4g}"
-
-
 def _check_options(output: Path | None, joints: Sequence[str], plot: Path | None) -> None:
-    if output is not None:
-        if not joints:
-            raise UsageError("-o writes the spring of a joint: name the joint with --joint")
-        if output.suffix != ".toml":
-            raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
-    elif joints:
+    if output is not None and not joints:
+        raise UsageError("-o writes the spring of a joint: name the joint with --joint")
+    if output is None and joints:
         raise UsageError("--joint applies to a springs file: add -o FILE.springs.toml")
+    check_fit_outputs(output, plot)
     if output is not None:
         _check_joints(output, joints)
+
+
+def check_fit_outputs(output: Path | None, plot: Path | None) -> None:
+    """Raise UsageError for names that are not those of a springs file and a picture."""
+    if output is not None and output.suffix != ".toml":
+        raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
     if plot is not None and plot.suffix.lower()[1:] not in PICTURE_FORMATS:
         raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
 
@@ -302,10 +292,13 @@ def _format_range(fitted: CubicFit) -> str:
 
 def _table_rows(fitted: CubicFit, chosen: FormFit | None) -> Iterator[dict[str, float]]:
     """One row per point: angle in deg, moments in N m."""
-    columns = [np.degrees(fitted.angles), fitted.moments, fitted.fitted_moments, fitted.residuals]
-    names = ["angle_deg", "moment", "cubic", "residual"]
+    columns = {
+        "angle_deg": np.degrees(fitted.angles),
+        "moment": fitted.moments,
+        "cubic": fitted.fitted_moments,
+        "residual": fitted.residuals,
+    }
     if chosen is not None:
-        columns.append(chosen.moments(fitted.angles))
-        names.append("law")
-    for values in zip(*columns, strict=True):
-        yield {name: float(value) for name, value in zip(names, values, strict=True)}
+        columns["law"] = chosen.moments(fitted.angles)
+    for values in zip(*columns.values(), strict=True):
+        yield dict(zip(columns, map(float, values), strict=True))

@@ -6,13 +6,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, draw_zero_line, plot_style
+from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, Look, draw_zero_line, plot_style
 from springs import Cubic
 from springs.fit import CubicFit
 from springs.fit_forms import Form, FormFit
 
 _POINTS = 400
 _MARGIN = 0.04
+
+
+_MEANINGS = (
+    "M acts on the child: the torque on the child is +M.",
+    "M is the resisting moment: the torque on the child is -M.",
+)
 
 
 def draw_fit(
@@ -26,18 +32,12 @@ def draw_fit(
         upper.set_title(title)
         _draw_residuals(lower, fit, chosen)
         lower.set_xlabel(f"angle [deg]{f', positive in {motion}' if motion else ''}")
-        footer = [_moment_convention(chosen), *([f"Data: {reference}"] if reference else [])]
+        meaning = "M as measured. The cubic restores in neither sense, so it is not a law."
+        if chosen is not None:
+            meaning = _MEANINGS[chosen.sense < 0]
+        footer = [meaning, *([f"Data: {reference}"] if reference else [])]
         figure.supxlabel("\n".join(footer), fontsize=8.0, x=0.01, ha="left", wrap=True)
     return figure
-
-
-def _moment_convention(chosen: FormFit | None) -> str:
-    """The sign convention in words."""
-    if chosen is None:
-        return "M as measured. The cubic restores in neither sense, so it is not a law."
-    if chosen.sense < 0:
-        return "M is the resisting moment: the torque on the child is -M."
-    return "M acts on the child: the torque on the child is +M."
 
 
 def _draw_moments(axes: Axes, fit: CubicFit, chosen: FormFit | None) -> None:
@@ -47,9 +47,8 @@ def _draw_moments(axes: Axes, fit: CubicFit, chosen: FormFit | None) -> None:
     law = None if chosen is None else chosen.law
     if isinstance(law, Cubic) and law.dead_zone is not None:
         low, high = (degrees(np.clip(e, angles[0], angles[-1])) for e in law.dead_zone)
-        axes.axvspan(
-            low, high, facecolor="none", edgecolor=GREY, hatch="///", alpha=0.5, label="dead zone"
-        )
+        look: Look = {"facecolor": "none", "edgecolor": GREY, "hatch": "///", "alpha": 0.5}
+        axes.axvspan(low, high, label="dead zone", **look)
     c0, c1, c2, c3 = fit.coefficients
     cubic = c0 + angles * (c1 + angles * (c2 + angles * c3))
     axes.plot(np.degrees(angles), cubic, color=BLUE, label="cubic")

@@ -53,8 +53,8 @@ from generator.model import Model
 from generator.simulation.plan import Plan
 from generator.simulation.preconditions import import_exudyn
 from generator.study.parameter_paths import Case, ParameterPath, parse_path
+from plots.fit import check_fit_outputs
 from plots.pendulum_test import PendulumTest, pendulum_tests
-from plots.plate import PICTURE_FORMATS
 
 NEGLIGIBLE_CHANGE = 1e-3
 """Change of an estimate with the masses that is printed as 0, in standard deviations."""
@@ -122,18 +122,14 @@ class FitResult(CommandResult):
         masses = GIVEN_TORQUES if fit.has_fitted_masses else GIVEN_MASSES
         yield "\n".join([*_residual_lines(fit), masses])
         yield "\n".join(f"doubt: {doubt}" for doubt in fit_doubts(fit))
-        yield "\n".join([*(f"wrote {path}" for path in self.files), *self._omissions()])
-
-    def _omissions(self) -> Iterator[str]:
-        """Yield the line about the estimates that a springs file does not have."""
-        others = [
-            one.path
-            for one in self.fit.estimates
-            if not one.is_start and not one.path.startswith("springs.")
-        ]
+        lines = [f"wrote {path}" for path in self.files]
+        paths = [one.path for one in fit.estimates if not one.is_start]
+        others = [path for path in paths if not path.startswith("springs.")]
         springs = [path for path in self.files if path.suffix == ".toml"]
         if springs and others:
-            yield f"{springs[0]} has springs only: {', '.join(others)} is in its comment alone"
+            names = ", ".join(others)
+            lines.append(f"{springs[0]} has springs only: {names} is in its comment alone")
+        yield "\n".join(lines)
 
     def details(self) -> Paragraphs:
         """Return tables of the starts and the correlations."""
@@ -219,15 +215,19 @@ def identify(
     The joints are held, then released; time and start angle are estimated too, unless --start and
     --set state them. The options --fit, --set, --velocity and --lock may be repeated.
     """
-    _check_options(output, plot, tolerance, step)
+    given_options({"step": step, "tolerance": tolerance})
+    check_fit_outputs(output, plot)
     limit = WALL_LIMIT if wall_limit is None else wall_limit
     if not limit > 0.0:
         raise UsageError(f"--wall-limit {limit:g}: the limit must be positive")
     deadline = time.monotonic() + limit
     if not fit and (protocol is None or output is not None or plot is not None):
         raise UsageError("nothing to fit: name a quantity, such as --fit springs.knee.scale")
+    noise = None if sd is None else angle_from_option("--sd", sd)
+    if noise is not None and not noise > 0.0:
+        raise UsageError(f"--sd {sd}: the standard deviation of the noise must be positive")
     options = FitOptions(
-        sd=None if sd is None else _noise_from_option(sd),
+        sd=noise,
         starts=starts,
         seed=seed,
         tolerance=tolerance,
@@ -240,7 +240,10 @@ def identify(
     diagnostics += more
     measured, more = read_measured_angles(data, figure)
     diagnostics += more
-    measured = measured.between(*_window(start, stop))
+    for option, value in (("start", start), ("stop", stop)):
+        if value is not None and not isfinite(value):
+            raise UsageError(f"--{option} {value}: the number must be finite")
+    measured = measured.between(-inf if start is None else start, inf if stop is None else stop)
     tests = pendulum_tests(measured) if protocol is Protocol.PENDULUM else ()
     if not fit:
         return SwingResult(name, measured.name, tests or None, diagnostics=diagnostics)
@@ -305,16 +308,6 @@ def identify(
     )
 
 
-def _check_options(
-    output: Path | None, plot: Path | None, tolerance: float | None, step: float | None
-) -> None:
-    given_options({"step": step, "tolerance": tolerance})
-    if output is not None and output.suffix != ".toml":
-        raise UsageError(f"-o {output}: the name of a springs file must end in .springs.toml")
-    if plot is not None and plot.suffix.lower()[1:] not in PICTURE_FORMATS:
-        raise UsageError(f"--plot {plot}: the name of a picture must end in .svg or .png")
-
-
 _FITTED_GROUPS = ("springs", "segments", "pose", "velocity", "gravity")
 
 
@@ -324,20 +317,6 @@ def _parse_fitted_path(text: str, case: Case) -> ParameterPath:
     if group in ("", "floor", "height", "person"):
         raise UsageError(f"--fit {text}: a fit knows {', '.join(_FITTED_GROUPS)}, not `{group}`")
     return parse_path(text, case)
-
-
-def _noise_from_option(text: str) -> float:
-    value = angle_from_option("--sd", text)
-    if not value > 0.0:
-        raise UsageError(f"--sd {text}: the standard deviation of the noise must be positive")
-    return value
-
-
-def _window(start: float | None, stop: float | None) -> tuple[float, float]:
-    for option, value in (("start", start), ("stop", stop)):
-        if value is not None and not isfinite(value):
-            raise UsageError(f"--{option} {value}: the number must be finite")
-    return -inf if start is None else start, inf if stop is None else stop
 
 
 def _estimate_rows(fit: Fit) -> Iterator[list[str]]:
@@ -391,11 +370,9 @@ def _residual_lines(fit: Fit) -> Iterator[str]:
         )
     runs = f"{fit.runs} runs" + (f", {fit.failed_runs} failed" if fit.failed_runs else "")
     best = sum(one.is_best for one in fit.starts)
-    how = (
-        f"tolerance {fit.accuracy.tolerance:g} rad"
-        if fit.accuracy.step is None
-        else f"step {fit.accuracy.step:g} s"
-    )
+    step, how = fit.accuracy.step, f"tolerance {fit.accuracy.tolerance:g} rad"
+    if step is not None:
+        how = f"step {step:g} s"
     bias = max(abs(one.bias) for one in fit.estimates)
     yield (
         f"condition {fit.condition:.3g}; {best} of {len(fit.starts)} starts agree; {runs}, "
@@ -405,7 +382,7 @@ def _residual_lines(fit: Fit) -> Iterator[str]:
 
 def _fit_data(fit: Fit) -> dict[str, object]:
     """Return the fit for `--json`."""
-    tests, data = fit.tests, fit.data
+    tests, data, paths = fit.tests, fit.data, [one.path for one in fit.estimates]
     return {
         "data": data.name,
         "columns": [f"{joint}.{coordinate + 1}" for joint, coordinate in data.columns],
@@ -423,9 +400,7 @@ def _fit_data(fit: Fit) -> dict[str, object]:
                 "end_deg": degrees(tail.end),
                 "known_deg": tail.known and [degrees(end) for end in tail.known],
                 "torque_change": TORQUE_CHANGE,
-                "changes": dict(
-                    zip([one.path for one in fit.estimates], tail.changes, strict=True)
-                ),
+                "changes": dict(zip(paths, tail.changes, strict=True)),
             }
             for tail in fit.tails
         ],
@@ -463,10 +438,7 @@ def _fit_data(fit: Fit) -> dict[str, object]:
         "samples": [
             {"time_s": time, "measured_deg": measured, "simulated_deg": simulated}
             for time, measured, simulated in zip(
-                data.times,
-                np.degrees(data.angles),
-                np.degrees(fit.simulated),
-                strict=True,
+                data.times, np.degrees(data.angles), np.degrees(fit.simulated), strict=True
             )
         ],
     }

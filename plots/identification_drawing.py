@@ -79,20 +79,11 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
     drawn = _drawn_columns(fit)
     for k, style in drawn:
         joint, coordinate = data.columns[k]
-        name = (
-            joint if len(fit.case.figure.joints[joint].chain) == 1 else f"{joint}.{coordinate + 1}"
-        )
-        axes.plot(
-            times,
-            np.degrees(data.angles[:, k]),
-            "o",
-            ms=2.6,
-            mew=0.6,
-            mfc="white",
-            color=GREY if len(drawn) == 1 else style.colour,
-            rasterized=_is_image(fit),
-            label=f"{name}, measured",
-        )
+        is_single = len(fit.case.figure.joints[joint].chain) == 1
+        name = joint if is_single else f"{joint}.{coordinate + 1}"
+        look: Look = {"ms": 2.6, "mew": 0.6, "mfc": "white", "rasterized": _is_image(fit)}
+        colour, label = GREY if len(drawn) == 1 else style.colour, f"{name}, measured"
+        axes.plot(times, np.degrees(data.angles[:, k]), "o", color=colour, label=label, **look)
         simulated, label = np.degrees(fit.simulated[:, k]), f"{name}, fit"
         axes.plot(times, simulated, style.dash, color=style.colour, label=label)
     axes.set_ylabel("angle [deg]")
@@ -103,9 +94,8 @@ def _draw_angles(axes: Axes, fit: Fit) -> None:
 def _draw_residuals(axes: Axes, fit: Fit) -> None:
     noise = float(np.degrees(fit.noise_sd))
     band = _NOISE_BANDS * noise
-    axes.axhspan(
-        -band, band, color=PALE, alpha=0.7, lw=0.0, label=f"± 2 sd of the noise, {noise:.3g} deg"
-    )
+    label = f"± 2 sd of the noise, {noise:.3g} deg"
+    axes.axhspan(-band, band, color=PALE, alpha=0.7, lw=0.0, label=label)
     draw_zero_line(axes)
     for k, style in _drawn_columns(fit):
         values = np.degrees(fit.residuals[:, k])

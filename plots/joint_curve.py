@@ -5,8 +5,8 @@ within a dead zone that the thesis does not print.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from math import degrees, isnan, nan, radians
+from dataclasses import dataclass
+from math import degrees, inf, isnan, nan, radians
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from generator import read_figure, static_torques
 from generator.springs_file.read import read_springs
 from plots.literature import Literature
-from plots.plate import Claim, ClaimKind, incomparable_claim
+from plots.plate import Claim, ClaimKind, comparison, incomparable_claim
 from springs import AxisSpring, Cubic, total_torque
 from springs.backends import Array
 from springs.cubic import outer_roots, polynomial
@@ -149,9 +149,7 @@ class JointCurve:
             Both in N m, shape (m,) each.
         """
         angles = self.angles if literature.points is None else literature.points[0]
-        known = literature.valid_range
-        if known is not None:
-            low, high = max(low, known[0]), min(high, known[1])
+        low, high = literature.known_part(low, high)
         chosen = (angles >= low - 1e-12) & (angles <= high + 1e-12)
         if self.has_assumed_dead_zone:
             first, last = self.dead_zone
@@ -241,32 +239,15 @@ MIN_DRIVING_TORQUE = 1.0
 def law_claims(curve: JointCurve) -> list[Claim]:
     """Claim that the model has the torque of the law, on both sides of the body."""
     swept = format_range(float(curve.angles[0]), float(curve.angles[-1]))
-    claims = [
-        Claim(
-            f"The torque read out of Exudyn is that of the law from {swept}",
-            float(np.abs(curve.simulated - curve.law_torques).max()),
-            "N m",
-            at_most=TORQUE_TOLERANCE,
-        )
-    ]
-    if curve.other_side_torques is not None:
-        claims.append(
-            Claim(
-                "The joint of the other side has the same torque about its own axis",
-                float(np.abs(curve.simulated - curve.other_side_torques).max()),
-                "N m",
-                at_most=TORQUE_TOLERANCE,
-            )
-        )
+    other = curve.other_side_torques
+    sides = {f"The torque read out of Exudyn is that of the law from {swept}": curve.law_torques}
+    if other is not None:
+        sides["The joint of the other side has the same torque about its own axis"] = other
+    claims: list[Claim] = []
+    for sentence, torques in sides.items():
+        difference = float(np.abs(curve.simulated - torques).max())
+        claims.append(Claim(sentence, difference, "N m", at_most=TORQUE_TOLERANCE))
     return claims
-
-
-def comparison(
-    sentence: str, measured: float, unit: str, at_most: float, remark: str = ""
-) -> Claim:
-    """Make a comparison with the literature; the remark explains it if it differs."""
-    claim = Claim(sentence, measured, unit, at_most=at_most, kind=ClaimKind.COMPARISON)
-    return claim if claim.holds else replace(claim, remark=remark)
 
 
 def range_end_claim(
@@ -289,7 +270,7 @@ def range_end_claim(
     )
     if obstacle:
         return incomparable_claim(sentence.removesuffix(": difference"), obstacle)
-    return comparison(sentence, abs(at - normal), "deg", degrees(RANGE_MARGIN), remark)
+    return comparison(sentence, abs(at - normal), "deg", -inf, degrees(RANGE_MARGIN), remark)
 
 
 def range_end_claims(
@@ -314,6 +295,7 @@ def range_width_claim(curve: JointCurve, remark: str = "") -> Claim:
         f"{high - low:.0f} deg, the normal range is {normal:.0f} deg wide: difference",
         abs(high - low - normal),
         "deg",
+        -inf,
         2.0 * degrees(RANGE_MARGIN),
         remark,
     )
@@ -334,8 +316,7 @@ def difference_claim(
         high: upper end.
         remark: remark of the claim.
     """
-    known = literature.valid_range or (low, high)
-    low, high = max(low, known[0]), min(high, known[1])
+    low, high = literature.known_part(low, high)
     sentence = f"From {format_range(low, high)} the torque is that of {literature.label}"
     published, less = curve.compare_with(literature, low, high)
     obstacle = literature.obstacle
@@ -352,18 +333,15 @@ def difference_claim(
         obstacle = f"both torques are below {bound:.2g} N m (rms), as those of any soft joint"
     if obstacle:
         return incomparable_claim(sentence, obstacle)
-    return comparison(
+    sentence = (
         f"{sentence}: rms of {less.size} differences, of torques up to "
-        f"{np.abs(published).max():.3g} N m",
-        rms,
-        "N m",
-        bound,
-        remark,
+        f"{np.abs(published).max():.3g} N m"
     )
+    return comparison(sentence, rms, "N m", -inf, bound, remark)
 
 
 def same_direction_claim(
-    curve: JointCurve, literature: Literature, low: float, high: float, remark: str = ""
+    curve: JointCurve, literature: Literature, low: float, high: float
 ) -> Claim:
     """Compare the signs of simulated and measured torque wherever both drive.
 
@@ -372,10 +350,8 @@ def same_direction_claim(
         literature: published.
         low: lower end of the range compared [rad], cut to the range that was measured.
         high: upper end.
-        remark: remark of the claim.
     """
-    known = literature.valid_range or (low, high)
-    low, high = max(low, known[0]), min(high, known[1])
+    low, high = literature.known_part(low, high)
     inside = curve.range_mask(low, high)
     published = literature.torque(curve.angles[inside])
     simulated = curve.simulated[inside]
@@ -395,6 +371,5 @@ def same_direction_claim(
         100.0 * (1.0 - opposed / over),
         "%",
         at_least=100.0,
-        remark=remark,
         kind=ClaimKind.COMPARISON,
     )

@@ -156,15 +156,26 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         figure, ((strip,), (upper,), (lower,)) = create_panels(height, 3, heights=(0.32, 3.0, 1.2))
         _draw_ranges(strip, curve, window)
         angles = np.radians(np.linspace(*window.angles, 600))
-        _draw_printed(upper, curve, angles)
+        printed, zone = curve.printed_torques(angles), curve.cubic.dead_zone or (0.0, 0.0)
+        excluded = (angles > zone[0]) & (angles < zone[1])
+        drawn: list[tuple[Array, Any]] = [
+            (np.where(excluded, np.nan, printed), THESIS_STYLE.dash),
+            (np.where(excluded, printed, np.nan), EXCLUDED_DASH),
+        ]
         if plate.sense_odds:
-            other, colour = curve.other_sense_torques(angles), THESIS_STYLE.colour
-            look: Look = {"color": colour, "lw": 1.1, "ls": OTHER_SENSE_DASH, "zorder": 3}
-            upper.plot(np.degrees(angles), other, **look)
+            drawn.append((curve.other_sense_torques(angles), OTHER_SENSE_DASH))
+        for torques, dash in drawn:
+            look: Look = {"color": THESIS_STYLE.colour, "lw": 1.1, "ls": dash, "zorder": 3}
+            upper.plot(np.degrees(angles), torques, **look)
         for row, pen in zip(plate.literature, LINE_STYLES, strict=False):
             _draw_literature(upper, row, angles, pen)
             _draw_residual(lower, curve, row, window, pen)
-        _draw_readings(upper, curve, window)
+        read = np.degrees(curve.angles)
+        upper.plot(read, curve.simulated, color=EXUDYN_STYLE.colour, lw=1.0, zorder=2.5)
+        rounded = np.round(read / _READING_SPACING) * _READING_SPACING
+        shown = (np.abs(read - rounded) < 1e-6) & curve.range_mask(*np.radians(window.angles))
+        look = {"ls": "none", "zorder": 4, **_READING_LOOK}
+        draw_line(upper, read[shown], curve.simulated[shown], EXUDYN_STYLE, **look)
         for axes, limits in ((upper, window.torques), (lower, window.residuals)):
             draw_zero_line(axes)
             axes.set_ylim(*limits)
@@ -178,22 +189,14 @@ def _draw(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> Fi
         lower.set(
             ylabel="simulated -\npublished [N m]", xlabel=f"angle [deg], positive in {curve.motion}"
         )
-        add_legend_above(
-            figure,
-            strip,
-            [
-                *_common_handles(curve, references, plate.sense_odds),
-                *(
-                    _literature_handle(
-                        row,
-                        pen,
-                        f"{'' if plate.is_estimate else 'substitute: '}{row.label}"
-                        f"{_subjects_text(row)} [{references.index(str(row.reference)) + 1}]",
-                    )
-                    for row, pen in zip(plate.literature, LINE_STYLES, strict=False)
-                ),
-            ],
-        )
+        handles = _common_handles(curve, references, plate.sense_odds)
+        for row, pen in zip(plate.literature, LINE_STYLES, strict=False):
+            subjects, number = row.sample.subjects, references.index(str(row.reference)) + 1
+            counted = "" if subjects is None else f" (n = {subjects})"
+            kind = "" if plate.is_estimate else "substitute: "
+            label = f"{kind}{row.label}{counted} [{number}]"
+            handles.append(_literature_handle(row, pen, label))
+        add_legend_above(figure, strip, handles)
         add_title(figure, plate.title)
         add_footer(figure, f"{_sign_convention(curve)} {_clipping_note(window)}", references)
     return figure
@@ -242,17 +245,6 @@ def _draw_bar(
     )
 
 
-def _draw_printed(axes: Axes, curve: JointCurve, angles: Array) -> None:
-    """Draw the printed cubic, dashed within the dead zone."""
-    printed, zone = curve.printed_torques(angles), curve.cubic.dead_zone
-    out = np.zeros(angles.shape, dtype=bool)
-    if zone is not None:
-        out = (angles > zone[0]) & (angles < zone[1])
-    for which, dash in ((~out, THESIS_STYLE.dash), (out, EXCLUDED_DASH)):
-        shown = np.where(which, printed, np.nan)
-        axes.plot(np.degrees(angles), shown, color=THESIS_STYLE.colour, lw=1.1, ls=dash, zorder=3)
-
-
 def _draw_literature(axes: Axes, literature: Literature, angles: Array, style: LineStyle) -> None:
     edges = literature.band(angles)
     if edges is not None:
@@ -281,29 +273,20 @@ def _draw_residual(
 ) -> None:
     """Draw simulated minus published torque within the window."""
     low, high = np.radians(window.angles)
+
+    def less(angles: Array) -> Array:
+        return np.interp(angles, curve.angles, curve.simulated) - literature.torque(angles)
+
     if literature.points is not None:
         at, torques = literature.points
-        inside = (at >= low) & (at <= high)
-        less = np.interp(at[inside], curve.angles, curve.simulated) - torques[inside]
-        draw_points(axes, np.degrees(at[inside]), less, style, "_", literature.is_line)
+        at, torques = (values[(at >= low) & (at <= high)] for values in (at, torques))
+        rest = np.interp(at, curve.angles, curve.simulated) - torques
+        draw_points(axes, np.degrees(at), rest, style, "_", literature.is_line)
         return
-    inside = curve.range_mask(low, high)
-    angles = curve.angles[inside]
-    less = curve.simulated[inside] - literature.torque(angles)
-    draw_curve(axes, np.degrees(angles), less, literature.valid_range, style, "_", 1.2)
+    angles = curve.angles[curve.range_mask(low, high)]
+    draw_curve(axes, np.degrees(angles), less(angles), literature.valid_range, style, "_", 1.2)
     marks = np.radians(_marker_angles(angles))
-    less = np.interp(marks, curve.angles, curve.simulated) - literature.torque(marks)
-    draw_marks(axes, np.degrees(marks), less, style, size=3.5)
-
-
-def _draw_readings(axes: Axes, curve: JointCurve, window: Window) -> None:
-    """Draw a thin line through all readings, and a marker on every fifth."""
-    degrees_read = np.degrees(curve.angles)
-    axes.plot(degrees_read, curve.simulated, color=EXUDYN_STYLE.colour, lw=1.0, zorder=2.5)
-    rounded = np.round(degrees_read / _READING_SPACING) * _READING_SPACING
-    shown = (np.abs(degrees_read - rounded) < 1e-6) & curve.range_mask(*np.radians(window.angles))
-    look: Look = {"ls": "none", "zorder": 4, **_READING_LOOK}
-    draw_line(axes, degrees_read[shown], curve.simulated[shown], EXUDYN_STYLE, **look)
+    draw_marks(axes, np.degrees(marks), less(marks), style, size=3.5)
 
 
 _READING_LOOK: Look = {"mfc": EXUDYN_STYLE.colour, "mec": BLACK, "mew": 0.7, "ms": 4.5}
@@ -330,14 +313,8 @@ def _common_handles(curve: JointCurve, references: Sequence[str], sense_odds: st
     return [*handles, ends]
 
 
-def _subjects_text(literature: Literature) -> str:
-    """` (n = 20)`, or "" for an unknown number or a model."""
-    subjects = literature.sample.subjects
-    return "" if subjects is None else f" (n = {subjects})"
-
-
 def _literature_handle(literature: Literature, style: LineStyle, label: str) -> Line2D:
-    dash = ":" if literature.valid_range is None and not literature.is_digitised else style.dash
+    dash = ":" if literature.valid_range is None and literature.points is None else style.dash
     if not literature.is_line:
         dash = "none"
     width = 1.0 if dash == ":" else 1.4
@@ -351,6 +328,14 @@ _CAPTION_TEMPLATE = (
     "Above: normal range of motion ({ends}) and dead zone of the law. Below: simulated minus "
     "published torque. Simulated torque and law differ by at most {differ:.1g} N m."
 )
+
+
+_DEAD_ZONE_NOTE = (
+    "The thesis prints no dead zones for spherical joints: this one is the reading of this "
+    "project, because in its sense the printed cubic drives outwards there with up to "
+    "{:.3g} N m. Nothing is compared within it."
+)
+"""Of a dead zone that the thesis does not print."""
 
 
 def _clipping_note(window: Window) -> str:
@@ -372,17 +357,6 @@ def _sign_convention(curve: JointCurve) -> str:
     )
 
 
-def _dead_zone_note(curve: JointCurve) -> str:
-    """Note on a dead zone that the thesis does not print, or ""."""
-    if not curve.has_assumed_dead_zone:
-        return ""
-    return (
-        "The thesis prints no dead zones for spherical joints: this one is the reading of this "
-        f"project, because in its sense the printed cubic drives outwards there with up to "
-        f"{curve.outward_torque:.3g} N m. Nothing is compared within it."
-    )
-
-
 def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) -> str:
     ends = dict.fromkeys(
         f"{end.motion} [{references.index(str(end.reference)) + 1}]" for end in curve.range_ends
@@ -399,7 +373,7 @@ def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) ->
         ""
         if curve.low and curve.high
         else "A ? marks an end of the range for which no verified value is known.",
-        _dead_zone_note(curve),
+        _DEAD_ZONE_NOTE.format(curve.outward_torque) if curve.has_assumed_dead_zone else "",
         _clipping_note(plate.window),
     ]
     for row in plate.literature:
@@ -408,7 +382,7 @@ def _caption(plate: JointPlate, curve: JointCurve, references: Sequence[str]) ->
             row.held_text,
             row.note,
             f"the band is {row.scatter_text}" if row.scatter_text else "",
-            "" if row.is_digitised else row.extrapolation_note(low, high),
+            "" if row.points is not None else row.extrapolation_note(low, high),
         ]
         if any(notes):
             sentences.append(f"{row.label}: {'; '.join(filter(None, notes))}.")

@@ -19,6 +19,9 @@ from springs.published import tables as published
 from springs.published.reference import Reference, Sample
 from springs.published.rows import PublishedCurve, comparison_obstacle
 
+OWN_ENGINE = "this program"
+"""Name of this program in the tables of benchmarks."""
+
 YOON_MANSOUR = (
     "Y. S. Yoon & J. M. Mansour, The Passive Elastic Moment at the Hip, J. Biomech. "
     "15:905-910, 1982 (the thesis's source; its data are not public)"
@@ -61,6 +64,11 @@ class Literature:
     is_line: bool = True
     row: PublishedCurve | None = None
 
+    def known_part(self, low: float, high: float) -> Range:
+        """Part of a range [rad] in which the curve may be used; all of it if that is unknown."""
+        first, last = self.valid_range or (low, high)
+        return max(low, first), min(high, last)
+
     def torque(self, angles: Array) -> Array:
         """Torque on the child [N m] at angles [rad]; nan outside all pieces."""
         result = np.full_like(angles, np.nan)
@@ -86,9 +94,9 @@ class Literature:
     def band(self, angles: Array) -> tuple[Array, Array] | None:
         """Edges of the published scatter at angles [rad], nan beyond the known range [N m]."""
         edges = None if self.row is None else self.row.torque_band(angles)
-        if edges is None or self.valid_range is None:
-            return edges
-        low, high = self.valid_range
+        if edges is None:
+            return None
+        low, high = self.known_part(-inf, inf)
         known = (angles >= low - 1e-12) & (angles <= high + 1e-12)
         below, above = (np.where(known, edge, np.nan) for edge in edges)
         return below, above
@@ -102,11 +110,6 @@ class Literature:
         angles, torques = np.array(law.points).T
         return angles, torques
 
-    @property
-    def is_digitised(self) -> bool:
-        """True for a line through points."""
-        return isinstance(self.pieces[0][0], Interpolated)
-
     def extrapolation_note(self, low: float, high: float) -> str:
         """A note on extrapolation for a curve drawn from `low` to `high` [rad], or ""."""
         first = min(piece[1][0] for piece in self.pieces)
@@ -115,36 +118,23 @@ class Literature:
 
 
 def literature_from_points(
-    points: tuple[tuple[float, float], ...],
-    label: str,
-    reference: Reference,
-    sample: Sample,
-    note: str = "",
+    points: tuple[tuple[float, float], ...], label: str, reference: Reference, sample: Sample
 ) -> Literature:
     """Make unconnected points (angle [rad], torque on the child [N m]); angles increase."""
     table = Interpolated(points)
     pieces, known = ((table, _ALL_ANGLES),), table.valid_range
-    return Literature(label, pieces, known, reference, sample, True, note=note, is_line=False)
+    return Literature(label, pieces, known, reference, sample, True, is_line=False)
 
 
 def published_curve(key: str, label: str, note: str = "", side: int = 0) -> Literature:
     """The curve `publication/name`; `side` is the only side of zero that it describes, or 0."""
     curve = published.curve(key)
     ends = {-1: (-inf, 0.0), 0: _ALL_ANGLES, 1: (0.0, inf)}[side]
-    held_text = ", ".join(
-        f"{name} at {np.degrees(at):.4g} deg" for name, at in curve.held_angles.items()
-    )
-    return Literature(
-        label,
-        ((curve.law, ends),),
-        curve.valid_range,
-        curve.reference,
-        curve.sample,
-        curve.range_is_measured,
-        held_text,
-        note,
-        row=curve,
-    )
+    angles = curve.held_angles.items()
+    held_text = ", ".join(f"{name} at {np.degrees(at):.4g} deg" for name, at in angles)
+    source = curve.reference, curve.sample, curve.range_is_measured
+    pieces = ((curve.law, ends),)
+    return Literature(label, pieces, curve.valid_range, *source, held_text, note, row=curve)
 
 
 def join_curves(*curves: Literature) -> Literature:
@@ -176,21 +166,11 @@ def single_angle_curve(
         label: label in the legend.
         note: note as in `Literature`.
     """
-    row = published.coupled_law(key)
-    law = row.law.single_angle_law(
-        motion, {name: radians(angle) for name, angle in held_deg.items()}
-    )
+    row, angles = published.coupled_law(key), {name: radians(at) for name, at in held_deg.items()}
+    law = row.law.single_angle_law(motion, angles)
     held_text = ", ".join(f"{name.split()[0]} at {angle:g} deg" for name, angle in held_deg.items())
-    return Literature(
-        label,
-        ((law, _ALL_ANGLES),),
-        law.valid_range,
-        row.reference,
-        row.sample,
-        row.range_is_measured,
-        held_text,
-        note,
-    )
+    source = row.reference, row.sample, row.range_is_measured
+    return Literature(label, ((law, _ALL_ANGLES),), law.valid_range, *source, held_text, note)
 
 
 TableRow = Mapping[str, str]

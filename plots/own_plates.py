@@ -116,7 +116,7 @@ def _plates_of_springs(path: Path, against: str | None) -> tuple[list[Plate], li
 
     parsed = load_springs_file(path)
     (own, _, own_figure), warnings = parsed.require_value(), list(parsed.diagnostics)
-    other = None
+    other = owner = None
     if against is not None and Path(against).suffix == path.suffix:
         beside = load_springs_file(Path(against))
         warnings += beside.diagnostics
@@ -128,8 +128,6 @@ def _plates_of_springs(path: Path, against: str | None) -> tuple[list[Plate], li
     elif against is not None:
         owner = read_figure(against)
         other = NamedSprings(against, read_springs(None, owner))
-    else:
-        owner = None
     if own_figure is None:
         own = _bound(path, own, owner)
     named = NamedSprings(path.name, own)

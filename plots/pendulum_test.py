@@ -6,7 +6,8 @@ angles (`generator.identification.swing`), the published ones those against whic
 (`plots/data/person_facts.toml`).
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from math import degrees, isfinite, nan, radians
 
@@ -97,7 +98,12 @@ class PendulumTest:
                 f"{abs(degrees(self.drop)):.0f} deg, which the publication does not state."
             )
         if facts:
-            yield "\n".join(["healthy people:", *_sources(facts)])
+            lines = ["healthy people:"]
+            for source in dict.fromkeys(fact.source for fact in facts):
+                own = [fact for fact in facts if fact.source == source]
+                bands = (f"{fact.quantity.partition(':')[0]} ({fact.band})" for fact in own)
+                lines.append(f"  {'; '.join(bands)}: {source.reference}")
+            yield "\n".join(lines)
 
     def to_json(self) -> dict[str, object]:
         """The test for `--json`."""
@@ -139,16 +145,13 @@ def _pendulum_test(name: str, joint: str, measured: MeasuredSwing) -> PendulumTe
         {words: value for words, (_, value, _) in quantities.items()}
     )
     facts = person_facts().facts
-    numbers = tuple(
-        PendulumNumber(
-            words,
-            unit,
-            _value_or_nan(value, swing),
-            deviations[words],
-            facts.get(f"{limb}_{key}") if key else None,
-        )
-        for words, (unit, value, key) in quantities.items()
-    )
+    numbers: list[PendulumNumber] = []
+    for words, (unit, quantity, key) in quantities.items():
+        value = nan
+        with suppress(ValueError):
+            value = float(quantity(swing))
+        fact = facts.get(f"{limb}_{key}") if key else None
+        numbers.append(PendulumNumber(words, unit, value, deviations[words], fact))
     times = swing.times
     return PendulumTest(
         name,
@@ -157,7 +160,7 @@ def _pendulum_test(name: str, joint: str, measured: MeasuredSwing) -> PendulumTe
         measured.noise,
         len(swing.turning_times),
         swing.rest - swing.start,
-        numbers,
+        tuple(numbers),
     )
 
 
@@ -182,15 +185,11 @@ def _quantities(swing: Swing) -> Mapping[str, _Quantity]:
     }
 
 
-def _value_or_nan(quantity: Callable[[Swing], float], swing: Swing) -> float:
-    try:
-        return float(quantity(swing))
-    except ValueError:
-        return nan
-
-
 def _cells(number: PendulumNumber) -> list[str]:
-    digits = _decimals(number.sd)
+    digits = 3  # two digits of the uncertainty show
+    if isfinite(number.sd):
+        exponent = int(f"{number.sd:.1e}".partition("e")[2])
+        digits = min(4, max(0, 1 - exponent)) if number.sd else 0
     row = [
         number.quantity,
         number.unit,
@@ -202,26 +201,6 @@ def _cells(number: PendulumNumber) -> list[str]:
         spread = "" if fact.spread is None else f" ± {fact.spread:.2g}"
         row += [f"{fact.value:.4g}{spread}", f"{fact.low:.4g} .. {fact.high:.4g}", number.verdict]
     return row
-
-
-def _decimals(sd: float) -> int:
-    """Number of decimals of a value that show two digits of its uncertainty, at most 4."""
-    if not isfinite(sd):
-        return 3
-    if sd == 0.0:
-        return 0
-    return min(4, max(0, 1 - int(f"{sd:.1e}".partition("e")[2])))
-
-
-def _sources(facts: Sequence[Fact]) -> Iterator[str]:
-    """Lines of the sources of facts, each with the quantities and the reasons for their bands."""
-    for source in dict.fromkeys(fact.source for fact in facts):
-        bands = "; ".join(
-            f"{fact.quantity.partition(':')[0]} ({fact.band})"
-            for fact in facts
-            if fact.source == source
-        )
-        yield f"  {bands}: {source.reference}"
 
 
 def _number_as_json(number: PendulumNumber) -> dict[str, object]:

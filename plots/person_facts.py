@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from generator.person.measures import Sex
-from plots.plate import Claim, ClaimKind
+from plots.plate import Claim, comparison
 from springs.published.reference import Reference, Sample, SampleKind, Sureness
 
 _INCH, _POUND, _POUND_INCH_SECOND_SQUARED = 0.0254, 0.45359237, 0.112984829
@@ -67,16 +67,7 @@ class Fact:
 
         The remark explains a number outside the band, and is left out for one within.
         """
-        remark = "" if self.low <= measured <= self.high else remark
-        return Claim(
-            sentence,
-            measured,
-            self.unit,
-            self.low,
-            self.high,
-            remark=remark,
-            kind=ClaimKind.COMPARISON,
-        )
+        return comparison(sentence, measured, self.unit, self.low, self.high, remark)
 
 
 @dataclass(frozen=True)
@@ -141,7 +132,10 @@ def person_facts() -> PersonFacts:
 def parse_person_facts(data: Mapping[str, Any]) -> PersonFacts:
     """Read the facts of a parsed file. Raises KeyError, TypeError and ValueError."""
     sources = {name: _source(row) for name, row in data["source"].items()}
-    facts = [_fact(row, sources) for row in data["fact"]]
+    facts: list[Fact] = []
+    for row in data["fact"]:
+        values: dict[str, Any] = {"spread": None, **row, "source": sources[row["source"]]}
+        facts.append(Fact(**values))
     if len({fact.key for fact in facts}) != len(facts):
         raise ValueError("two facts have the same key")
     return PersonFacts(
@@ -157,11 +151,6 @@ def _source(row: Mapping[str, Any]) -> FactSource:
         row["reference"], Sureness(row["sureness"]), row.get("doi", ""), row["place"]
     )
     return FactSource(reference, Sample(SampleKind(row["sample"]), row["subjects"]))
-
-
-def _fact(row: Mapping[str, Any], sources: Mapping[str, FactSource]) -> Fact:
-    values: dict[str, Any] = {"spread": None, **row, "source": sources[row["source"]]}
-    return Fact(**values)
 
 
 def _segment_means(row: Mapping[str, Any]) -> SegmentMeans:

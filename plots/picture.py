@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -131,7 +131,9 @@ class Subject:
         assert self.motion is not None, "a subject has a pose or a motion"
         motion = self.motion
         rows = {
-            name: _interpolated(np.array(times), motion.times, values)
+            name: np.array([np.interp(times, motion.times, row) for row in values.T], dtype=float)
+            .reshape(-1, len(times))
+            .T
             for name, values in motion.displacements.items()
         }
         for placement in batched_placements(motion.tree, rows):
@@ -139,14 +141,6 @@ class Subject:
             stacked = np.broadcast_arrays(*placement.poses.values())
             for poses in zip(*(each.reshape(-1, 4, 4) for each in stacked), strict=True):
                 yield dict(zip(placement.poses, poses, strict=True))
-
-
-def _interpolated(times: Array, sampled: Array, values: Array) -> Array:
-    """Values at times between samples, shape (times, columns)."""
-    result = np.empty((len(times), values.shape[1]))
-    for column in range(values.shape[1]):
-        result[:, column] = np.interp(times, sampled, values[:, column])
-    return result
 
 
 def time_labels(times: Sequence[float]) -> list[str]:
@@ -214,29 +208,22 @@ class Picture:
         from plots.canvas import plot_style
 
         columns, rows = self.shape
-        height = self.image.shape[0]
+        share = self.image.shape[0] / rows
         with plot_style():
             # Matplotlib rounds the number of pixels down.
             size = ((columns + 0.01) / self.dpi, (rows + 0.01) / self.dpi)
             canvas = Figure(figsize=size, dpi=self.dpi)
             canvas.patch.set_facecolor("none" if self.transparent else "white")
-            box = (0.0, 1.0 - height / rows, 1.0, height / rows)
-            axes = canvas.add_axes(box)
+            axes = canvas.add_axes((0.0, 1.0 - share, 1.0, share))
             axes.set_axis_off()
             image = self.image if self.transparent else on_white(self.image)
             axes.imshow(image, interpolation="none", aspect="auto", resample=False)
             colour = _LABEL_GREY if self.transparent else "black"
             line, caption = self._lines
+            look: dict[str, Any] = {"ha": "center", "va": "center", "color": colour}
+            height = (caption + 0.5 * line) / rows
             for column, text in self.labels:
-                canvas.text(
-                    column / columns,
-                    (caption + 0.5 * line) / rows,
-                    text,
-                    fontsize=self.font_size,
-                    ha="center",
-                    va="center",
-                    color=colour,
-                )
+                canvas.text(column / columns, height, text, fontsize=self.font_size, **look)
             _write_caption(canvas, self.caption, (columns, rows, caption), self.dpi, colour)
         return canvas
 
@@ -257,15 +244,8 @@ def _write_caption(
     """Write a caption at the lower edge of columns and rows, as a line of a height [pixels]."""
     columns, rows, line = size
     if text:
-        canvas.text(
-            0.5,
-            0.5 * line / rows,
-            text,
-            fontsize=caption_size(text, columns, dpi),
-            ha="center",
-            va="center",
-            color=colour,
-        )
+        look: dict[str, Any] = {"ha": "center", "va": "center", "color": colour}
+        canvas.text(0.5, 0.5 * line / rows, text, fontsize=caption_size(text, columns, dpi), **look)
 
 
 def caption_image(text: str, columns: int, dpi: float) -> NDArray[np.uint8]:
@@ -291,6 +271,16 @@ def on_white(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return ((image[..., :3] * alpha + 255 * (255 - alpha) + 127) // 255).astype(np.uint8)
 
 
+def _moments(
+    subject: Subject, times: Sequence[float], view: View, scene: Scene
+) -> tuple[list[Poses], list[Array], list[Array]]:
+    """Return the poses of a subject at times, its arrows and its bounds, one each."""
+    moments, arrows = subject.moments(times), subject.arrows(times)
+    both = zip(moments, arrows, strict=True)
+    limits = [bounds(subject.body, poses, scene, view, own) for poses, own in both]
+    return moments, arrows, limits
+
+
 def draw_picture(
     subject: Subject,
     times: Sequence[float],
@@ -303,12 +293,7 @@ def draw_picture(
     transparent: bool,
 ) -> Picture:
     """Draw a pose, or moments of a motion [s]. Raises UsageError and MoverError."""
-    moments = subject.moments(times)
-    arrows = subject.arrows(times)
-    limits = [
-        bounds(subject.body, poses, scene, view, own)
-        for poses, own in zip(moments, arrows, strict=True)
-    ]
+    moments, arrows, limits = _moments(subject, times, view, scene)
     strip = scaled(frame_moments(limits, view, floor), len(moments), size)
     labels: list[tuple[float, str]] = []
     if labelled:
@@ -327,21 +312,14 @@ def film_times(times: Array, fps: float) -> list[float]:
 
 
 def make_film(
-    subject: Subject,
-    view: View,
-    scene: Scene,
-    floor: float | None,
-    size: Size,
-    fps: float,
+    subject: Subject, view: View, scene: Scene, floor: float | None, size: Size, fps: float
 ) -> Film:
     """Return the video of a motion; its frames show what moves whole. Raises UsageError."""
     assert subject.motion is not None, "a video needs a motion"
     times = film_times(subject.motion.times, fps)
-    moments = subject.moments(times)
-    arrows = subject.arrows(times)
-    both = zip(moments, arrows, strict=True)
-    limits = np.array([bounds(subject.body, poses, scene, view, own) for poses, own in both])
-    whole = np.stack([limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)])
+    moments, arrows, limits = _moments(subject, times, view, scene)
+    low, high = np.swapaxes(limits, 0, 1)
+    whole = np.stack([low.min(axis=0), high.max(axis=0)])
     strip = scaled(frame_moments([whole], view, floor), 1, size)
     caption = subject.caption(arrows)
     below = [caption_image(caption, strip.shape(1)[1], size.dpi)] if caption else []
@@ -460,20 +438,6 @@ def _check_options(
         raise UsageError(f"-o {videos[0]}: a video has a white background; omit --transparent")
 
 
-def _check_outputs(outputs: Sequence[Path]) -> None:
-    """Raise UsageError for missing, repeated or unknown outputs, or missing libraries."""
-    if not outputs:
-        raise UsageError("no output file: add -o FILE.png")
-    known = (*IMAGE_FORMATS, *VIDEO_FORMATS)
-    for path in outputs:
-        if path.suffix.lower() not in known:
-            raise UsageError(f"-o {path}: {suffix_fault(path)}; known are {', '.join(known)}")
-    check_distinct_paths(outputs)
-    for path in outputs:
-        if path.suffix.lower() in VIDEO_FORMATS:
-            Film.require_encoder(path.suffix.lower())
-
-
 class ViewName(StrEnum):
     """Direction from which a figure is seen."""
 
@@ -566,9 +530,7 @@ def picture(
     ] = None,
     tilt: Annotated[
         float | None,
-        typer.Option(
-            help="Angle by which the viewer looks down, in place of the view's [deg].",
-        ),
+        typer.Option(help="Angle by which the viewer looks down, in place of the view's [deg]."),
     ] = None,
     scene: Annotated[
         str | None,
@@ -617,7 +579,16 @@ def picture(
     files, seen_from = outputs or [], view_from_options(view.value, turn, tilt)
     size = size_from_options(width, scale, dpi)
     progress = item_progress_bar if show_progress and not as_json else no_monitor
-    _check_outputs(files)
+    if not files:
+        raise UsageError("no output file: add -o FILE.png")
+    known = (*IMAGE_FORMATS, *VIDEO_FORMATS)
+    for path in files:
+        if path.suffix.lower() not in known:
+            raise UsageError(f"-o {path}: {suffix_fault(path)}; known are {', '.join(known)}")
+    check_distinct_paths(files)
+    for path in files:
+        if path.suffix.lower() in VIDEO_FORMATS:
+            Film.require_encoder(path.suffix.lower())
     subject = replace(
         read_subject(source, figure, pose, displacements or ()), with_forces=not no_forces
     )
@@ -645,27 +616,16 @@ def picture(
         )
         if subject.has_forces and not drawn.caption:
             losses.append(f"nothing is touched at {', '.join(time_labels(times))}")
-        sizes |= {str(path): list(drawn.shape) for path in images}
-        writers += [
-            (path, partial(drawn.write, kind=path.suffix.lower().removeprefix(".")))
-            for path in images
-        ]
+        for path in images:
+            sizes[str(path)] = list(drawn.shape)
+            writers.append((path, partial(drawn.write, kind=path.suffix.lower()[1:])))
     frames = 0
     if len(images) < len(files):
         film = make_film(subject, seen_from, props, ground, size, fps or DEFAULT_FPS)
         frames = film.count
         for path in files:
             if path not in images:
-                writers.append(
-                    (path, partial(film.write, kind=path.suffix.lower(), progress=progress))
-                )
+                write = partial(film.write, kind=path.suffix.lower(), progress=progress)
+                writers.append((path, write))
     write_all_or_none(writers)
-    return PictureResult(
-        source,
-        times,
-        files,
-        sizes,
-        frames,
-        losses,
-        diagnostics=subject.warnings,
-    )
+    return PictureResult(source, times, files, sizes, frames, losses, diagnostics=subject.warnings)

@@ -5,7 +5,7 @@ Nothing here imports numpy or matplotlib, so that drawn plates can be passed bet
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, isinf, isnan, nan
 from typing import TYPE_CHECKING
@@ -110,18 +110,8 @@ class Claim:
 
     def to_json(self) -> dict[str, object]:
         """Return the claim for `--json`."""
-        return {
-            "sentence": self.sentence,
-            "measured": self.measured,
-            "unit": self.unit,
-            "at_least": self.at_least,
-            "at_most": self.at_most,
-            "holds": self.holds,
-            "remark": self.remark,
-            "kind": self.kind,
-            "outcome": self.outcome,
-            "obstacle": self.obstacle,
-        }
+        keys = ("sentence", "measured", "unit", "at_least", "at_most", "holds", "remark", "kind")
+        return {key: getattr(self, key) for key in (*keys, "outcome", "obstacle")}
 
     @property
     def bound_text(self) -> str:
@@ -129,14 +119,11 @@ class Claim:
         if self.obstacle:
             return ""
         low, high = f"{self.at_least:.4g}", f"{self.at_most:.4g}"
+        words = f"{low} to {high}" if self.at_least < self.at_most else f"exactly {low}"
         if isinf(self.at_most):
             words = f"at least {low}"
         elif isinf(self.at_least):
             words = f"at most {high}"
-        elif self.at_least == self.at_most:
-            words = f"exactly {low}"
-        else:
-            words = f"{low} to {high}"
         return f"{words} {self.unit}".rstrip()
 
     @property
@@ -151,6 +138,14 @@ class Claim:
 
     def _is_within_bounds(self, value: float) -> bool:
         return bool(self.at_least <= value <= self.at_most)
+
+
+def comparison(
+    sentence: str, measured: float, unit: str, low: float, high: float, remark: str = ""
+) -> Claim:
+    """Compare with the literature, between bounds; the remark explains a number beyond them."""
+    claim = Claim(sentence, measured, unit, low, high, kind=ClaimKind.COMPARISON)
+    return claim if claim.holds else replace(claim, remark=remark)
 
 
 def incomparable_claim(sentence: str, obstacle: str) -> Claim:
@@ -217,12 +212,11 @@ def _bib_entries(references: tuple[str, ...]) -> Iterator[str]:
             key = f"{base}_{count}"
         keys.add(key)
         fields = {"note": text, "year": year and year[0], "doi": doi and doi[1]}
-        lines = [f"  {name} = {{{_escape(value)}}}," for name, value in fields.items() if value]
+        escaped = {
+            name: re.sub(r"([&%$#_{}])", r"\\\1", text or "") for name, text in fields.items()
+        }
+        lines = [f"  {name} = {{{value}}}," for name, value in escaped.items() if value]
         yield "\n".join([f"@misc{{{key},", *lines, "}", ""])
-
-
-def _escape(text: str) -> str:
-    return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
 @dataclass(frozen=True)
@@ -261,9 +255,9 @@ class Plate:
     caption: str
     sign: str
     figure: "Figure"
-    claims: tuple[Claim, ...]
     tables: "Mapping[str, Mapping[str, Array]]"
-    references: tuple[str, ...]
+    claims: tuple[Claim, ...] = ()
+    references: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Raise ValueError for what cannot be written as files, and for missing parts."""
@@ -284,6 +278,11 @@ def plate_name(stem: str) -> str:
     return re.sub(r"[^a-z0-9_-]+", "_", stem.lower()).strip("_-") or "motion"
 
 
+def table_name(*words: str) -> str:
+    """Return the name of a table made of words."""
+    return re.sub(r"[^a-z0-9]+", "-", " ".join(words).lower())
+
+
 def table_files(plate: Plate) -> dict[str, str]:
     """Format each table of a plate, by file name.
 
@@ -302,8 +301,6 @@ def table_files(plate: Plate) -> dict[str, str]:
 def _table_text(plate: Plate, title: str, columns: "Mapping[str, Array]") -> str:
     comments = (title, plate.sign, f"References: {'; '.join(plate.references) or 'none'}")
     rows = zip(*columns.values(), strict=True)
+    numbers = [[f"{float(value):.9g}" for value in row] for row in rows]
     lines = [format_csv_comment(" ".join(comment.split())) for comment in comments]
-    lines.append(
-        format_csv_rows([columns, *([f"{float(value):.9g}" for value in row] for row in rows)])
-    )
-    return "".join(lines)
+    return "".join([*lines, format_csv_rows([columns, *numbers])])

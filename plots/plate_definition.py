@@ -32,12 +32,12 @@ class PlateDefinition(Generic[Data]):
     name: str
     title: str
     sign: str | Callable[[Data], str]
-    references: tuple[str, ...]
     collect: Callable[[], Data]
     caption: str | Callable[[Data], str]
     draw: Callable[[Data], Figure]
     claims: Callable[[Data], Iterable[Claim]]
     tables: Callable[[Data], Mapping[str, Mapping[str, Array]]]
+    references: tuple[str, ...] = ()
 
     def __call__(self) -> Plate:
         """Collect the data and draw their plate."""

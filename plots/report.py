@@ -87,7 +87,7 @@ def report(
     plates: Sequence[DrawnPlate], failed: Sequence[FailedPlate], provenance: Mapping[str, str]
 ) -> str:
     """Return the text of the report; the files of the plates lie beside it."""
-    return "".join(f"{line}\n" for line in _report_lines(plates, failed, provenance))
+    return "\n".join([*_report_lines(plates, failed, provenance), ""])
 
 
 def _report_lines(
@@ -111,7 +111,12 @@ def _report_lines(
     if failed:
         yield "<h2>Missing plates</h2>"
         yield from _list_lines("ul", "", map(str, failed))
-    yield from _contents(plates)
+    yield '<nav class="pictures" aria-label="Plates">'
+    for plate in plates:
+        title = escape(plate.title)
+        yield f'<a href="#{plate.name}"><img src="{_thumbnail_url(plate)}" alt="">{title}</a>'
+    yield "</nav>"
+    yield '<p><a href="#made">Provenance</a></p>'
     for plate in plates:
         yield from _plate_lines(plate)
     yield from _all_claims(plates)
@@ -158,16 +163,6 @@ def tally(claims: Sequence[Claim]) -> str:
     return " ".join(sentences) or "There are no claims."
 
 
-def _contents(plates: Sequence[DrawnPlate]) -> Iterator[str]:
-    """The pictures of all plates, small, each with the way to it."""
-    yield '<nav class="pictures" aria-label="Plates">'
-    for plate in plates:
-        title = escape(plate.title)
-        yield f'<a href="#{plate.name}"><img src="{_thumbnail_url(plate)}" alt="">{title}</a>'
-    yield "</nav>"
-    yield '<p><a href="#made">Provenance</a></p>'
-
-
 def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:
     for kind, (heading, meaning) in _KINDS.items():
         rows = [
@@ -185,28 +180,20 @@ def _all_claims(plates: Sequence[DrawnPlate]) -> Iterator[str]:
 def _claims_table_lines(rows: Sequence[tuple[Claim, str]]) -> Iterator[str]:
     """A table of claims; each row has markup for a last cell, or all have none."""
     linked = any(link for _, link in rows)
-    yield '<div class="scroll">'
-    yield "<table>"
     heads = ["Claim", "Measured", "Bound", "Outcome", "Remark", *(["Plate"] if linked else [])]
     cells = "".join(f'<th scope="col">{head}</th>' for head in heads)
-    yield f"<thead><tr>{cells}</tr></thead>"
-    yield "<tbody>"
+    yield from ('<div class="scroll">', "<table>", f"<thead><tr>{cells}</tr></thead>", "<tbody>")
     for claim, link in rows:
-        yield "".join(
-            (
-                '<tr class="fails">' if claim.outcome is Outcome.FAILS else "<tr>",
-                f"<td>{escape(claim.sentence)}</td>",
-                f'<td class="number">{escape(claim.measured_text)}</td>',
-                f'<td class="number">{escape(claim.bound_text)}</td>',
-                f'<td class="verdict">{claim.verdict}</td>',
-                f"<td>{escape(claim.explanation)}</td>",
-                f"<td>{link}</td>" if linked else "",
-                "</tr>",
-            )
+        fails = ' class="fails"' if claim.outcome is Outcome.FAILS else ""
+        yield (
+            f"<tr{fails}>"
+            f"<td>{escape(claim.sentence)}</td>"
+            f'<td class="number">{escape(claim.measured_text)}</td>'
+            f'<td class="number">{escape(claim.bound_text)}</td>'
+            f'<td class="verdict">{claim.verdict}</td>'
+            f"<td>{escape(claim.explanation)}</td>{f'<td>{link}</td>' if linked else ''}</tr>"
         )
-    yield "</tbody>"
-    yield "</table>"
-    yield "</div>"
+    yield from ("</tbody>", "</table>", "</div>")
 
 
 def _plate_lines(plate: DrawnPlate) -> Iterator[str]:
@@ -231,9 +218,9 @@ def _plate_lines(plate: DrawnPlate) -> Iterator[str]:
 
 def _picture_url(plate: DrawnPlate) -> str:
     """The picture as a data URL, so that its ids cannot clash with others."""
-    if len(plate.svg) > LARGEST_SVG:
-        return f"data:image/png;base64,{b64encode(plate.png).decode()}"
-    return f"data:image/svg+xml;base64,{b64encode(plate.svg).decode()}"
+    is_large = len(plate.svg) > LARGEST_SVG
+    kind, picture = ("png", plate.png) if is_large else ("svg+xml", plate.svg)
+    return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
 def _thumbnail_url(plate: DrawnPlate) -> str:
@@ -278,7 +265,7 @@ def gallery_page(plates: Sequence[DrawnPlate], folder: str) -> str:
         plates: plates in the order of the page.
         folder: folder of the pictures, relative to the page and of the same stem.
     """
-    return "\n".join(_gallery_lines(plates, folder)) + "\n"
+    return "\n".join([*_gallery_lines(plates, folder), ""])
 
 
 def _gallery_lines(plates: Sequence[DrawnPlate], folder: str) -> Iterator[str]:
@@ -297,15 +284,11 @@ def _gallery_lines(plates: Sequence[DrawnPlate], folder: str) -> Iterator[str]:
         yield f"- [{_escape_markdown(plate.title)}](#{plate.name})"
     for plate in plates:
         # The anchors of headings are made from the titles, not the names.
-        yield from ("", f'<a id="{plate.name}"></a>', "", f"## {_escape_markdown(plate.title)}", "")
-        yield f"![{_escape_markdown(plate.title)}]({folder}/{plate.name}.{PICTURE_FORMAT})"
-        yield from (
-            "",
-            _escape_markdown(plate.caption),
-            "",
-            f"*Sign:* {_escape_markdown(plate.sign)}",
-            "",
-        )
+        title = _escape_markdown(plate.title)
+        yield from ("", f'<a id="{plate.name}"></a>', "", f"## {title}", "")
+        yield f"![{title}]({folder}/{plate.name}.{PICTURE_FORMAT})"
+        yield from ("", _escape_markdown(plate.caption), "")
+        yield from (f"*Sign:* {_escape_markdown(plate.sign)}", "")
         yield from claims_table(plate.claims)
         if plate.references:
             yield from ("", "References:", "")

@@ -54,7 +54,6 @@ PLATES: Mapping[str, str] = {
         ("clavicle", ("clavicle",)),
         ("two_joint_hip", ("two_joint_hip",)),
         ("off_axis", ("off_axis",)),
-        ("fall_energy", ("fall_energy",)),
         ("fall_on_floor", ("fall_on_floor",)),
         ("verification", ("verification",)),
         ("exported_fall", ("exported_fall",)),
@@ -140,16 +139,10 @@ class PlotsResult(CommandResult):
 
     def details(self) -> Paragraphs:
         """Return the claims of each plate."""
-        rows = [
-            [
-                claim.verdict,
-                claim.measured_text,
-                f"({claim.bound_text})" if claim.bound_text else "",
-                _single_line(claim.sentence),
-            ]
-            for plate in self.plates
-            for claim in plate.claims
-        ]
+        rows: list[list[str]] = []
+        for claim in (claim for plate in self.plates for claim in plate.claims):
+            bound = f"({claim.bound_text})" if claim.bound_text else ""
+            rows.append([claim.verdict, claim.measured_text, bound, _single_line(claim.sentence)])
         lines = iter(str(Table(rows, 4)).splitlines())
         for plate in self.plates:
             paragraph = [f"{plate.name}: {_single_line(plate.title)}"]
@@ -234,21 +227,25 @@ def plots(
         chosen = Medium.paper(int((width or Width.PAGE).value))
     if listed:
         return PlateList(list(PLATES))
-    words, progress = names or [], no_monitor
-    if show_progress and not as_json:
-        progress = item_progress_bar
-    motions = [Path(name) for name in words if Path(name).suffix.lower() in READABLE_SUFFIXES]
-    if figure is not None and not motions:
-        raise UsageError("--figure is for motions")
-    studies = [Path(name) for name in words if _is_study_folder(name)]
-    shares = [Path(name) for name in words if Path(name).suffix.lower() == SHARE_SUFFIX]
-    if shares and len(shares) < len(words):
-        raise UsageError("draw tables of mover inverse and other things in separate commands")
-    own = OwnFiles(motions, studies, springs, against, figure, shares)
-    _check_options(words, studies, springs, against, gallery, chosen)
+    words, paths = names or [], [Path(name) for name in names or []]
+    progress = item_progress_bar if show_progress and not as_json else no_monitor
+    own = OwnFiles(
+        motions=[path for path in paths if path.suffix.lower() in READABLE_SUFFIXES],
+        studies=[Path(name) for name in words if _is_study_folder(name)],
+        springs=springs,
+        against=against,
+        figure=figure,
+        shares=[path for path in paths if path.suffix.lower() == SHARE_SUFFIX],
+    )
+    _check_options(words, own, gallery, chosen)
     targets = _select_targets(() if own else words, output, gallery)
     drawn, warnings = _draw_own(own, chosen) if own else ((), [])
-    _prepare_output(output, gallery)
+    if output is not None:
+        _create_folder(output)
+        check_writable([output / REPORT_NAME], ())
+    if gallery is not None:
+        check_writable([gallery], ())
+        _create_folder(gallery.with_suffix(""))
     if own:
         results = _PlateResults(drawn, (), False, ())
     else:
@@ -256,23 +253,21 @@ def plots(
     with hold_interrupts():
         pages: dict[Path, str | bytes] = {}
         if own and output is not None:
-            files_of = [(name, text) for one in results.plates for name, text in one.files.items()]
-            pages = {output / name: text for name, text in files_of}
+            for one in results.plates:
+                pages |= {output / name: text for name, text in one.files.items()}
         plate_names = own.words or (list(targets) if words else [])
         pages |= _format_pages(results, plate_names, None if chosen.is_paper else output, gallery)
         write_files(pages)
-    files = [*results.files, *pages]
-    failure = _failure_message(results, strict)
     return PlotsResult(
         claims=len(results.claims),
         hold=sum(claim.holds for claim in results.claims),
         plates=[PlateData(one.name, one.title, one.claims) for one in results.plates],
         failed=results.failed,
         interrupted=results.interrupted,
-        files=files,
+        files=[*results.files, *pages],
         report=None if output is None else output / REPORT_NAME,
         diagnostics=tuple(warnings),
-        failure=failure,
+        failure=_failure_message(results, strict),
     )
 
 
@@ -298,26 +293,25 @@ def _format_pages(
 
 
 def _check_options(
-    names: Sequence[str],
-    studies: Sequence[Path],
-    springs: Path | None,
-    against: str | None,
-    gallery: Path | None,
-    medium: Medium,
+    names: Sequence[str], own: OwnFiles, gallery: Path | None, medium: Medium
 ) -> None:
     """Raise UsageError for options that exclude each other."""
-    is_motion = [Path(name).suffix.lower() in READABLE_SUFFIXES for name in names]
-    if any(is_motion) and not all(is_motion):
-        raise UsageError("draw motions and named plates in separate commands")
-    if studies and len(studies) < len(names):
-        raise UsageError("draw folders of studies and other things in separate commands")
-    if against is not None and springs is None:
+    if own.figure is not None and not own.motions:
+        raise UsageError("--figure is for motions")
+    for files, others in (
+        (own.shares, "tables of mover inverse and other things"),
+        (own.motions, "motions and named plates"),
+        (own.studies, "folders of studies and other things"),
+    ):
+        if files and len(files) < len(names):
+            raise UsageError(f"draw {others} in separate commands")
+    if own.against is not None and own.springs is None:
         raise UsageError("--against compares with the curves of --springs, which is missing")
-    if springs is not None and names and not all(is_motion):
+    if own.springs is not None and names and not own.motions:
         raise UsageError("--springs draws the curves of a file: leave out the names")
-    if against is not None and names:
+    if own.against is not None and names:
         raise UsageError("--against compares curves: leave out the motions")
-    if gallery is not None and (springs is not None or medium.is_paper):
+    if gallery is not None and (own.springs is not None or medium.is_paper):
         raise UsageError("--gallery shows all plates of the report: leave out the other options")
 
 
@@ -364,27 +358,15 @@ def _named_plates(name: str) -> Sequence[str]:
     return [plate for plate in PLATES if plate.startswith(f"{name}_")]
 
 
-def _prepare_output(output: Path | None, gallery: Path | None) -> None:
-    """Check that the pages can be written, and create the folders. Raises InputError."""
-    if output is not None:
-        _create_folder(output)
-        check_writable([output / REPORT_NAME], ())
-    if gallery is not None:
-        check_writable([gallery], ())
-        _create_folder(gallery.with_suffix(""))
-
-
 def _create_folder(folder: Path) -> None:
     """Create a folder unless it exists. Raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        reason = "it exists and is not a directory"
     except OSError as failure:
         reason = os_error_reason(failure)
-    else:
-        return
-    raise InputError((unwritable_file_error(folder, reason),))
+        if isinstance(failure, FileExistsError):
+            reason = "it exists and is not a directory"
+        raise InputError((unwritable_file_error(folder, reason),)) from None
 
 
 @dataclass(frozen=True)

@@ -57,13 +57,12 @@ class ShareTable:
 
         The first pair between which all rows are sure is preferred.
         """
-        bodies = [title.removesuffix(VERTICAL_FORCE).strip() for title in self.columns
-                  if title.endswith(VERTICAL_FORCE)]  # fmt: skip
-        body = next((one for one in bodies if _side(one) and _side(one) == _side(coordinate)), None)
-        if body is None:
+        side = _side(coordinate)
+        forces = [title for title in self.columns if title.endswith(VERTICAL_FORCE)]
+        force = next((one for one in forces if side and _side(one) == side), None)
+        if force is None:
             return None
-        strikes = heel_strikes(self.times, self.columns[f"{body} {VERTICAL_FORCE}"])
-        pairs = list(pairwise(strikes))
+        pairs = list(pairwise(heel_strikes(self.times, self.columns[force])))
         sure = self.times[self.is_sure > 0.0]
         known = [pair for pair in pairs if len(sure) and sure[0] <= pair[0] and pair[1] <= sure[-1]]
         return next(iter(known or pairs), None)
@@ -148,9 +147,7 @@ def share_plate(path: Path, name: str) -> Plate:
         "are a range over published laws and over the zeros of angles.",
         sign=sign,
         figure=figure,
-        claims=(),
         tables={"moments": {"time [s]": table.times, **numbers}},
-        references=(),
     )
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from math import degrees, radians
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from plots.canvas import (
     GREY,
@@ -128,26 +127,32 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
     compared = None if other is None else other.axis(joint, spring)
     low, high = report.lint_range
     angles = np.linspace(low - _MARGIN, high + _MARGIN, 500)
-    torque = _torques(drawn.elastic, angles)
-    label = own.label(joint, spring)
-    columns = {"angle [deg]": np.degrees(angles), f"{label} [N m]": torque}
+    columns = {"angle [deg]": np.degrees(angles)}
     references = [spring.reference, *(str(row.reference) for row in literature)]
     references = list(dict.fromkeys(filter(None, references)))
     with plot_style():
         figure, ((axes,),) = create_panels(_HEIGHT + 0.25 * len(references), 1)
         axes.axvspan(degrees(low), degrees(high), color=PALE, alpha=0.35, lw=0.0)
         for row, style in zip(literature, LINE_STYLES, strict=False):
-            _draw_literature(axes, row, angles, style, references)
+            label = f"{row.label} [{references.index(str(row.reference)) + 1}]"
+            if (band := row.band(angles)) is not None:
+                at = np.degrees(angles)
+                axes.fill_between(at, *band, color=style.colour, alpha=0.18, lw=0.0)
+            if row.points is not None:
+                at, torques = row.points
+                draw_points(axes, np.degrees(at), torques, style, label, row.is_line)
+            else:
+                torques, known = row.torque(angles), row.valid_range
+                draw_curve(axes, np.degrees(angles), torques, known, style, label, 1.3)
             columns[f"{row.label} [N m]"] = row.torque(angles)
-        known = common_valid_range(drawn.elastic)
-        _draw_spring(axes, angles, torque, known, THESIS_STYLE, label)
-        if other is not None and compared is not None:
-            beside = _torques(compared.elastic, angles)
-            label = other.label(joint, spring)
-            columns[f"{label} [N m]"] = beside
-            _draw_spring(
-                axes, angles, beside, common_valid_range(compared.elastic), OTHER_STYLE, label
-            )
+        whole = (float(angles[0]), float(angles[-1]))
+        for named, one, style in ((own, drawn, THESIS_STYLE), (other, compared, OTHER_STYLE)):
+            if named is not None and one is not None:
+                torque, label = _torques(one.elastic, angles), named.label(joint, spring)
+                columns[f"{label} [N m]"] = torque
+                known = common_valid_range(one.elastic) or whole
+                # Matplotlib hides a label that begins with _
+                draw_curve(axes, np.degrees(angles), torque, known, style, f" {label}", 2.0)
         draw_zero_line(axes)
         axes.set(
             xlim=(degrees(float(angles[0])), degrees(float(angles[-1]))),
@@ -165,7 +170,6 @@ def _plate(name: str, report: CurveReport, own: NamedSprings, other: NamedSpring
         caption=_caption(report, literature),
         sign=_SIGN,
         figure=figure,
-        claims=(),
         tables={name: columns},
         references=tuple(references),
     )
@@ -188,34 +192,6 @@ def _caption(report: CurveReport, literature: Sequence[Literature]) -> str:
     scatter = " ".join(f"Band of {row.label}: {row.scatter_text}." for row in bands)
     nothing = "" if literature else "No published curve has this motion."
     return " ".join(filter(None, [range_text, scatter, nothing, doubts]))
-
-
-def _draw_spring(
-    axes: Axes,
-    angles: Array,
-    torque: Array,
-    known: tuple[float, float] | None,
-    style: LineStyle,
-    name: str,
-) -> None:
-    """Draw a curve, thin and dotted beyond the range in which it is known, if it has one."""
-    whole = (float(angles[0]), float(angles[-1]))
-    label = f" {name}"  # Matplotlib hides a label that begins with _
-    draw_curve(axes, np.degrees(angles), torque, known or whole, style, label, 2.0)
-
-
-def _draw_literature(
-    axes: Axes, row: Literature, angles: Array, style: LineStyle, references: Sequence[str]
-) -> None:
-    label = f"{row.label} [{references.index(str(row.reference)) + 1}]"
-    band = row.band(angles)
-    if band is not None:
-        axes.fill_between(np.degrees(angles), *band, color=style.colour, alpha=0.18, lw=0.0)
-    if row.points is not None:
-        at, torques = row.points
-        draw_points(axes, np.degrees(at), torques, style, label, row.is_line)
-        return
-    draw_curve(axes, np.degrees(angles), row.torque(angles), row.valid_range, style, label, 1.3)
 
 
 def _torques(laws: Sequence[Elastic], angles: Array) -> Array:

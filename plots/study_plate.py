@@ -9,6 +9,7 @@ from itertools import product
 from math import floor, log10, nan
 from pathlib import Path
 from textwrap import fill
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -22,7 +23,6 @@ from generator.diagnostics import InputError, error, format_count
 from generator.recording import Ending
 from generator.study.sensitivity import (
     INDICES_NAME,
-    Estimate,
     IndexKind,
     MeasureIndices,
     StudyIndices,
@@ -81,14 +81,15 @@ _CORRELATION_REFERENCES = (
 )
 
 
-@dataclass(frozen=True)
-class _Ranking:
-    """Rule by which parameters are ranked and drawn."""
+class _Ranking(NamedTuple):
+    """Rule by which parameters are ranked and drawn, and the words of captions."""
 
     main: IndexKind
     beside: IndexKind
     main_label: str
     beside_label: str
+    ranked_by: str
+    samples: str
     references: tuple[str, ...]
 
 
@@ -98,6 +99,8 @@ _RANKINGS = {
         IndexKind.FIRST,
         "total index: alone and with the others",
         "first-order index: alone",
+        "total index",
+        "base samples",
         SOBOL_REFERENCES,
     ),
     DesignKind.MORRIS: _Ranking(
@@ -105,6 +108,8 @@ _RANKINGS = {
         IndexKind.SIGMA,
         "mu*: mean size of the effects",
         "sigma: their standard deviation (bends, interactions)",
+        "mean size of the effects",
+        "trajectories",
         _MORRIS_REFERENCES,
     ),
     DesignKind.LATIN_HYPERCUBE: _Ranking(
@@ -112,6 +117,8 @@ _RANKINGS = {
         IndexKind.REGRESSION,
         "Spearman's rank correlation",
         "coefficient of a linear regression, each number over its deviation",
+        "size of the rank correlation",
+        "runs",
         _CORRELATION_REFERENCES,
     ),
 }
@@ -138,19 +145,18 @@ def _measure_title(name: str, column: str, take: str) -> str:
 
 def sensitivity_plates(indices: StudyIndices, stem: str) -> Iterator[Plate]:
     """Yield plates on which each measure ranks the parameters, some measures on each."""
-    references = _RANKINGS[indices.kind].references
+    references, sign = _RANKINGS[indices.kind].references, varied_quantities(indices)
     for names, name in _pages(indices.measures, f"{stem}_sensitivity"):
         shown = replace(indices, measures={each: indices.measures[each] for each in names})
         with plot_style():
             figure = draw_rankings(shown)
-            add_footer(figure, varied_quantities(shown), references)
+            add_footer(figure, sign, references)
         yield Plate(
             name=name,
             title=f"{indices.name}: sensitivity to parameters, with {_percent(indices)} intervals",
             caption=rankings_caption(shown),
-            sign=varied_quantities(shown),
+            sign=sign,
             figure=figure,
-            claims=(),
             tables=ranking_tables(shown),
             references=references,
         )
@@ -167,34 +173,37 @@ def _pages(measures: Iterable[str], stem: str) -> Iterator[tuple[list[str], str]
 def draw_rankings(indices: StudyIndices) -> Figure:
     """Draw the ranking of each measure; call it within `plot_style`."""
     rule = _RANKINGS[indices.kind]
-    ranked = {name: _ranked(measure, rule) for name, measure in indices.measures.items()}
+    ranked = {name: measure.ranked(rule.main) for name, measure in indices.measures.items()}
     lengths = [min(len(order), MAX_RANKED) or 1 for order in ranked.values()]
     height = 0.9 + sum(_PANEL_HEIGHT + _ROW_HEIGHT * length for length in lengths)
     figure = create_canvas(height)
     grid = figure.subplots(len(lengths), 1, squeeze=False, height_ratios=lengths)
-    panels = [row[0] for row in grid]
+    panels: list[Axes] = list(grid[:, 0])
     for axes, (title, measure) in zip(panels, indices.measures.items(), strict=True):
         _draw_ranking(axes, title, measure, ranked[title], rule)
-    if indices.kind is not DesignKind.MORRIS:
-        _share_limits(panels)
+    if indices.kind is not DesignKind.MORRIS:  # shares, and as far as intervals reach
+        ends = [axes.get_xlim() for axes in panels if axes.lines]
+        low, high = (
+            min([-0.02, *(low for low, _ in ends)]),
+            max([1.02, *(high for _, high in ends)]),
+        )
+        for axes in panels:
+            if axes.lines:
+                axes.set_xlim(low, high)
+    open_mark: Look = {"color": VERMILION, "marker": "s", "ms": 5.0, "mfc": "white", "lw": 1.2}
     main = Line2D([], [], color=BLUE, marker="o", ms=5.0, lw=3.0, label=rule.main_label)
-    beside = Line2D(
-        [], [], color=VERMILION, marker="s", ms=5.0, mfc="white", lw=1.2, label=rule.beside_label
-    )
-    _add_legend_above(figure, [main, beside])
+    _add_legend_above(figure, [main, Line2D([], [], label=rule.beside_label, **open_mark)])
     return figure
 
 
 def rankings_caption(indices: StudyIndices) -> str:
     """Return the text below the rankings of all measures."""
-    index, samples = {
-        DesignKind.SOBOL: ("total index", "base samples"),
-        DesignKind.MORRIS: ("mean size of the effects", "trajectories"),
-    }.get(indices.kind, ("size of the rank correlation", "runs"))
+    rule = _RANKINGS[indices.kind]
     left_out = [f"{name}: {one.message}" for name, one in indices.measures.items() if one.message]
     caption = (
-        f"Parameters ranked by the {index} of each measure, from {indices.samples} {samples}. "
-        f"Bars are intervals of {_percent(indices)} from {indices.resamples} bootstrap samples."
+        f"Parameters ranked by the {rule.ranked_by} of each measure, from {indices.samples} "
+        f"{rule.samples}. Bars are intervals of {_percent(indices)} from {indices.resamples} "
+        "bootstrap samples."
     )
     return " ".join([caption, *left_out])
 
@@ -203,9 +212,8 @@ def _percent(indices: StudyIndices) -> str:
     return f"{100 * indices.confidence:g} %"
 
 
-def _ranked(measure: MeasureIndices, rule: _Ranking) -> list[str]:
-    """Return the parameters of a measure from the largest main index to the smallest."""
-    return measure.ranked(rule.main)
+_THICK: Look = {"lw": 3.0, "alpha": 0.5}
+_THIN: Look = {"lw": 1.2, "alpha": 1.0}
 
 
 def _draw_ranking(
@@ -228,13 +236,19 @@ def _draw_ranking(
         axes.spines["bottom"].set_visible(False)
         axes.text(0.0, 0.0, _wrapped(measure.message), color=GREY, fontsize=8.0, va="center")
         return
-    decimals = 2
-    if rule.main is IndexKind.MU_STAR:
-        decimals = _decimals(max(one[rule.main].value for one in measure.parameters.values()))
+    is_change, decimals = rule.main is IndexKind.MU_STAR, 2
+    if is_change:  # three digits of the largest number
+        largest = max(one[rule.main].value for one in measure.parameters.values())
+        decimals = min(max(2 - floor(log10(largest)), 0), 9) if largest > 0.0 else 0
     for row, name in enumerate(shown):
         main, beside = measure.parameters[name][rule.main], measure.parameters[name][rule.beside]
-        _draw_estimate(axes, row - 0.13, main, BLUE, "o", is_main=True)
-        _draw_estimate(axes, row + 0.2, beside, VERMILION, "s", is_main=False)
+        for place, one, colour, marker, face, style in (
+            (row - 0.13, main, BLUE, "o", BLUE, _THICK),
+            (row + 0.2, beside, VERMILION, "s", "white", _THIN),
+        ):
+            ends = [one.low, one.high]
+            axes.plot(ends, [place, place], color=colour, solid_capstyle="butt", **style)
+            axes.plot(one.value, place, marker, color=colour, ms=5.0, mfc=face)
         if current_medium().is_narrow:
             continue
         look: Look = {"va": "center", "fontsize": 7.5, "color": BLUE}
@@ -250,39 +264,13 @@ def _draw_ranking(
     label = "share of the variance"
     if measure.r2 is not None:
         label = f"correlation; the regression explains {measure.r2.value:.2f} of the variance"
-    if rule.main is IndexKind.MU_STAR:
+    if is_change:
         label = f"change over a parameter's range{f' [{unit}]' if unit else ''}"
     axes.set_xlabel("\n".join(map(_wrapped, [label, *notes])), fontsize=8.0, parse_math=False)
 
 
 def _wrapped(text: str) -> str:
     return fill(text, 45 if current_medium().is_narrow else 100)
-
-
-def _draw_estimate(
-    axes: Axes, height: float, estimate: Estimate, colour: str, marker: str, *, is_main: bool
-) -> None:
-    """Draw an estimate with its interval: filled and thick, or open and thin."""
-    look: Look = {"lw": 3.0, "alpha": 0.5} if is_main else {"lw": 1.2, "alpha": 1.0}
-    ends = [estimate.low, estimate.high]
-    axes.plot(ends, [height, height], color=colour, solid_capstyle="butt", **look)
-    fill = colour if is_main else "white"
-    axes.plot(estimate.value, height, marker, color=colour, ms=5.0, mfc=fill)
-
-
-def _decimals(largest: float) -> int:
-    """Return the decimals that give the largest number of a panel three digits."""
-    return min(max(2 - floor(log10(largest)), 0), 9) if largest > 0.0 else 0
-
-
-def _share_limits(panels: Sequence[Axes]) -> None:
-    """Show shares of the variance from 0 to 1 and as far as intervals reach."""
-    ends = [axes.get_xlim() for axes in panels if axes.lines]
-    low = min([-0.02, *(low for low, _ in ends)])
-    high = max([1.02, *(high for _, high in ends)])
-    for axes in panels:
-        if axes.lines:
-            axes.set_xlim(low, high)
 
 
 def _add_legend_above(figure: Figure, handles: Sequence[Artist]) -> None:
@@ -303,7 +291,7 @@ def ranking_tables(indices: StudyIndices) -> Mapping[str, Mapping[str, Array]]:
     title = f"parameter: {', '.join(f'{number} = {name}' for name, number in numbers.items())}"
     tables: dict[str, dict[str, Array]] = {}
     for k, (measure, found) in enumerate(indices.measures.items(), start=1):
-        order = _ranked(found, _RANKINGS[indices.kind])
+        order = found.ranked(_RANKINGS[indices.kind].main)
         columns = {title: np.array([numbers[name] for name in order], dtype=float)}
         for kind, end in product(IndexKind, ("value", "low", "high")):
             rows = [found.parameters[name] for name in order]
@@ -401,9 +389,8 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
     characters = int(_CHARACTERS_PER_INCH * (current_medium().width - 0.6) / len(shown))
     failed = int((~runs.is_done).sum())
     with plot_style():
-        figure, panels = create_panels(
-            1.1 + _SCATTER_HEIGHT * len(measures), len(measures), len(shown)
-        )
+        height = 1.1 + _SCATTER_HEIGHT * len(measures)
+        figure, panels = create_panels(height, len(measures), len(shown))
         for row, measure in zip(panels, measures, strict=True):
             title = fill(runs.titles[measure], characters)
             row[0].set_title(title, fontsize=8.0, fontweight="bold", parse_math=False)
@@ -422,36 +409,33 @@ def _measure_plate(runs: StudyRuns, measures: Sequence[str], name: str) -> Plate
         _add_legend_above(figure, handles)
         sign = "Line: median of neighbouring runs; band: their 10 % to 90 % quantiles."
         add_footer(figure, sign, ())
-    left_out = len(runs.parameters) - len(shown)
     count = format_count(len(runs.is_done), "run")
     caption = f"Measures of {count}, of which {failed} failed, over parameters."
-    if left_out:
+    if left_out := [name for name in runs.parameters if name not in shown]:
         caption += (
-            f" Left out: {left_out} parameters with smaller rank correlations,"
-            f" {', '.join(name for name in runs.parameters if name not in shown)}."
+            f" Left out: {len(left_out)} parameters with smaller rank correlations,"
+            f" {', '.join(left_out)}."
         )
-    columns = {each: runs.parameters[each] for each in runs.parameters}
-    columns |= {each: runs.measures[each] for each in measures}
+    columns = {**runs.parameters, **{each: runs.measures[each] for each in measures}}
     return Plate(
         name=name,
         title=f"{runs.name}: {count}" + (f", {failed} failed" if failed else ""),
         caption=caption,
         sign=sign,
         figure=figure,
-        claims=(),
         tables={"runs": columns},
-        references=(),
     )
 
 
 def _most_correlated(runs: StudyRuns, measures: Sequence[str]) -> list[str]:
     """Return the parameters with the largest rank correlations with any of the measures."""
-    strength = {
-        parameter: max(_rank_correlation(values, runs.measures[each]) for each in measures)
-        for parameter, values in runs.parameters.items()
-    }
+
+    def strength(name: str) -> float:
+        values = runs.parameters[name]
+        return max(_rank_correlation(values, runs.measures[each]) for each in measures)
+
     count = 1 if current_medium().is_narrow else MAX_SHOWN
-    largest = sorted(strength, key=lambda name: -strength[name])[:count]
+    largest = sorted(runs.parameters, key=strength, reverse=True)[:count]
     return [name for name in runs.parameters if name in largest]
 
 

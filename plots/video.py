@@ -50,17 +50,14 @@ class Film:
             MoverError: the encoder fails.
         """
         with progress(self.count, "frames") as done:
-            frames = self._frames(done)
-            if kind == ".gif":
-                self._write_gif(path, frames)
-            else:
-                self._write_mp4(path, frames)
-        return Losses(kind)
 
-    def _frames(self, done: Callable[[str], None]) -> Iterator[NDArray[np.uint8]]:
-        for k in range(self.count):
-            yield self.draw(k)
-            done("")
+            def frames() -> Iterator[NDArray[np.uint8]]:
+                for k in range(self.count):
+                    yield self.draw(k)
+                    done("")
+
+            (self._write_gif if kind == ".gif" else self._write_mp4)(path, frames())
+        return Losses(kind)
 
     def _write_mp4(self, path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
         first = next(frames)
@@ -104,15 +101,8 @@ class Film:
             for frame in frames
         )
         first = next(images)
-        first.save(
-            path,
-            "GIF",
-            save_all=True,
-            append_images=images,
-            duration=durations,
-            loop=0,
-            optimize=False,
-        )
+        options: dict[str, Any] = {"duration": durations, "loop": 0, "optimize": False}
+        first.save(path, "GIF", save_all=True, append_images=images, **options)
 
 
 def _ffmpeg() -> Any:

@@ -16,7 +16,7 @@ from generator import read_figure, read_npz
 from generator.cli.app import app
 from generator.contact.scene import Scene
 from generator.input_files.scene import read_scene
-from plots.figure_image import Strip, View, strip_image
+from plots.figure_image import Body, Strip, View, draw_moments, poses_at
 
 WIDTH, SCALE = 11.4, 100
 """Width of the picture [m], pixels per metre."""
@@ -135,7 +135,9 @@ def main() -> None:
         frames = [round(time / recording.times[1]) for time in fall.times]
         axes.set_axis_off()
         axes.imshow(
-            strip_image(figure, recording, frames, strip, fall.scene),
+            draw_moments(
+                Body.of_figure(figure), poses_at(recording.poses, frames), strip, fall.scene
+            ),
             extent=(
                 strip.left,
                 strip.right + strip.spacing * (len(frames) - 1),

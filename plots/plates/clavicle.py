@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from math import nextafter
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.canvas import BLUE, LINE_STYLES, THESIS_STYLE, create_panels, draw_points, draw_zero_line
@@ -39,7 +38,7 @@ _INMAN = (
 
 @dataclass(frozen=True)
 class ClavicleRhythms:
-    """Elevations of the clavicle: the thesis's by plane, measured ones by plane and name."""
+    """Elevations of the clavicle: the thesis's by plane, measured ones by plane and source."""
 
     lines: Mapping[str, PublishedRhythm]
     sets: Mapping[str, Mapping[str, PublishedRhythm]]
@@ -47,9 +46,11 @@ class ClavicleRhythms:
 
 
 def _read_rhythms() -> ClavicleRhythms:
+    rows = published.publication("spartacus").rhythms.values()
+    names = {row: row.name.rpartition("_")[0].replace("_", " ").capitalize() for row in rows}
     return ClavicleRhythms(
         {plane: published.rhythm(f"otani_1989/clavicle_{plane}") for plane in PLANES},
-        {plane: _measured_sets(plane) for plane in PLANES},
+        {plane: {names[row]: row for row in rows if row.plane == plane} for plane in PLANES},
         published.rhythm(_REGRESSION),
     )
 
@@ -84,15 +85,10 @@ def piece_offset(rhythm: PublishedRhythm) -> float:
     return float(np.degrees(above - below))
 
 
-def _measured_sets(plane: str) -> dict[str, PublishedRhythm]:
-    rows = published.publication("spartacus").rhythms.values()
-    return {row.name.rpartition("_")[0]: row for row in rows if row.plane == plane}
-
-
 def _claims(made: ClavicleRhythms) -> Iterator[Claim]:
     for plane, line in made.lines.items():
         sets = made.sets[plane].items()
-        slopes = {_format_name(name): mean_slope(row, plane) for name, row in sets}
+        slopes = {name: mean_slope(row, plane) for name, row in sets}
         steepest = max(slopes, key=lambda name: slopes[name])
         yield Claim(
             f"From 30 to 120 deg of arm elevation in the {plane} plane the thesis's line is no "
@@ -109,18 +105,11 @@ def _claims(made: ClavicleRhythms) -> Iterator[Claim]:
         by_hand = HAND_CALCULATED_ELEVATIONS[plane]
         *first, last = CHECKED_ELEVATIONS
         where = ", ".join(f"{at:g}" for at in first)
-        yield Claim(
+        sentence = (
             f"In the {plane} plane the elevation at {where} and {last:g} deg is that "
-            f"calculated by hand: {', '.join(f'{value:.3f}' for value in by_hand)} deg",
-            float(np.abs(elevations - by_hand).max()),
-            "deg",
-            at_most=0.0005,
+            f"calculated by hand: {', '.join(f'{value:.3f}' for value in by_hand)} deg"
         )
-
-
-def _format_name(name: str) -> str:
-    """Format `ludewig_2009` as `Ludewig 2009`."""
-    return name.replace("_", " ").capitalize()
+        yield Claim(sentence, float(np.abs(elevations - by_hand).max()), "deg", at_most=0.0005)
 
 
 def _draw(made: ClavicleRhythms) -> Figure:
@@ -136,11 +125,16 @@ def _draw(made: ClavicleRhythms) -> Figure:
         axes.plot(grid, regression, ":", color=BLUE, label="substitute: de Groot & Brand [4]")
         for name, row in made.sets[plane].items():
             at, elevations = np.degrees(np.array(_points(row))).T
-            label = f"substitute: {_format_name(name)} [3]"
+            label = f"substitute: {name} [3]"
             draw_points(axes, at, elevations, pens[name], label)
             less = elevations - _bone_angle_degrees(line, np.radians(at))
             draw_points(rest, at, less, pens[name], "_")
-        _mark_jump(axes, line)
+        assert isinstance(line.law, PiecewiseLinear)
+        end = line.law.pieces[0][0]
+        at = np.degrees([end, *line.law.angle(np.array([end]))]).tolist()
+        label = f"jumps by {piece_offset(line):+.2f} deg\nat {at[0]:.4g} deg"
+        arrow = {"arrowstyle": "-", "lw": 0.7}
+        axes.annotate(label, at, xytext=(112.0, 41.0), fontsize=7.0, arrowprops=arrow)
         draw_zero_line(rest)
         axes.set_title(f"arm raised in the {plane} plane")
         axes.legend(loc="upper left", fontsize=7.0)
@@ -148,19 +142,6 @@ def _draw(made: ClavicleRhythms) -> Figure:
     upper[0].set(ylabel="clavicle elevation [deg]", ylim=(0.0, 52.0))
     lower[0].set_ylabel("set - thesis [deg]")
     return figure
-
-
-def _mark_jump(axes: Axes, line: PublishedRhythm) -> None:
-    assert isinstance(line.law, PiecewiseLinear)
-    end = line.law.pieces[0][0]
-    height = _bone_angle_degrees(line, np.array([end]))[0]
-    axes.annotate(
-        f"jumps by {piece_offset(line):+.2f} deg\nat {np.degrees(end):.4g} deg",
-        (float(np.degrees(end)), float(height)),
-        xytext=(112.0, 41.0),
-        fontsize=7.0,
-        arrowprops={"arrowstyle": "-", "lw": 0.7},
-    )
 
 
 def _bone_angle_degrees(rhythm: PublishedRhythm, elevation: Array, plane: float = 0.0) -> Array:
@@ -180,7 +161,7 @@ def _tables(made: ClavicleRhythms) -> dict[str, dict[str, Array]]:
         for name, row in made.sets[plane].items():
             known = dict(_points(row))
             values = np.degrees([known.get(float(x), np.nan) for x in at])
-            tables[plane][f"{_format_name(name)} [deg]"] = values
+            tables[plane][f"{name} [deg]"] = values
         tables[plane]["thesis [deg]"] = _bone_angle_degrees(line, at)
     return tables
 

@@ -1,7 +1,8 @@
 """Bodies in contact against closed forms: impact, friction, rolling, tipping, and energy."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from math import degrees, pi, radians
 
@@ -10,32 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Recording
+from plots import contact_cases as forms
 from plots.canvas import BLACK, LINE_STYLES, LineStyle, Look, create_canvas, draw_line
-from plots.contact_cases import (
-    BODY,
-    FIRM,
-    GRAVITY,
-    MASS,
-    ContactCase,
-    ball_acceleration,
-    ball_begins_to_roll,
-    ball_on_incline,
-    creep_speed,
-    creeping_block,
-    elastic_peak,
-    exchanged_energy,
-    friction_angle_of_rolling,
-    rebound,
-    resting_block,
-    restitution,
-    slip_acceleration,
-    slipping_block,
-    stopping_block,
-    stopping_distance,
-    tipping_rate,
-    tipping_rod,
-    tumbling_block,
-)
+from plots.contact_cases import BODY, FIRM, GRAVITY, MASS, ContactCase
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
 from springs.backends import Array
@@ -114,16 +92,8 @@ class Cases:
     @property
     def all(self) -> tuple[ContactCase, ...]:
         """All cases with a closed form, in the order of the table."""
-        groups = (
-            self.impacts,
-            self.peaks,
-            self.creeping,
-            self.slipping,
-            self.stopping,
-            self.beginning,
-            self.balls,
-        )
-        listed = [case for group in groups for case in group.values()]
+        slides = (self.creeping, self.slipping, self.stopping, self.beginning, self.balls)
+        listed = [case for group in (self.impacts, self.peaks, *slides) for case in group.values()]
         return (*listed, *self.rod, self.resting)
 
     @property
@@ -134,194 +104,137 @@ class Cases:
 
 def simulate_cases() -> Cases:
     """Simulate all motions."""
+    turned = partial(forms.ball_on_incline, turned_gravity=True)
     return Cases(
-        impacts={key: rebound(*key) for key in product(DAMPINGS, IMPACT_SPEEDS, STIFFNESSES)},
-        peaks={speed: elastic_peak(speed) for speed in IMPACT_SPEEDS},
-        creeping={slope: creeping_block(radians(slope)) for slope in CREEP_SLOPES},
-        slipping={slope: slipping_block(radians(slope)) for slope in SLIP_SLOPES},
-        balls={slope: ball_on_incline(radians(slope)) for slope in BALL_SLOPES},
-        turned={
-            slope: ball_on_incline(radians(slope), turned_gravity=True) for slope in BALL_SLOPES
-        },
-        stopping={speed: stopping_block(speed) for speed in SLIDING_SPEEDS},
-        beginning={speed: ball_begins_to_roll(speed) for speed in SLIDING_SPEEDS},
-        rod=tipping_rod(ROD_START, ROD_ANGLES),
-        resting=resting_block(),
-        tumbling=tumbling_block(),
+        impacts={key: forms.rebound(*key) for key in product(DAMPINGS, IMPACT_SPEEDS, STIFFNESSES)},
+        peaks={speed: forms.elastic_peak(speed) for speed in IMPACT_SPEEDS},
+        creeping={slope: forms.creeping_block(radians(slope)) for slope in CREEP_SLOPES},
+        slipping={slope: forms.slipping_block(radians(slope)) for slope in SLIP_SLOPES},
+        balls={slope: forms.ball_on_incline(radians(slope)) for slope in BALL_SLOPES},
+        turned={slope: turned(radians(slope)) for slope in BALL_SLOPES},
+        stopping={speed: forms.stopping_block(speed) for speed in SLIDING_SPEEDS},
+        beginning={speed: forms.ball_begins_to_roll(speed) for speed in SLIDING_SPEEDS},
+        rod=forms.tipping_rod(ROD_START, ROD_ANGLES),
+        resting=forms.resting_block(),
+        tumbling=forms.tumbling_block(),
     )
 
 
-def _claims(cases: Cases) -> list[Claim]:
-    friction_angle = degrees(np.arctan(FIRM.friction))
-    rolling = {
-        slope: case
-        for slope, case in cases.balls.items()
-        if radians(slope) < friction_angle_of_rolling(FIRM)
-    }
-    slipping = [case for slope, case in cases.balls.items() if slope not in rolling]
-    exchanged = exchanged_energy(cases.tumbling)
-    return [
-        _claim(
-            f"{len(cases.impacts)} impacts without gravity have the restitution that follows from "
-            "damping and speed alone",
-            cases.impacts.values(),
-            1e-8,
-        ),
-        _claim(
-            "The peak force of an impact without damping is that which stores the kinetic energy",
+_FRICTION_ANGLE = degrees(np.arctan(FIRM.friction))
+
+
+def _claims(cases: Cases) -> Iterator[Claim]:
+    limit, balls = degrees(forms.friction_angle_of_rolling(FIRM)), cases.balls
+    turned = [
+        replace(case, closed_form=balls[slope].measured) for slope, case in cases.turned.items()
+    ]
+    compared: Mapping[str, tuple[Iterable[ContactCase], float]] = {
+        f"{len(cases.impacts)} impacts without gravity have the restitution that follows from "
+        "damping and speed alone": (cases.impacts.values(), 1e-8),
+        "The peak force of an impact without damping is that which stores the kinetic energy": (
             cases.peaks.values(),
             3e-4,
         ),
-        _claim(
-            f"Below the friction angle of {friction_angle:.1f} deg a block creeps down an incline "
-            "at the speed at which friction holds its weight",
-            cases.creeping.values(),
-            1e-4,
-        ),
-        _claim(
-            f"From {min(cases.slipping):g} deg on it slips with g (sin - mu cos)",
+        f"Below the friction angle of {_FRICTION_ANGLE:.1f} deg a block creeps down an incline "
+        "at the speed at which friction holds its weight": (cases.creeping.values(), 1e-4),
+        f"From {min(cases.slipping):g} deg on it slips with g (sin - mu cos)": (
             cases.slipping.values(),
             3e-3,
         ),
-        _claim(
-            "A sliding block comes to rest after the stopping distance of its friction",
+        "A sliding block comes to rest after the stopping distance of its friction": (
             cases.stopping.values(),
             2e-3,
         ),
-        _claim(
-            "A sliding ball rolls in the end with 5/7 of its speed", cases.beginning.values(), 1e-8
+        "A sliding ball rolls in the end with 5/7 of its speed": (cases.beginning.values(), 1e-8),
+        "A ball rolls down an incline with 5/7 g sin": (
+            [case for slope, case in balls.items() if slope < limit],
+            1e-6,
         ),
-        _claim("A ball rolls down an incline with 5/7 g sin", rolling.values(), 1e-6),
-        _claim("On a steeper one it slips with g (sin - mu cos)", slipping, 1e-4),
-        Claim(
-            "A horizontal plane in turned gravity accelerates it as an inclined plane does: "
-            "largest relative difference",
-            _largest(
-                abs(turned.measured / cases.balls[slope].measured - 1.0)
-                for slope, turned in cases.turned.items()
-            ),
-            at_most=1e-6,
+        "On a steeper one it slips with g (sin - mu cos)": (
+            [case for slope, case in balls.items() if slope >= limit],
+            1e-4,
         ),
-        _claim("A rod that tips over its rounded foot has the rate of its energy", cases.rod, 1e-3),
-        _claim("A block at rest is carried with its weight", [cases.resting], 1e-6),
-        Claim(
-            "A thrown block keeps the sum of its energies with those lost in impacts and "
-            f"friction: largest change, of {exchanged:.3g} J exchanged",
-            float(np.ptp(cases.tumbling.energy_balance)),
-            "J",
-            at_most=1e-9 * exchanged,
+        "A horizontal plane in turned gravity accelerates it as an inclined plane does": (
+            turned,
+            1e-6,
         ),
-        Claim(
-            "Its momentum changes by the impulses of the plane and of its weight: difference",
-            _impulse_gap(cases.tumbling),
-            "N s",
-            at_most=1e-9,
-        ),
-        Claim(
-            "In all these runs the accelerations are those of the Exudyn model: largest relative "
-            "difference",
-            _largest(_agreement(run) for run in cases.runs),
-            at_most=EXUDYN_AGREEMENT,
-        ),
-    ]
-
-
-def _claim(sentence: str, cases: Iterable[ContactCase], bound: float) -> Claim:
-    """Bound the largest relative error of some cases."""
-    return Claim(
-        f"{sentence}: largest relative difference",
-        _largest(case.relative_error for case in cases),
-        at_most=bound,
+        "A rod that tips over its rounded foot has the rate of its energy": (cases.rod, 1e-3),
+        "A block at rest is carried with its weight": ([cases.resting], 1e-6),
+    }
+    for sentence, (some, bound) in compared.items():
+        largest = float(np.max([case.relative_error for case in some]))
+        yield Claim(f"{sentence}: largest relative difference", largest, at_most=bound)
+    run, exchanged = cases.tumbling, forms.exchanged_energy(cases.tumbling)
+    sentence = (
+        "A thrown block keeps the sum of its energies with those lost in impacts and "
+        f"friction: largest change, of {exchanged:.3g} J exchanged"
     )
-
-
-def _largest(values: Iterable[float]) -> float:
-    """Largest value; nan if one is nan."""
-    return float(np.max(list(values)))
-
-
-def _agreement(run: Recording) -> float:
-    return np.nan if run.agreement_with_exudyn is None else run.agreement_with_exudyn
-
-
-def _impulse_gap(run: Recording) -> float:
-    """Difference of momentum gained and impulses [N s]."""
+    yield Claim(sentence, float(np.ptp(run.energy_balance)), "J", at_most=1e-9 * exchanged)
     assert run.contact is not None
     gained = MASS * (run.velocities[BODY][-1, 3:] - run.velocities[BODY][0, 3:])
     weight = np.array([0.0, -MASS * GRAVITY * (run.times[-1] - run.times[0]), 0.0])
-    return float(np.linalg.norm(gained - weight - run.contact.segments[BODY].impulse))
+    gap = float(np.linalg.norm(gained - weight - run.contact.segments[BODY].impulse))
+    sentence = "Its momentum changes by the impulses of the plane and of its weight: difference"
+    yield Claim(sentence, gap, "N s", at_most=1e-9)
+    differences = [one.agreement_with_exudyn for one in cases.runs]
+    yield Claim(
+        "In all these runs the accelerations are those of the Exudyn model: largest relative "
+        "difference",
+        float(np.max([np.nan if one is None else one for one in differences])),
+        at_most=EXUDYN_AGREEMENT,
+    )
 
 
 def _draw(cases: Cases) -> Figure:
     figure = create_canvas(5.8)
-    panels: list[Axes] = list(figure.subplots(2, 3).flat)
-    _draw_restitution(panels[0], cases)
-    _draw_creep(panels[1], cases)
-    _draw_acceleration(panels[2], cases)
-    _draw_stopping(panels[3], cases)
-    _draw_rod(panels[4], cases)
-    _draw_energy(panels[5], cases.tumbling)
+    impact, creep, incline, stopping, rod, energy = figure.subplots(2, 3).flat
+    ball, block, *_ = LINE_STYLES
+    _draw_restitution(impact, cases)
+    creep.set_yscale("log")
+    slopes = np.linspace(2.0, 30.5, 200)
+    _draw_closed(
+        creep, slopes, lambda slope: 1e3 * forms.creep_speed(slope, FIRM), ball, np.radians
+    )
+    _draw_measured(creep, cases.creeping, ball, scale=1e3)
+    creep.axvline(_FRICTION_ANGLE, color=BLACK, lw=1.0, ls=(0, (1, 1)))
+    creep.set(title="block creeps", xlabel="slope [deg]", ylabel="speed [mm/s]")
+    look: Look = {"rotation": 90, "transform": creep.transAxes, "fontsize": 7.0, "ha": "right"}
+    creep.text(0.93, 0.04, "friction angle", **look)
+    slopes, steep = np.linspace(0.0, 75.0, 151), np.linspace(_FRICTION_ANGLE, 50.0, 50)
+    rolls, slips = (
+        partial(forms.ball_acceleration, surface=FIRM),
+        partial(forms.slip_acceleration, surface=FIRM),
+    )
+    _draw_closed(incline, slopes, rolls, ball, np.radians, "ball")
+    _draw_closed(incline, steep, slips, block, np.radians, "block")
+    _draw_measured(incline, cases.balls, ball)
+    _draw_measured(incline, cases.slipping, block)
+    incline.set(title="down an incline", xlabel="slope [deg]", ylabel="acceleration [m/s²]")
+    incline.legend(loc="upper left", fontsize=7.0)
+    speeds = np.linspace(0.0, 2.2, 100)
+    _draw_closed(stopping, speeds, partial(forms.stopping_distance, surface=FIRM), ball)
+    _draw_measured(stopping, cases.stopping, ball)
+    stopping.set(title="block slides to rest", xlabel="initial speed [m/s]", ylabel="distance [m]")
+    _draw_closed(
+        rod, np.linspace(ROD_START, 0.3 * pi, 100), partial(forms.tipping_rate, ROD_START), ball
+    )
+    _draw_measured(rod, dict(zip(ROD_ANGLES, cases.rod, strict=True)), ball)
+    rod.set(title="rod tips", xlabel="angle from the vertical [rad]")
+    rod.set_ylabel("angular velocity [rad/s]")
+    _draw_energy(energy, cases.tumbling)
     return figure
 
 
 def _draw_restitution(axes: Axes, cases: Cases) -> None:
-    speeds = np.linspace(0.02, 3.2, 100)
     for damping, pen in zip(DAMPINGS, LINE_STYLES, strict=False):
-        closed = [restitution(damping, speed) for speed in speeds.tolist()]
-        axes.plot(speeds, closed, pen.dash, color=pen.colour, lw=1.2, label=f"a = {damping:g} s/m")
+        closed, label = partial(forms.restitution, damping), f"a = {damping:g} s/m"
+        _draw_closed(axes, np.linspace(0.02, 3.2, 100), closed, pen, label=label)
         for stiffness, marker, size in zip(STIFFNESSES, ("o", "."), (6.0, 4.0), strict=True):
-            measured = [cases.impacts[damping, speed, stiffness] for speed in IMPACT_SPEEDS]
-            _draw_measured(axes, IMPACT_SPEEDS, measured, LineStyle(pen.colour, "", marker), size)
-    axes.set(
-        title="impact", xlabel="speed of approach [m/s]", ylabel="restitution [1]", ylim=(0.0, 1.05)
-    )
+            some = {speed: cases.impacts[damping, speed, stiffness] for speed in IMPACT_SPEEDS}
+            _draw_measured(axes, some, LineStyle(pen.colour, "", marker), size)
+    axes.set(title="impact", xlabel="speed of approach [m/s]", ylabel="restitution [1]")
+    axes.set_ylim(0.0, 1.05)
     axes.legend(fontsize=7.0)
-
-
-def _draw_creep(axes: Axes, cases: Cases) -> None:
-    slopes = np.linspace(2.0, 30.5, 200)
-    closed = [1e3 * creep_speed(slope, FIRM) for slope in np.radians(slopes).tolist()]
-    pen = LINE_STYLES[0]
-    axes.semilogy(slopes, closed, color=pen.colour, lw=1.2)
-    _draw_measured(axes, CREEP_SLOPES, cases.creeping.values(), pen, scale=1e3)
-    axes.axvline(degrees(np.arctan(FIRM.friction)), color=BLACK, lw=1.0, ls=(0, (1, 1)))
-    axes.set(title="block creeps", xlabel="slope [deg]", ylabel="speed [mm/s]")
-    look: Look = {"rotation": 90, "transform": axes.transAxes, "fontsize": 7.0, "ha": "right"}
-    axes.text(0.93, 0.04, "friction angle", **look)
-
-
-def _draw_acceleration(axes: Axes, cases: Cases) -> None:
-    ball, block = LINE_STYLES[0], LINE_STYLES[1]
-    slopes = np.linspace(0.0, 75.0, 151)
-    closed = [ball_acceleration(slope, FIRM) for slope in np.radians(slopes).tolist()]
-    axes.plot(slopes, closed, ball.dash, color=ball.colour, lw=1.2, label="ball")
-    steep = np.linspace(degrees(np.arctan(FIRM.friction)), 50.0, 50)
-    closed = [slip_acceleration(slope, FIRM) for slope in np.radians(steep).tolist()]
-    axes.plot(steep, closed, block.dash, color=block.colour, lw=1.2, label="block")
-    _draw_measured(axes, BALL_SLOPES, cases.balls.values(), ball)
-    _draw_measured(axes, SLIP_SLOPES, cases.slipping.values(), block)
-    axes.set(title="down an incline", xlabel="slope [deg]", ylabel="acceleration [m/s²]")
-    axes.legend(loc="upper left", fontsize=7.0)
-
-
-def _draw_stopping(axes: Axes, cases: Cases) -> None:
-    pen = LINE_STYLES[0]
-    speeds = np.linspace(0.0, 2.2, 100)
-    closed = [stopping_distance(speed, FIRM) for speed in speeds.tolist()]
-    axes.plot(speeds, closed, color=pen.colour, lw=1.2)
-    _draw_measured(axes, SLIDING_SPEEDS, cases.stopping.values(), pen)
-    axes.set(title="block slides to rest", xlabel="initial speed [m/s]", ylabel="distance [m]")
-
-
-def _draw_rod(axes: Axes, cases: Cases) -> None:
-    pen = LINE_STYLES[0]
-    angles = np.linspace(ROD_START, 0.3 * pi, 100)
-    closed = [tipping_rate(ROD_START, angle) for angle in angles.tolist()]
-    axes.plot(angles, closed, color=pen.colour, lw=1.2)
-    _draw_measured(axes, ROD_ANGLES, cases.rod, pen)
-    axes.set(
-        title="rod tips", xlabel="angle from the vertical [rad]", ylabel="angular velocity [rad/s]"
-    )
 
 
 def _draw_energy(axes: Axes, run: Recording) -> None:
@@ -340,18 +253,30 @@ def _draw_energy(axes: Axes, run: Recording) -> None:
     axes.legend(loc="upper right", ncols=2, fontsize=7.0)
 
 
+def _draw_closed(
+    axes: Axes,
+    at: Array,
+    closed: Callable[[float], float],
+    pen: LineStyle,
+    convert: Callable[[Array], Array] = np.asarray,
+    label: str = "_",
+) -> None:
+    """Draw a closed form over a parameter that is converted to its unit."""
+    values = [closed(one) for one in convert(at).tolist()]
+    axes.plot(at, values, pen.dash, color=pen.colour, lw=1.2, label=label)
+
+
 def _draw_measured(
     axes: Axes,
-    parameters: Sequence[float],
-    cases: Iterable[ContactCase],
+    cases: Mapping[float, ContactCase],
     pen: LineStyle,
     size: float = 5.0,
     scale: float = 1.0,
 ) -> None:
     """Draw measured numbers over a parameter, in another unit by a scale."""
     fill = "white" if pen.marker != "." else pen.colour
-    measured = [scale * case.measured for case in cases]
-    draw_line(axes, parameters, measured, pen, ls="none", ms=size, mfc=fill)
+    measured = [scale * case.measured for case in cases.values()]
+    draw_line(axes, list(cases), measured, pen, ls="none", ms=size, mfc=fill)
 
 
 def _tables(cases: Cases) -> dict[str, Mapping[str, Array]]:
@@ -361,7 +286,7 @@ def _tables(cases: Cases) -> dict[str, Mapping[str, Array]]:
     run = cases.tumbling
     kinds = ("kinetic", "gravity", "contact", "contact damping", "friction")
     return {
-        "restitution": columns | _compared(cases.impacts.values(), ""),
+        "restitution": columns | _compared(cases.impacts.values(), "1"),
         "peak_force": _rows("speed [m/s]", cases.peaks, "N"),
         "creep": _rows("slope [deg]", cases.creeping, "m/s"),
         "slip": _rows("slope [deg]", cases.slipping, "m/s2"),
@@ -377,12 +302,11 @@ def _rows(name: str, cases: Mapping[float, ContactCase], unit: str) -> dict[str,
     return {name: np.array(list(cases)), **_compared(cases.values(), unit)}
 
 
-def _compared(cases: Iterable[ContactCase], unit: str) -> dict[str, Array]:
+def _compared(cases: Collection[ContactCase], unit: str) -> dict[str, Array]:
     """Columns of measured numbers and closed forms."""
-    listed = list(cases)
     return {
-        f"measured [{unit or 1}]": np.array([case.measured for case in listed]),
-        f"closed form [{unit or 1}]": np.array([case.closed_form for case in listed]),
+        f"measured [{unit}]": np.array([case.measured for case in cases]),
+        f"closed form [{unit}]": np.array([case.closed_form for case in cases]),
     }
 
 

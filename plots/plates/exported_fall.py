@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from generator import Plan, Recording, read_figure, read_springs, simulate
+from generator import Model, Plan, Recording, read_figure, read_springs, simulate
 from generator.figure import Figure as Body
 from generator.kinematics.placement import forward_kinematics
 from generator.kinematics.tree import build_tree
@@ -30,7 +30,7 @@ from plots.canvas import (
     draw_strip_labels,
 )
 from plots.figure_image import Body as Surfaces
-from plots.figure_image import Strip, View
+from plots.figure_image import Strip, View, poses_at
 from plots.literature import Measurements, read_measurements, thesis_reference
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
@@ -154,25 +154,18 @@ class Fall:
 
 def simulate_fall() -> Fall:
     """Simulate the falls at the times of the table."""
-    measured = read_measurements("exports_motion")
+    measured, body = read_measurements("exports_motion"), read_figure("prototype")
     times = measured.select_rows(program=MUJOCO).column("time [s]")
-    body = read_figure("prototype")
-    start = posture_in_radians(START_ANGLES)
-    stop, frame = float(times[-1]), float(times[1])
+    plan = Plan(
+        stop=float(times[-1]),
+        frame=float(times[1]),
+        tolerance=RUN_TOLERANCE,
+        displacements=posture_in_radians(START_ANGLES),
+    )
     springs = read_springs(None, body)
-
-    def fall_under(law: SphericalLaw) -> Recording:
-        plan = Plan(
-            stop=stop,
-            frame=frame,
-            tolerance=RUN_TOLERANCE,
-            displacements=start,
-            springs=replace(springs, law=law),
-        )
-        return simulate(body, plan)
-
-    conservative, coordinates = map(
-        fall_under, (SphericalLaw.CONSERVATIVE, SphericalLaw.COORDINATES)
+    conservative, coordinates = (
+        simulate(Model(body, replace(springs, law=law)), plan)
+        for law in (SphericalLaw.CONSERVATIVE, SphericalLaw.COORDINATES)
     )
     return Fall(body, conservative, coordinates, measured)
 
@@ -193,19 +186,15 @@ def _caption(fall: Fall) -> str:
 
 def _claims(fall: Fall) -> Iterator[Claim]:
     until = fall.times <= CLAIM_TIME + 1e-9
-    distances = {name: 1e3 * float(fall.distances(name)[until].max()) for name in _STYLES}
     for program, words in (
         (OPENSIM, "in OpenSim by the file's own springs"),
         (MUJOCO, "in MuJoCo by the file's own springs"),
         (OUR_LAWS, "in MuJoCo with our laws in a callback"),
     ):
-        yield Claim(
-            f"Until {CLAIM_TIME:g} s every site is, {words}, within 0.1 mm of its place here, "
-            "simulated now",
-            distances[program],
-            "mm",
-            at_most=1e3 * BOUND,
-        )
+        distance = 1e3 * float(fall.distances(program)[until].max())
+        place = "within 0.1 mm of its place here, simulated now"
+        sentence = f"Until {CLAIM_TIME:g} s every site is, {words}, {place}"
+        yield Claim(sentence, distance, "mm", at_most=1e3 * BOUND)
 
 
 def _draw(fall: Fall) -> Figure:
@@ -227,26 +216,18 @@ def _draw_strip(axes: Axes, fall: Fall) -> None:
     """Draw the moments; the panel does not share the times of those below."""
     frames = [int(np.argmin(np.abs(fall.times - time))) for time in _MOMENTS]
     surfaces = Surfaces.of_figure(fall.body)
-    colour = tuple(surfaces.colours[0])
-    own, other = (
-        [{name: each[frame] for name, each in poses.items()} for frame in frames]
-        for poses in (fall.coordinates.poses, fall.poses[MUJOCO])
-    )
+    own, other = (poses_at(poses, frames) for poses in (fall.coordinates.poses, fall.poses[MUJOCO]))
     inner = axes.inset_axes((-0.08, 0.0, 1.1, 1.0))
     axes.set_axis_off()
     draw_strip(inner, _STRIP, surfaces, own)
     draw_outline(inner, _STRIP, surfaces, other, VERMILION, 0.9)
     draw_strip_labels(inner, _STRIP, (f"{time:.1f} s" for time in _MOMENTS), fontsize=7.5)
-    inner.legend(
-        handles=[
-            Patch(color=colour, label="this program"),
-            Line2D([], [], color=VERMILION, lw=1.2, label="MuJoCo, outline"),
-        ],
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=2,
-        fontsize=7.5,
-    )
+    handles = [
+        Patch(color=tuple(surfaces.colours[0]), label="this program"),
+        Line2D([], [], color=VERMILION, lw=1.2, label="MuJoCo, outline"),
+    ]
+    place: Look = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
+    inner.legend(handles=handles, ncols=2, fontsize=7.5, **place)
 
 
 _ANGLE_LOOK: Look = {"lw": 0.9, "mfc": "none", "ms": 3.0}
@@ -277,13 +258,6 @@ def _draw_distances(axes: Axes, fall: Fall) -> None:
     axes.legend(loc="upper center", fontsize=7.0, ncols=3)
 
 
-def _tables(fall: Fall) -> dict[str, Mapping[str, Array]]:
-    distances = {
-        f"{program}: largest distance of a site [m]": fall.distances(program) for program in _STYLES
-    }
-    return {"exported_fall": {"time [s]": fall.times, **distances}}
-
-
 exported_fall = PlateDefinition(
     name="exported_fall",
     title="The same fall here, in MuJoCo and in OpenSim",
@@ -294,5 +268,10 @@ exported_fall = PlateDefinition(
     caption=_caption,
     draw=_draw,
     claims=_claims,
-    tables=_tables,
+    tables=lambda fall: {
+        "exported_fall": {
+            "time [s]": fall.times,
+            **{f"{name}: largest distance of a site [m]": fall.distances(name) for name in _STYLES},
+        }
+    },
 )

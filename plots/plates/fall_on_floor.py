@@ -16,8 +16,20 @@ from generator.figure import Figure as Body
 from generator.kinematics.centre_of_mass import segment_masses
 from generator.motion_files import motion_from_recording
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from plots.canvas import BLACK, BLUE, GREEN, GREY, PALE, VERMILION, Look, create_panels
-from plots.figure_image import Strip, View, strip_image
+from plots.canvas import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    PALE,
+    VERMILION,
+    Look,
+    create_panels,
+    draw_strip,
+    draw_strip_labels,
+)
+from plots.figure_image import Body as Surfaces
+from plots.figure_image import Strip, View, poses_at
 from plots.literature import thesis_reference
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
@@ -59,18 +71,23 @@ _GROUP_TIME = 0.08
 
 @dataclass(frozen=True)
 class Collapse:
-    """A fall on the floor of a scene, with `TOLERANCE` and with `FINE_TOLERANCE`."""
+    """A fall on a floor, with `TOLERANCE` and with `FINE_TOLERANCE`."""
 
     body: Body
     run: Recording
     fine_run: Recording
-    scene: Scene
 
     @property
     def contact(self) -> ContactRecord:
         """Contact of the run that is drawn."""
         assert self.run.contact is not None, "the plan has a floor"
         return self.run.contact
+
+    @property
+    def sensitivity(self) -> Array:
+        """Change of the joints from a start 0.001 rad off, shape (n,) [rad]."""
+        assert self.contact.sensitivity is not None, "the run finished"
+        return self.contact.sensitivity
 
     @property
     def weight(self) -> float:
@@ -86,15 +103,12 @@ class Collapse:
     def errors(self) -> Array:
         """Largest rotation between the joints of both runs, shape (n,) [rad]."""
         fine, coarse = self.fine_run.rotation_vectors, self.run.rotation_vectors
-        differences = [
-            np.swapaxes(matrix_from_rotation_vector(fine[name]), -1, -2)
-            @ matrix_from_rotation_vector(coarse[name])
-            for name in fine
-        ]
-        return np.max(
-            [np.linalg.norm(rotation_vector_from_matrix(each), axis=-1) for each in differences],
-            axis=0,
-        )
+        errors: list[Array] = []
+        for name in fine:
+            first, second = (matrix_from_rotation_vector(some[name]) for some in (fine, coarse))
+            between = np.swapaxes(first, -1, -2) @ second
+            errors.append(np.linalg.norm(rotation_vector_from_matrix(between), axis=-1))
+        return np.max(errors, axis=0)
 
     @property
     def error_ratio(self) -> float:
@@ -107,17 +121,16 @@ class Collapse:
         """Change of momentum less the impulses of the floor and the weight, largest part [N s]."""
         floor = np.sum([one.impulse for one in self.contact.segments.values()], axis=0)
         fall = np.array([0.0, -self.weight * (self.run.times[-1] - self.run.times[0]), 0.0])
-        motion, momentum = motion_from_recording(self.run), np.zeros((len(self.run.times), 3))
+        motion = motion_from_recording(self.run)
         velocities = centre_velocities(motion, self.run.poses, self.run.velocities)
-        for name, _, _, linear in velocities:
-            momentum += (self.body.segments[name].mass or 0.0) * linear
+        masses = {name: segment.mass or 0.0 for name, segment in self.body.segments.items()}
+        momentum = np.sum([masses[name] * linear for name, _, _, linear in velocities], axis=0)
         return float(np.abs(momentum[-1] - momentum[0] - floor - fall).max())
 
 
 def simulate_collapse() -> Collapse:
     """Simulate the fall with both tolerances."""
     body = read_figure("prototype")
-    scene = Scene.floor()
     plan = Plan(
         stop=STOP_TIME,
         frame=FRAME_INTERVAL,
@@ -125,16 +138,16 @@ def simulate_collapse() -> Collapse:
         certify=True,
         free_root=True,
         height=0.0,
-        scene=scene,
+        scene=Scene.floor(),
         displacements=posture_in_radians(_INITIAL_ANGLES),
     )
     fine = simulate(body, replace(plan, tolerance=FINE_TOLERANCE))
-    return Collapse(body, simulate(body, plan), fine, scene)
+    return Collapse(body, simulate(body, plan), fine)
 
 
 def _caption(fall: Collapse) -> str:
     contact = fall.contact
-    parting_time = fall.run.times[int(np.argmax(_sensitivity(fall) > 0.1))]
+    parting_time = fall.run.times[int(np.argmax(fall.sensitivity > 0.1))]
     return (
         "The prototype stands on a floor, its left knee bent by 10 deg and its right one by 20 "
         "deg, and is released: its joints resist as its springs do, and no muscle holds it. From "
@@ -149,12 +162,6 @@ def _caption(fall: Collapse) -> str:
         f"forces hold. Not shown: the run from {SHOWN_TIME:g} to {STOP_TIME:g} s, at rest. "
         "Stiffness, damping and friction of the floor are assumed."
     )
-
-
-def _sensitivity(fall: Collapse) -> Array:
-    """Change of the joints from a start 0.001 rad off, shape (n,) [rad]."""
-    assert fall.contact.sensitivity is not None, "the run finished"
-    return fall.contact.sensitivity
 
 
 def _claims(fall: Collapse) -> list[Claim]:
@@ -240,13 +247,10 @@ def _draw_strip(axes: Axes, fall: Collapse) -> None:
     """Draw the moments; the panel does not share the times of those below."""
     frames = [round(time / FRAME_INTERVAL) for time in _MOMENTS]
     inner = axes.inset_axes((-0.115, 0.0, 1.115, 1.0))
-    for each in (axes, inner):
-        each.set_axis_off()
-    image = strip_image(fall.body, fall.run, frames, _STRIP, fall.scene)
-    inner.imshow(image, extent=_STRIP.extent(len(frames)), interpolation="none")
-    for place, time in enumerate(_MOMENTS):
-        at = (place * _STRIP.spacing, _STRIP.bottom + 0.08)
-        inner.text(*at, f"{time:.1f} s", ha="center", fontsize=7.5)
+    axes.set_axis_off()
+    draw_strip(inner, _STRIP, Surfaces.of_figure(fall.body), poses_at(fall.run.poses, frames))
+    labels = replace(_STRIP, bottom=_STRIP.bottom + 0.08)
+    draw_strip_labels(inner, labels, (f"{time:.1f} s" for time in _MOMENTS), fontsize=7.5)
 
 
 def contact_groups(contact: ContactRecord) -> Iterator[tuple[float, list[str]]]:
@@ -299,14 +303,9 @@ _STACK = (
 def _draw_energy(axes: Axes, fall: Collapse) -> None:
     run = fall.run
     energies = [run.energy[kind] - run.energy[kind].min() for kind, _, _ in _STACK]
-    layers = axes.stackplot(
-        run.times,
-        energies,
-        colors=[colour for _, colour, _ in _STACK],
-        labels=[label for _, _, label in _STACK],
-        edgecolor="white",
-        linewidth=0.3,
-    )
+    _, colours, labels = zip(*_STACK, strict=True)
+    look: Look = {"colors": colours, "labels": labels, "edgecolor": "white", "linewidth": 0.3}
+    layers = axes.stackplot(run.times, energies, **look)
     total = np.sum(energies, axis=0)
     (line,) = axes.plot(run.times, total, color=BLACK, lw=1.0, label="sum: constant")
     axes.set(ylim=(0.0, 1.02 * float(total.max())), ylabel="energy [J]")
@@ -317,7 +316,7 @@ def _draw_energy(axes: Axes, fall: Collapse) -> None:
 def _draw_errors(axes: Axes, fall: Collapse) -> None:
     times = fall.run.times
     for values, colour, dash, label in (
-        (_sensitivity(fall), VERMILION, "--", "change from a start 0.001 rad off"),
+        (fall.sensitivity, VERMILION, "--", "change from a start 0.001 rad off"),
         (fall.run.accuracy.by_frame, GREY, ":", "estimated error of the run"),
         (fall.errors, BLUE, "-", f"its difference from a run with {FINE_TOLERANCE:g} rad"),
     ):
@@ -326,19 +325,6 @@ def _draw_errors(axes: Axes, fall: Collapse) -> None:
     axes.text(SHOWN_TIME, TOLERANCE, "tolerance ", ha="right", va="bottom", fontsize=7.0)
     axes.set(ylim=(1e-11, 10.0), ylabel="joint angles\n[rad]")
     axes.legend(labelspacing=0.25, **_LEGEND)
-
-
-def _table(fall: Collapse) -> dict[str, Array]:
-    run = fall.run
-    return {
-        "time [s]": run.times,
-        "vertical reaction [N]": fall.contact.ground_reaction[:, 1],
-        "height of the centre of mass [m]": run.centre_of_mass[:, 1],
-        **{f"{kind} [J]": values for kind, values in run.energy.items()},
-        "estimated error [rad]": run.accuracy.by_frame,
-        "difference from the fine run [rad]": fall.errors,
-        "change from a start 0.001 rad off [rad]": _sensitivity(fall),
-    }
 
 
 fall_on_floor = PlateDefinition(
@@ -352,5 +338,15 @@ fall_on_floor = PlateDefinition(
     caption=_caption,
     draw=_draw,
     claims=_claims,
-    tables=lambda fall: {"fall_on_floor": _table(fall)},
+    tables=lambda fall: {
+        "fall_on_floor": {
+            "time [s]": fall.run.times,
+            "vertical reaction [N]": fall.contact.ground_reaction[:, 1],
+            "height of the centre of mass [m]": fall.run.centre_of_mass[:, 1],
+            **{f"{kind} [J]": values for kind, values in fall.run.energy.items()},
+            "estimated error [rad]": fall.run.accuracy.by_frame,
+            "difference from the fine run [rad]": fall.errors,
+            "change from a start 0.001 rad off [rad]": fall.sensitivity,
+        }
+    },
 )

@@ -12,16 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 from scipy.stats import gaussian_kde
 
 from plots.canvas import BLACK, BLUE, GREY, PALE, VERMILION, Look, create_canvas
-from plots.fall_facts import (
-    QUANTITIES,
-    FallFact,
-    FallFacts,
-    Falls,
-    Group,
-    Rule,
-    Use,
-    fall_facts,
-)
+from plots.fall_facts import QUANTITIES, FallFact, FallFacts, Falls, Group, Rule, Use, fall_facts
 from plots.fall_verdicts import (
     Comparison,
     FallTables,
@@ -137,7 +128,14 @@ def _draw_group(
     """Draw the rows of a group, the first at the top."""
     ends: list[float] = []
     for row, fact in enumerate(facts):
-        ends += _draw_fact(axes, row, fact)
+        low, high = fact.span
+        ends += fact.span
+        if high > low:
+            look: Look = {"fc": PALE, "ec": "none", "zorder": 0.5}
+            axes.add_patch(Rectangle((low, row - 0.46), high - low, 0.92, **look))
+        marks = [fact.mean] if fact.mean is not None else [low] if low == high else []
+        for value in marks:
+            axes.plot([value, value], [row - 0.46, row + 0.46], color=BLACK, lw=1.4, zorder=1.0)
         for number, body in enumerate(data.tables.names):
             place = row + _OFFSETS[number]
             for falls in Falls:
@@ -154,7 +152,12 @@ def _draw_group(
         low, high = min(0.0, *ends), max(ends)
         axes.set_xlim(low - 0.02 * (high - low), high + 0.02 * (high - low))
     axes.set_ylim(len(facts) - 0.5, -0.5)
-    axes.set_yticks(range(len(facts)), [_label(data.facts, fact) for fact in facts])
+    axes.set_yticks(range(len(facts)))
+    axes.set_yticklabels(
+        f"{fact.name} [{data.facts.source_number(fact)}]\n{fact.value_text}; {fact.sureness}, "
+        + (f"sets {fact.parameter}" if fact.use is Use.SETS else "tests")
+        for fact in facts
+    )
     axes.tick_params(axis="y", labelsize=_SMALL, length=0.0)
     axes.tick_params(axis="x", labelsize=_SMALL, pad=1.5)
     axes.grid(visible=False, axis="y")
@@ -162,25 +165,6 @@ def _draw_group(
         axes.axhline(row - 0.5, color=PALE, lw=0.6, zorder=0.4)
     unit = "" if group is Group.RATIOS else f" [{facts[0].unit}]"
     axes.set_title(f"{group.value}{unit}", fontsize=7.5, fontweight="bold", pad=3.0)
-
-
-def _label(facts: FallFacts, fact: FallFact) -> str:
-    """Return name, numbers, source, sureness and use of a fact."""
-    use = f"sets {fact.parameter}" if fact.use is Use.SETS else "tests"
-    number = facts.source_number(fact)
-    return f"{fact.name} [{number}]\n{fact.value_text}; {fact.sureness}, {use}"
-
-
-def _draw_fact(axes: Axes, row: int, fact: FallFact) -> tuple[float, float]:
-    """Draw the numbers of people over a row, and return their ends."""
-    low, high = fact.span
-    if high > low:
-        look: Look = {"fc": PALE, "ec": "none", "zorder": 0.5}
-        axes.add_patch(Rectangle((low, row - 0.46), high - low, 0.92, **look))
-    marks = [fact.mean] if fact.mean is not None else [low] if low == high else []
-    for value in marks:
-        axes.plot([value, value], [row - 0.46, row + 0.46], color=BLACK, lw=1.4, zorder=1.0)
-    return low, high
 
 
 def _draw_body(
@@ -198,17 +182,14 @@ def _draw_body(
             centre = np.median if fact.rule is Rule.INTERVAL else np.mean
             values = sample(tables, fact, body, falls)
             return _draw_distribution(axes, place, number, values, falls, centre)
-        case Rule.SHARE:
-            return _draw_interval(axes, place, number, share(tables, fact, body, falls), falls)
-        case Rule.ODDS | Rule.RATIO:
-            found = ratio(tables, fact, body, falls)
+        case Rule.SHARE | Rule.ODDS | Rule.RATIO:
+            estimate = share if fact.rule is Rule.SHARE else ratio
+            found = estimate(tables, fact, body, falls)
             return [] if found is None else _draw_interval(axes, place, number, found, falls)
         case Rule.VALUE | Rule.ENDS:
             values = single_values(tables, fact, body)
             axes.plot(values, [place] * len(values), **_marker(number, Falls.LIMP))
             return values
-        case _:
-            raise AssertionError(fact.rule)
 
 
 def _marker(number: int, falls: Falls) -> Look:
@@ -219,9 +200,8 @@ def _marker(number: int, falls: Falls) -> Look:
     return {**look, "mfc": face, "ms": 3.2, "mew": 0.8, "zorder": 3.0}
 
 
-def _side(falls: Falls) -> float:
-    """Return the sense of the half of a row, up for awake people; rows grow downwards."""
-    return -1.0 if falls is Falls.AWAKE else 1.0
+_SIDES = {Falls.AWAKE: -1.0, Falls.LIMP: 1.0}
+"""Senses of the halves of a row, up for awake people; rows grow downwards."""
 
 
 def _draw_distribution(
@@ -235,7 +215,7 @@ def _draw_distribution(
     """Draw half a violin with mean or median, and return the ends of most values."""
     if not values.size:
         return []
-    colour, side = _COLOURS[number], _side(falls)
+    colour, side = _COLOURS[number], _SIDES[falls]
     low, high = np.percentile(values, [1.0, 99.0]).tolist()
     if values.size > 2 and high > low:
         x = np.linspace(float(values.min()), float(values.max()), 120)
@@ -253,7 +233,7 @@ def _draw_interval(
     axes: Axes, place: float, number: int, found: Interval, falls: Falls
 ) -> list[float]:
     """Draw an estimate with its interval, and return its ends."""
-    height = place + _side(falls) * 0.45 * _HALF
+    height = place + _SIDES[falls] * 0.45 * _HALF
     width = 1.8 if falls is Falls.AWAKE else 0.8
     axes.plot([found.low, found.high], [height] * 2, color=_COLOURS[number], lw=width, zorder=2.0)
     axes.plot([found.value], [height], **_marker(number, falls))
@@ -272,12 +252,13 @@ def _write_verdict(axes: Axes, place: float, body: str, found: Comparison) -> No
 
 def claims_of(comparisons: Sequence[Comparison]) -> list[Claim]:
     """Return all claims, those that fail with the likely reason."""
-    return [_with_cause(one, label, claim) for one in comparisons for label, claim in one.criteria]
-
-
-def _with_cause(found: Comparison, label: str, claim: Claim) -> Claim:
-    cause = CAUSES.get((found.fact.key, label), "")
-    return replace(claim, remark=cause) if claim.outcome is Outcome.DIFFERS else claim
+    return [
+        replace(claim, remark=CAUSES.get((one.fact.key, label), ""))
+        if claim.outcome is Outcome.DIFFERS
+        else claim
+        for one in comparisons
+        for label, claim in one.criteria
+    ]
 
 
 def _sign(facts: FallFacts) -> str:

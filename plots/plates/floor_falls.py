@@ -10,17 +10,14 @@ from matplotlib.figure import Figure
 from generator import Plan, read_figure, simulate
 from generator.contact.scene import Scene, floor_prop
 from plots.canvas import BLACK, GREY, LINE_STYLES, PALE, LineStyle, Look, create_canvas, draw_line
-from plots.literature import Measurements, read_measurements
-from plots.plate import Claim, ClaimKind
+from plots.literature import OWN_ENGINE, Measurements, read_measurements
+from plots.plate import Claim, comparison, table_name
 from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 from springs.published.reference import Reference, Sureness
 
 COLLAPSE = "collapse"
 """Name of the fall without a push in the tables."""
-
-OWN_ENGINE = "this program"
-"""Name of this program in the tables."""
 
 HEIGHT_TOLERANCE = 2e-3
 """Largest difference of a run made now from the stored heights before the first impacts [m]."""
@@ -61,11 +58,9 @@ class Quantity:
 
 
 QUANTITIES = (
-    Quantity(
-        "COM below 0.6 m [s]", "below 0.6 m", "time until the centre of mass is below 0.6 m", "s"
-    ),
-    Quantity(
-        "COM below 0.25 m [s]", "below 0.25 m", "time until the centre of mass is below 0.25 m", "s"
+    *(
+        Quantity(f"COM {low} [s]", low, f"time until the centre of mass is {low}", "s")
+        for low in ("below 0.6 m", "below 0.25 m")
     ),
     Quantity(
         "COM height at rest [m]",
@@ -138,35 +133,33 @@ def _rerun_claims(heights: Measurements, starts: Measurements) -> Iterator[Claim
 
 def _claims(falls: Measurements) -> Iterator[Claim]:
     """Compare the means with those of the other engines and with the measured force."""
-    own, others = _split_contacts(falls)
+    own, *every = contacts(falls)
+    others = [contact for contact in every if contact[0] != OWN_ENGINE]
     for quantity in QUANTITIES:
         values = np.concatenate(
             [quantity.read(select_fall(falls, COLLAPSE, contact)) for contact in others]
         )
         mean, spread = float(np.mean(values)), float(np.std(values, ddof=1))
-        yield Claim(
+        yield comparison(
             f"Collapse, {quantity.description}: the mean of this program is within one standard "
             f"deviation of the mean of all falls in the other engines, {mean:.3g} {quantity.unit}",
             float(np.mean(quantity.read(select_fall(falls, COLLAPSE, own)))),
             quantity.unit,
-            at_least=mean - spread,
-            at_most=mean + spread,
-            remark=quantity.remark,
-            kind=ClaimKind.COMPARISON,
+            mean - spread,
+            mean + spread,
+            quantity.remark,
         )
     for fall in _pushed_falls(falls):
-        forces = 1e-3 * select_fall(falls, fall, own).column(PEAK_HIP_FORCE)
-        yield Claim(
+        yield comparison(
             f"Fall to the left ({fall}): the mean of the largest force on pelvis and a thigh is "
             f"within one standard deviation of what was estimated from falls of people, "
             f"{HIP_FORCE_MEAN:g} kN",
-            float(np.mean(forces)),
+            float(np.mean(1e-3 * select_fall(falls, fall, own).column(PEAK_HIP_FORCE))),
             "kN",
-            at_least=HIP_FORCE_MEAN - HIP_FORCE_SD,
-            at_most=HIP_FORCE_MEAN + HIP_FORCE_SD,
-            remark="the prototype weighs 49 kg and does not brace itself; the stiffness of its "
-            "segments is assumed",
-            kind=ClaimKind.COMPARISON,
+            HIP_FORCE_MEAN - HIP_FORCE_SD,
+            HIP_FORCE_MEAN + HIP_FORCE_SD,
+            "the prototype weighs 49 kg and does not brace itself; the stiffness of its segments "
+            "is assumed",
         )
     carried = select_fall(falls, COLLAPSE, own).column(CARRIED)
     yield Claim(
@@ -175,12 +168,6 @@ def _claims(falls: Measurements) -> Iterator[Claim]:
         float(np.abs(carried - 1.0).max()),
         at_most=0.05,
     )
-
-
-def _split_contacts(falls: Measurements) -> tuple[tuple[str, str], list[tuple[str, str]]]:
-    """The default contact of this program, and the contacts of the other engines."""
-    every = contacts(falls)
-    return every[0], [contact for contact in every if contact[0] != OWN_ENGINE]
 
 
 def _pushed_falls(falls: Measurements) -> list[str]:
@@ -270,10 +257,8 @@ def _set_rows(axes: Axes, every: list[tuple[str, str]], *, named: bool) -> None:
 
 
 def _tables(data: FallTables) -> dict[str, dict[str, Array]]:
-    return {
-        "".join(c if c.isalnum() else "-" for c in " ".join(cells).lower()): rows.numbers()
-        for cells, rows in data.falls.groups("fall", "engine", "contact").items()
-    }
+    groups = data.falls.groups("fall", "engine", "contact").items()
+    return {table_name(*cells): rows.numbers() for cells, rows in groups}
 
 
 floor_falls = PlateDefinition(

@@ -1,14 +1,13 @@
 """Passive torques of the hip about its three axes (the thesis's figures 4.8 to 4.10)."""
 
 from collections.abc import Iterator
-from math import degrees, radians
+from math import degrees, inf, radians
 
 import numpy as np
 
 from plots.joint_curve import (
     AGREEMENT_TORQUE,
     JointCurve,
-    comparison,
     difference_claim,
     first_zero_crossing,
     range_end_claim,
@@ -17,7 +16,7 @@ from plots.joint_curve import (
 )
 from plots.joint_plate import JointPlate, Window
 from plots.literature import Literature, literature_from_points, published_curve, single_angle_curve
-from plots.plate import Claim
+from plots.plate import Claim, comparison
 from springs.published import tables as published
 
 _CADAVERS = "van Arkel 2015, cadaver hips"
@@ -33,13 +32,11 @@ def _zero_crossing_claim(curve: JointCurve, silder: Literature) -> Claim:
         degrees(angle)
         for angle in (curve.zero_crossing(low, high), first_zero_crossing(*silder.points))
     )
-    return comparison(
+    sentence = (
         f"The torque vanishes at {own:.2f} deg, within 1 deg of the angle at which that of "
-        f"{silder.label} does, {measured:.2f} deg",
-        abs(own - measured),
-        "deg",
-        1.0,
+        f"{silder.label} does, {measured:.2f} deg"
     )
+    return comparison(sentence, abs(own - measured), "deg", -inf, 1.0)
 
 
 def _flexion_claims(curve: JointCurve, silder: Literature, *_: Literature) -> Iterator[Claim]:
@@ -56,14 +53,12 @@ def _flexion_claims(curve: JointCurve, silder: Literature, *_: Literature) -> It
         "the thesis has one subject, moving towards extension",
     )
     yield same_direction_claim(curve, silder, extended, flexed)
-    for end in curve.range_ends:
-        obstacle = "it is read with the knee bent, the curve holds with the knee at 15 deg"
-        early = "the thesis's subject resists extension already when standing"
-        yield (
-            range_end_claim(curve, end, obstacle=obstacle)
-            if end is curve.high
-            else range_end_claim(curve, end, early)
-        )
+    assert curve.low is not None
+    assert curve.high is not None
+    early = "the thesis's subject resists extension already when standing"
+    yield range_end_claim(curve, curve.low, early)
+    obstacle = "it is read with the knee bent, the curve holds with the knee at 15 deg"
+    yield range_end_claim(curve, curve.high, obstacle=obstacle)
 
 
 hip_flexion = JointPlate(
@@ -124,6 +119,7 @@ def _moment_angle_claim(
         f"within the standard deviation of that study in extension, {degrees(scatter):g} deg",
         degrees(max(abs(angle - end) for angle, end in zip(own, ends, strict=True))),
         "deg",
+        -inf,
         degrees(scatter),
         remark,
     )

@@ -57,14 +57,9 @@ class Cycle:
     dissipated_energy: float
 
     @property
-    def low(self) -> float:
-        """Smallest angle [rad]."""
-        return float(self.angle.min())
-
-    @property
-    def high(self) -> float:
-        """Largest angle [rad]."""
-        return float(self.angle.max())
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest angle [rad]."""
+        return float(self.angle.min()), float(self.angle.max())
 
     @property
     def energy_loss(self) -> float:
@@ -185,33 +180,22 @@ def hysteresis_law() -> Hysteresis:
     return Hysteresis(Transformed(thesis, constant=-HYSTERESIS_WIDTH), thesis)
 
 
-def _caption(cycle: Cycle) -> str:
-    known = published.curve("otani_1989/hip_y").valid_range
-    return _CAPTION.format(known=describe_extrapolation(known, cycle.low, cycle.high))
-
-
 def _claims(cycle: Cycle) -> list[Claim]:
     at = np.radians(_COMPARED_ANGLES)
     difference = cycle.torque_on_branch(at, -1) - cycle.torque_on_branch(at, +1)
-    loss = hysteresis_law().cycle_loss(cycle.low, cycle.high)
-    where = f"from {_COMPARED_ANGLES[0]:g} to {_COMPARED_ANGLES[-1]:g} deg of hip flexion"
+    loss = hysteresis_law().cycle_loss(*cycle.ends)
+    first, last = _COMPARED_ANGLES[[0, -1]]
+    distance = f"difference of the two moments from {first:g} to {last:g} deg of hip flexion"
     return [
-        *(
-            Claim(
-                f"{name} difference of the two moments {where}",
-                float(extreme),
-                "N m",
-                *CURVE_DISTANCE_RANGE,
-            )
-            for name, extreme in (("Smallest", difference.min()), ("Largest", difference.max()))
-        ),
+        Claim(f"Smallest {distance}", float(difference.min()), "N m", *CURVE_DISTANCE_RANGE),
+        Claim(f"Largest {distance}", float(difference.max()), "N m", *CURVE_DISTANCE_RANGE),
         Claim("A cycle of the hip dissipates energy", cycle.energy_loss, "J", at_least=0.0),
         Claim(
             f"The area of the loop is that between the two curves, {loss:.2f} J",
             cycle.energy_loss,
             "J",
-            at_least=(1.0 - AREA_BOUND) * loss,
-            at_most=(1.0 + AREA_BOUND) * loss,
+            (1.0 - AREA_BOUND) * loss,
+            (1.0 + AREA_BOUND) * loss,
         ),
         Claim(
             "The area of the loop equals the energy dissipated by the joint in Exudyn: difference",
@@ -229,6 +213,9 @@ def _claims(cycle: Cycle) -> list[Claim]:
     ]
 
 
+_BELOW: Look = {"ls": "--", "lw": 1.4}
+
+
 def _draw(cycle: Cycle) -> Picture:
     both = hysteresis_law()
     angles = np.radians(np.arange(-10.0, 90.1, 0.5))
@@ -236,18 +223,16 @@ def _draw(cycle: Cycle) -> Picture:
     hip, silder = np.array(published.curve("silder_2007/hip_knee_15").printed.points).T
     inside = (hip >= at[0]) & (hip <= at[-1])
     figure, ((upper,), (lower,)) = create_panels(6.6, 2, 1, (3.0, 1.0))
-    extension, flexion = (
-        np.asarray(each.torque(angles)) for each in (both.decreasing, both.increasing)
-    )
-    draw_line(upper, at, extension, THESIS_STYLE, "thesis [1]: increasing extension", lw=2.2)
-    label = f"{HYSTERESIS_WIDTH:g} N m below: increasing flexion"
-    draw_line(upper, at, flexion, THESIS_STYLE, label, ls="--", lw=1.4)
+    for law, label, look in (
+        (both.decreasing, "thesis [1]: increasing extension", {"lw": 2.2}),
+        (both.increasing, f"{HYSTERESIS_WIDTH:g} N m below: increasing flexion", _BELOW),
+    ):
+        draw_line(upper, at, np.asarray(law.torque(angles)), THESIS_STYLE, label, **look)
     order = np.append(np.arange(len(cycle.angle)), 0)
     loop = np.degrees(cycle.angle)
     upper.fill(loop, cycle.torque, color=PALE, lw=0.0)
     label = f"Exudyn, one cycle: {cycle.energy_loss:.1f} J lost"
-    look: Look = {"markevery": 25, "lw": 1.0}
-    draw_line(upper, loop[order], cycle.torque[order], LINE_STYLES[0], label, **look)
+    draw_line(upper, loop[order], cycle.torque[order], LINE_STYLES[0], label, markevery=25, lw=1.0)
     label = "substitute [3]: Silder, knee at 15 deg"
     draw_points(upper, hip[inside], silder[inside], LINE_STYLES[1], label)
     _mark_directions(upper, cycle)
@@ -277,22 +262,9 @@ def _mark_directions(axes: Axes, cycle: Cycle) -> None:
 
 def _curve_of_direction(cycle: Cycle) -> Array:
     """Curve of the direction of motion in each interval of a cycle [N m]."""
-    both = hysteresis_law()
-    growing = np.asarray(both.increasing.torque(cycle.angle))
-    return np.where(
-        cycle.angle_change > 0.0, growing, np.asarray(both.decreasing.torque(cycle.angle))
-    )
-
-
-def _tables(cycle: Cycle) -> dict[str, dict[str, Array]]:
-    return {
-        "loop": {
-            "hip flexion [deg]": np.degrees(cycle.angle),
-            "direction": np.sign(cycle.angle_change),
-            "Exudyn [N m]": cycle.torque,
-            "curve of the direction [N m]": _curve_of_direction(cycle),
-        }
-    }
+    law, grows = hysteresis_law(), cycle.angle_change > 0.0
+    sides = (np.asarray(one.torque(cycle.angle)) for one in (law.increasing, law.decreasing))
+    return np.where(grows, *sides)
 
 
 hip_directional = PlateDefinition(
@@ -307,8 +279,17 @@ hip_directional = PlateDefinition(
         str(published.curve("silder_2007/hip_knee_15").reference),
     ),
     collect=lambda: drive_hip(hysteresis_law(), np.radians(MIN_ANGLE), np.radians(MAX_ANGLE)),
-    caption=_caption,
+    caption=lambda cycle: _CAPTION.format(
+        known=describe_extrapolation(published.curve("otani_1989/hip_y").valid_range, *cycle.ends)
+    ),
     draw=_draw,
     claims=_claims,
-    tables=_tables,
+    tables=lambda cycle: {
+        "loop": {
+            "hip flexion [deg]": np.degrees(cycle.angle),
+            "direction": np.sign(cycle.angle_change),
+            "Exudyn [N m]": cycle.torque,
+            "curve of the direction [N m]": _curve_of_direction(cycle),
+        }
+    },
 )

@@ -11,14 +11,7 @@ from matplotlib.figure import Figure
 from generator import Plan, read_figure, static_torques
 from generator.rotations import RotationSequence, cross_matrix, matrix_from_rotation_vector
 from generator.springs_file.read import read_springs
-from plots.canvas import (
-    GREY,
-    LINE_STYLES,
-    THESIS_STYLE,
-    create_canvas,
-    draw_line,
-    draw_zero_line,
-)
+from plots.canvas import GREY, LINE_STYLES, THESIS_STYLE, create_canvas, draw_line, draw_zero_line
 from plots.literature import thesis_reference
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
@@ -49,19 +42,6 @@ class ObliqueTorques:
 
     along: Array
     across: Array
-
-
-@dataclass(frozen=True)
-class PathWork:
-    """Work of a joint along a path, shape (n,) each.
-
-    Attributes:
-        path_length: path length in the space of rotation vectors [rad].
-        work: work on the leg since the start [J].
-    """
-
-    path_length: Array
-    work: Array
 
 
 class ObliqueHip:
@@ -102,8 +82,11 @@ class ObliqueHip:
 
     def work_along_path(
         self, vertices: Sequence[tuple[float, float]], law: SphericalLaw
-    ) -> PathWork:
-        """Work on the leg along straight sides between vertices [rad].
+    ) -> tuple[Array, Array]:
+        """Return the length of a path of straight sides between vertices [rad], and the work [J].
+
+        Both are since the start, shape (n,): lengths in the space of rotation vectors, work on the
+        leg.
 
         The torque is read at Gauss-Legendre nodes on pieces of the sides, which end at the
         breakpoints of the laws, and multiplied by the rotation of the leg.
@@ -121,7 +104,7 @@ class ObliqueHip:
         rotations = np.einsum("nij,nj->ni", _rotation_jacobian(at), np.concatenate(steps))
         work = np.sum(self.torques(at, law) * rotations, axis=1)
         pieces = np.sum(work.reshape(-1, _GAUSS_NODES), axis=1)
-        return PathWork(np.array(path), np.concatenate([[0.0], np.cumsum(pieces)]))
+        return np.array(path), np.concatenate([[0.0], np.cumsum(pieces)])
 
     def _piece_ends(self, start: Array, end: Array) -> list[float]:
         """Ends of the pieces of a side, from 0 to 1."""
@@ -185,40 +168,27 @@ class ObliqueRotations:
     hip: ObliqueHip
     torques: Mapping[SphericalLaw, ObliqueTorques]
     as_printed: ObliqueTorques
-    path_work: Mapping[SphericalLaw, PathWork]
+    path_work: Mapping[SphericalLaw, tuple[Array, Array]]
 
 
 def rotate_hip() -> ObliqueRotations:
     """Read the torques of the hip out of Exudyn."""
     hip = ObliqueHip()
-    return ObliqueRotations(
-        hip,
-        {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in _LINE_STYLES},
-        printed_torques(hip),
-        {law: hip.work_along_path(LOOP, law) for law in _LINE_STYLES},
-    )
-
-
-def _caption(_: ObliqueRotations) -> str:
-    known = published.curve("otani_1989/hip_y").valid_range
-    return _CAPTION.format(known=describe_extrapolation(known, 0.0, ROTATION_ANGLE))
+    torques = {law: hip.oblique_torques(ROTATION_ANGLE, _DIRECTIONS, law) for law in _LINE_STYLES}
+    work = {law: hip.work_along_path(LOOP, law) for law in _LINE_STYLES}
+    return ObliqueRotations(hip, torques, printed_torques(hip), work)
 
 
 def printed_torques(hip: ObliqueHip) -> ObliqueTorques:
     """Eq. 4.4 as printed, M_i = A_i M_i(a), with each cubic in its restoring sense."""
-    weights = np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)
-    x, y = (
-        weight * _printed_cubic_torque(hip.spring_about(motion))
-        for weight, motion in zip(weights, ("abduction", "flexion"), strict=True)
-    )
-    return ObliqueTorques(weights[0] * x + weights[1] * y, weights[0] * y - weights[1] * x)
-
-
-def _printed_cubic_torque(spring: AxisSpring) -> float:
-    """Torque of a cubic without its dead zone at `ROTATION_ANGLE` [N m]."""
-    (cubic,) = spring.elastic
-    assert isinstance(cubic, Cubic)
-    return cubic.sense * float(polynomial(cubic.coefficients, ROTATION_ANGLE))
+    weights, parts = (np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)), list[Array]()
+    for weight, motion in zip(weights, ("abduction", "flexion"), strict=True):
+        (cubic,) = hip.spring_about(motion).elastic
+        assert isinstance(cubic, Cubic)
+        torque = cubic.sense * float(polynomial(cubic.coefficients, ROTATION_ANGLE))
+        parts.append(weight * torque)
+    (p, q), (x, y) = weights, parts
+    return ObliqueTorques(p * x + q * y, p * y - q * x)
 
 
 def max_on_axis_difference(hip: ObliqueHip, law: SphericalLaw) -> float:
@@ -234,23 +204,21 @@ def max_on_axis_difference(hip: ObliqueHip, law: SphericalLaw) -> float:
 
 def _claims(made: ObliqueRotations) -> Iterator[Claim]:
     for law in _LINE_STYLES:
-        yield Claim(
+        sentence = (
             f"Rotated by -90 to 90 deg about each of its axes, the hip with the {law.value} "
-            "law in Exudyn has the torque of the axis's own law",
-            max_on_axis_difference(made.hip, law),
-            "N m",
-            at_most=TORQUE_BOUND,
+            "law in Exudyn has the torque of the axis's own law"
         )
+        yield Claim(sentence, max_on_axis_difference(made.hip, law), "N m", at_most=TORQUE_BOUND)
     yield Claim(
         "The conservative law does no work round a closed loop of orientations",
-        float(made.path_work[SphericalLaw.CONSERVATIVE].work[-1]),
+        float(made.path_work[SphericalLaw.CONSERVATIVE][1][-1]),
         "J",
         at_least=-WORK_BOUND,
         at_most=WORK_BOUND,
     )
     yield Claim(
         "The weighted law is not the gradient of an energy: round the same loop it does work",
-        float(made.path_work[SphericalLaw.WEIGHTED].work[-1]),
+        float(made.path_work[SphericalLaw.WEIGHTED][1][-1]),
         "J",
         at_least=1.0,
         remark="the other way round it removes as much",
@@ -263,39 +231,31 @@ def _draw(made: ObliqueRotations) -> Figure:
         [["along", "loop"], ["across", "work"], ["difference", "work"]],
         height_ratios=(1.2, 1.2, 0.9),
     )
-    for name in ("along", "across"):
-        _draw_torques(panels[name], made, name)
-    _draw_difference(panels["difference"], made.torques)
+    at, rest = np.degrees(_DIRECTIONS), panels["difference"]
+    weighted, conservative = (
+        made.torques[law] for law in (SphericalLaw.WEIGHTED, SphericalLaw.CONSERVATIVE)
+    )
+    for name, dash in (("along", "-"), ("across", "--")):
+        printed, label = getattr(made.as_printed, name), "thesis, eq. 4.4 as printed"
+        draw_line(panels[name], at, printed, THESIS_STYLE, label, lw=0.9)
+        for law, pen in _LINE_STYLES.items():
+            torque, label = getattr(made.torques[law], name), f"{law.value}, Exudyn"
+            draw_line(panels[name], at, torque, pen, label, markevery=3, lw=1.6)
+        panels[name].set_ylabel(f"torque {name} [N m]")
+        less = getattr(weighted, name) - getattr(conservative, name)
+        rest.plot(at, less, dash, color=GREY, label=name)
+    rest.set(ylabel="weighted -\nconservative [N m]", ylim=(-65.0, 110.0))
+    rest.legend(loc="upper left", ncols=2)
     for name in ("along", "across", "difference"):
         panels[name].set_xticks(range(0, 91, 15))
         panels[name].tick_params(labelbottom=name == "difference")
         draw_zero_line(panels[name])
-    panels["difference"].set_xlabel("axis of rotation [deg]: 0 abduction, 90 flexion")
+    rest.set_xlabel("axis of rotation [deg]: 0 abduction, 90 flexion")
     panels["along"].set_title("rotated by 60 deg")
     panels["along"].legend(loc="lower right")
     _draw_loop(panels["loop"])
-    _draw_work(panels["work"], made.path_work)
+    _draw_work(panels["work"], made)
     return figure
-
-
-def _draw_torques(axes: Axes, made: ObliqueRotations, name: str) -> None:
-    at, label = np.degrees(_DIRECTIONS), "thesis, eq. 4.4 as printed"
-    draw_line(axes, at, getattr(made.as_printed, name), THESIS_STYLE, label, lw=0.9)
-    for law, pen in _LINE_STYLES.items():
-        torque, label = getattr(made.torques[law], name), f"{law.value}, Exudyn"
-        draw_line(axes, at, torque, pen, label, markevery=3, lw=1.6)
-    axes.set_ylabel(f"torque {name} [N m]")
-
-
-def _draw_difference(axes: Axes, torques: Mapping[SphericalLaw, ObliqueTorques]) -> None:
-    at = np.degrees(_DIRECTIONS)
-    weighted, conservative = torques[SphericalLaw.WEIGHTED], torques[SphericalLaw.CONSERVATIVE]
-    along = weighted.along - conservative.along
-    across = weighted.across - conservative.across
-    axes.plot(at, along, "-", color=GREY, label="along")
-    axes.plot(at, across, "--", color=GREY, label="across")
-    axes.set(ylabel="weighted -\nconservative [N m]", ylim=(-65.0, 110.0))
-    axes.legend(loc="upper left", ncols=2)
 
 
 def _draw_loop(axes: Axes) -> None:
@@ -310,17 +270,17 @@ def _draw_loop(axes: Axes) -> None:
             fontsize=8.0,
             bbox={"boxstyle": "circle", "fc": "white", "ec": GREY},
         )
-    axes.set(xlim=(-10.0, 70.0), ylim=(-10.0, 70.0), aspect="equal")
-    axes.set_xticks(range(0, 61, 20))
-    axes.set_yticks(range(0, 61, 20))
+    limits, ticks = (-10.0, 70.0), range(0, 61, 20)
+    axes.set(xlim=limits, ylim=limits, aspect="equal", xticks=ticks, yticks=ticks)
     axes.set(xlabel="abduction [deg]", ylabel="flexion [deg]", title="loop of rotation vectors")
 
 
-def _draw_work(axes: Axes, path_work: Mapping[SphericalLaw, PathWork]) -> None:
+def _draw_work(axes: Axes, made: ObliqueRotations) -> None:
     for law, pen in _LINE_STYLES.items():
-        path, work = np.degrees(path_work[law].path_length), path_work[law].work
-        label = f"{law.value}, Exudyn:\n{_format_total_work(float(work[-1]))}"
-        draw_line(axes, path, work, pen, label, ms=3.5, lw=1.6)
+        path, work = made.path_work[law]
+        total = f"{work[-1]:+.2f} J" if abs(work[-1]) > WORK_BOUND else "none"
+        label = f"{law.value}, Exudyn:\n{total} in total"
+        draw_line(axes, np.degrees(path), work, pen, label, ms=3.5, lw=1.6)
     for number, end in enumerate(np.degrees(ROTATION_ANGLE) * np.arange(1, len(LOOP)), start=1):
         axes.axvline(end, color=GREY, lw=0.8)
         place = (end - 0.5 * np.degrees(ROTATION_ANGLE), 0.02)
@@ -331,18 +291,14 @@ def _draw_work(axes: Axes, path_work: Mapping[SphericalLaw, PathWork]) -> None:
     axes.legend(loc="upper left")
 
 
-def _format_total_work(work: float) -> str:
-    return f"{work:+.2f} J in total" if abs(work) > WORK_BOUND else "none in total"
-
-
 def _tables(made: ObliqueRotations) -> dict[str, dict[str, Array]]:
-    loop = {"way [deg]": np.degrees(made.path_work[SphericalLaw.CONSERVATIVE].path_length)}
+    loop = {"way [deg]": np.degrees(made.path_work[SphericalLaw.CONSERVATIVE][0])}
     oblique = {"axis from abduction to flexion [deg]": np.degrees(_DIRECTIONS)}
     rows = {"eq. 4.4": made.as_printed, **{law.value: made.torques[law] for law in _LINE_STYLES}}
     for name, torques in rows.items():
         oblique |= {f"{name} along [N m]": torques.along, f"{name} across [N m]": torques.across}
     for law in _LINE_STYLES:
-        loop[f"work, {law.value} [J]"] = made.path_work[law].work
+        loop[f"work, {law.value} [J]"] = made.path_work[law][1]
     return {"oblique": oblique, "loop": loop}
 
 
@@ -357,7 +313,11 @@ off_axis = PlateDefinition(
         *(ObliqueHip().spring_about(motion).reference for motion in ("flexion", "abduction")),
     ),
     collect=rotate_hip,
-    caption=_caption,
+    caption=_CAPTION.format(
+        known=describe_extrapolation(
+            published.curve("otani_1989/hip_y").valid_range, 0.0, ROTATION_ANGLE
+        )
+    ),
     draw=_draw,
     claims=_claims,
     tables=_tables,

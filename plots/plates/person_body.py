@@ -29,7 +29,7 @@ from plots.canvas import (
 from plots.figure_image import Body as Surfaces
 from plots.figure_image import Poses, Strip, View
 from plots.person_facts import MeasuredMan, person_facts
-from plots.plate import Claim, ClaimKind, incomparable_claim
+from plots.plate import Claim, comparison, incomparable_claim
 from plots.plate_definition import PlateDefinition
 from plots.whole_body import (
     Posture,
@@ -83,11 +83,6 @@ class WholePerson:
         }
         colours = [segment_colour(figure, figure.segments[name]) for name in surfaces]
         return Surfaces.of_surfaces(surfaces, colours)
-
-    @property
-    def stature(self) -> float:
-        """[m]."""
-        return self.person.measures.stature
 
     def poses(self, posture: Posture) -> Poses:
         """Poses in a posture; the pelvis stays where it is when the person stands."""
@@ -153,31 +148,19 @@ class Comparison:
 
     def inertia_ratios(self, posture: str) -> Array:
         """Moment of inertia over the measured one, shape (men, 3)."""
-        return np.array(
-            [
-                [
-                    whole.inertia[axis, axis] / measured
-                    for axis, measured in zip(
-                        _AXES.values(), man.postures[posture].moments, strict=True
-                    )
-                ]
-                for (man, _), whole in zip(self.men, self._wholes[posture], strict=True)
-            ]
-        )
+        axes = list(_AXES.values())
+        own = np.array([np.diag(whole.inertia)[axes] for whole in self._wholes[posture]])
+        return own / np.array([man.postures[posture].moments for man, _ in self.men])
 
     def centre_differences(self, posture: str) -> Array:
         """Distance of the centre of mass from the top of the head, less the measured one, (men,).
 
         In % of the stature.
         """
-        return np.array(
-            [
-                100.0
-                * (man.stature - whole.centre[1] - man.postures[posture].centre_depth)
-                / man.stature
-                for (man, _), whole in zip(self.men, self._wholes[posture], strict=True)
-            ]
-        )
+        heights = np.array([whole.centre[1] for whole in self._wholes[posture]])
+        measured = np.array([man.postures[posture].centre_depth for man, _ in self.men])
+        statures = np.array([man.stature for man, _ in self.men])
+        return 100.0 * (statures - heights - measured) / statures
 
     def dimension_differences(self, name: str) -> Mapping[Sex, Array]:
         """Dimension of the persons less the expected one of the survey, shape (3,) [m]."""
@@ -189,26 +172,21 @@ class Comparison:
 
 def compare_whole_bodies() -> Comparison:
     """Build the persons."""
+    men, persons = person_facts().men, dict[Sex, tuple[WholePerson, ...]]()
+    for sex, sample in survey().samples.items():
+        stature, mass = sample.stature, sample.mass
+        sizes = [
+            (stature.mean + 2.0 * side * stature.deviation, mass.mean + side * mass.deviation)
+            for side in (-1.0, 0.0, 1.0)
+        ]
+        persons[sex] = tuple(build_whole_person(sex, *size) for size in sizes)
     return Comparison(
-        tuple(
-            (man, build_whole_person(Sex.MALE, man.stature, man.mass)) for man in person_facts().men
-        ),
-        {
-            sex: tuple(
-                build_whole_person(
-                    sex,
-                    sample.stature.mean + 2.0 * side * sample.stature.deviation,
-                    sample.mass.mean + side * sample.mass.deviation,
-                )
-                for side in (-1.0, 0.0, 1.0)
-            )
-            for sex, sample in survey().samples.items()
-        },
+        tuple((man, build_whole_person(Sex.MALE, man.stature, man.mass)) for man in men), persons
     )
 
 
 def _caption(made: Comparison) -> str:
-    man = made.mean(Sex.MALE)
+    man, sitting = made.mean(Sex.MALE), made.mean(Sex.MALE).poses(SITTING)
     straight = np.mean(
         [
             person.whole(_STRAIGHT).inertia[1, 1] / one.postures[STANDING].moments[2]
@@ -217,8 +195,10 @@ def _caption(made: Comparison) -> str:
     )
     stances = [standing_stance(person.person.body) for _, person in made.men]
     arms, legs = ([round(degrees(getattr(one, name))) for one in stances] for name in _STANCE)
-    thigh = surface_points(man.surfaces, man.poses(SITTING), ["left_upper_leg"])[:, 1].min()
-    torso = surface_points(man.surfaces, man.poses(SITTING), ["lower_torso"])[:, 1].min()
+    thigh, torso = (
+        surface_points(man.surfaces, sitting, [name])[:, 1].min()
+        for name in ("left_upper_leg", "lower_torso")
+    )
     return (
         "Above: the mean man of the survey, his centre of mass marked. Middle: moments of inertia "
         "about axes through the centre of mass, of persons of the stature and mass of three men "
@@ -244,7 +224,7 @@ def _claims(made: Comparison) -> Iterator[Claim]:
         person = made.mean(sex)
         yield facts["centre_of_mass_height"].compare(
             f"Height of the centre of mass of the mean {_WORDS[sex]}, standing",
-            float(person.whole({}).centre[1]) / person.stature,
+            float(person.whole({}).centre[1]) / person.person.measures.stature,
         )
     for posture in MEASURED_POSTURES:
         words, ratios = _words(posture), made.inertia_ratios(posture).mean(axis=0)
@@ -268,24 +248,22 @@ def _claims(made: Comparison) -> Iterator[Claim]:
     for name in DIMENSIONS:
         for sex, differences in made.dimension_differences(name).items():
             error = 1e3 * _expected(name, made.mean(sex))[1]
-            yield _dimension_claim(name, sex, 1e3 * float(differences[1]), error)
+            yield comparison(
+                f"{_words(name).capitalize()} of the mean {_WORDS[sex]} less that of the survey, "
+                "within its standard error",
+                1e3 * float(differences[1]),
+                "mm",
+                -error,
+                error,
+                _REMARKS.get(name, ""),
+            )
 
 
-def _dimension_claim(name: str, sex: Sex, difference: float, error: float) -> Claim:
-    remark = {
-        "span": "no clavicle moves the shoulders inwards as the arms rise",
-        "sitting_height": "it is measured on flesh that no seat compresses",
-    }.get(name, "")
-    return Claim(
-        f"{_words(name).capitalize()} of the mean {_WORDS[sex]} less that of the survey, "
-        "within its standard error",
-        difference,
-        "mm",
-        -error,
-        error,
-        remark=remark if abs(difference) > error else "",
-        kind=ClaimKind.COMPARISON,
-    )
+_REMARKS = {
+    "span": "no clavicle moves the shoulders inwards as the arms rise",
+    "sitting_height": "it is measured on flesh that no seat compresses",
+}
+"""Likely reasons of differences, by dimension."""
 
 
 _STRIP = Strip(
@@ -314,11 +292,10 @@ def _draw_postures(axes: Axes, person: WholePerson) -> None:
     postures = {**MEASURED_POSTURES, "sitting": SITTING}
     draw_strip(axes, _STRIP, person.surfaces, [person.poses(each) for each in postures.values()])
     for place, (name, posture) in enumerate(postures.items()):
-        axes.text(
-            place * _STRIP.spacing, _STRIP.bottom, _words(name), ha="center", va="top", fontsize=8.0
-        )
+        at = place * _STRIP.spacing
+        axes.text(at, _STRIP.bottom, _words(name), ha="center", va="top", fontsize=8.0)
         x, y, _ = _STRIP.view.axes @ person.whole(posture).centre
-        draw_marks(axes, [x + place * _STRIP.spacing], [y], LineStyle(BLACK, "", "o"))
+        draw_marks(axes, [x + at], [y], LineStyle(BLACK, "", "o"))
 
 
 def _words(name: str) -> str:
@@ -340,11 +317,8 @@ def _draw_ratios(axes: Axes, made: Comparison) -> None:
         axes.text(x[1], 1.19, _words(posture), ha="center", va="top", fontsize=8.0)
     labels = [name.replace("-", "-\n") for name in _AXES]
     axes.set_xticks(places, labels * len(MEASURED_POSTURES), fontsize=7.0)
-    axes.set(
-        xlim=(-0.8, places[-1] + 2.4),
-        ylim=(0.6, 1.2),
-        ylabel="moment of inertia\nover the measured one",
-    )
+    axes.set(xlim=(-0.8, places[-1] + 2.4), ylim=(0.6, 1.2))
+    axes.set_ylabel("moment of inertia\nover the measured one")
     axes.grid(visible=False, axis="x")
     axes.legend(loc="lower right", fontsize=6.5)
 
@@ -369,9 +343,8 @@ def _draw_dimensions(axes: Axes, made: Comparison) -> None:
         ):
             style = LINE_STYLES[0 if sex is Sex.MALE else 1]
             error = 1e3 * _expected(name, made.mean(sex))[1]
-            axes.fill_between(
-                [place + side - 0.12, place + side + 0.12], -error, error, color=PALE, lw=0.0
-            )
+            ends = [place + side - 0.12, place + side + 0.12]
+            axes.fill_between(ends, -error, error, color=PALE, lw=0.0)
             label = ("men" if sex is Sex.MALE else "women") if place == 0 else "_"
             x = place + side + np.array([-0.07, 0.0, 0.07])
             draw_marks(axes, x, 1e3 * values, style, label, 4.5)

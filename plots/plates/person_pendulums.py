@@ -88,15 +88,8 @@ class Setup:
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-KNEE = Setup(
-    "left_knee",
-    0,
-    0.0,
-    (0.0, 0.0, -1.0),
-    11.0,
-    posture=on_both_sides({"ankle": (0.0, -20.0)}),
-    turn=(-0.5 * np.pi, 0.0, 0.0),
-)
+_HANGING = on_both_sides({"ankle": (0.0, -20.0)})
+KNEE = Setup("left_knee", 0, 0.0, (0.0, 0.0, -1.0), 11.0, _HANGING, (-0.5 * np.pi, 0.0, 0.0))
 """Supine, the shank over the edge, the foot hanging; released with the knee straight."""
 
 
@@ -110,15 +103,8 @@ def seated_knee(hip: float) -> Setup:
 HIPS = (60, 90)
 """Other hip angles at which the knee of a sitting person is released [deg]."""
 
-ELBOW = Setup(
-    "left_elbow",
-    1,
-    0.0,
-    (0.0, 0.0, 1.0),
-    4.0,
-    posture=on_both_sides({"shoulder": (0.0, 90.0, 0.0)}),
-    turn=(0.5 * np.pi, 0.0, 0.0),
-)
+_LEVEL_ARMS = on_both_sides({"shoulder": (0.0, 90.0, 0.0)})
+ELBOW = Setup("left_elbow", 1, 0.0, (0.0, 0.0, 1.0), 4.0, _LEVEL_ARMS, (0.5 * np.pi, 0.0, 0.0))
 """Prone, the upper arm level to the side; released with the elbow straight."""
 
 LEG = Setup("left_hip_joint", 2, 20.0, (0.0, -1.0, 0.0), 4.0)
@@ -233,21 +219,16 @@ def _knee_claims(words: str, swing: Swing, reason: str = "") -> Iterator[Claim]:
 
 
 def _peak_claims(joint: str, words: str, swing: Swing) -> Iterator[Claim]:
+    own = float(np.degrees(abs(swing.start - swing.rest)))
     for place, name in enumerate(("first", "second")):
         key, peak = f"{joint}_{name}_velocity", float(swing.peak_rates[place])
-        remark = _drop_remark(key, place, swing)
         sentence = f"{joint.capitalize()} of the {words}: {name} peak of the rate"
+        remark = (
+            f"the peak is roughly proportional to the drop from start to rest, here {own:.0f} deg; "
+            "the published peak belongs to about "
+            f"{own * person_facts().facts[key].value / peak:.0f} deg, and the abstract states none"
+        )
         yield _compare(key, sentence, peak, remark)
-
-
-def _drop_remark(key: str, place: int, swing: Swing) -> str:
-    """Drop from start to rest to which the published peak belongs."""
-    own = float(np.degrees(abs(swing.start - swing.rest)))
-    other = own * person_facts().facts[key].value / float(swing.peak_rates[place])
-    return (
-        f"the peak is roughly proportional to the drop from start to rest, here {own:.0f} deg; the "
-        f"published peak belongs to about {other:.0f} deg, and the abstract states none"
-    )
 
 
 def _elbow_claims(swing: Swing) -> Iterator[Claim]:
@@ -297,10 +278,19 @@ def _draw(made: Swings) -> Figure:
         _draw_angles(angle, _cases(made, name), name, stop)
         _draw_rates(rate, _cases(made, name), name)
         angles.append(angle)
-    _draw_trace(angles[0])
+    counts, turns = np.array(TRACE_TURNS).T
+    look: Look = {"label": "one adult [2]", "zorder": 4}
+    draw_line(angles[0], TRACE_HALF_PERIOD * counts, np.degrees(turns), _TRACE, **look)
+    angles[0].set_ylim(-95.0, 150.0)
+    angles[0].legend(loc="upper right", ncols=2, fontsize=6.5)
     leg = figure.add_subplot(grid[3, :])
     _draw_angles(leg, _cases(made, "leg"), "leg", LEG.stop)
-    _draw_leg_periods(leg)
+    frequency = person_facts().facts["leg_frequency"].value
+    for count in range(1, 4):
+        leg.axvline(count / frequency, color=BLACK, lw=0.8, ls=":")
+    box = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0}
+    place = (1.02 / frequency, leg.get_ylim()[0])
+    leg.text(*place, "period of 0.64 Hz [5]", fontsize=7.0, va="bottom", bbox=box)
     for axes in (leg, *figure.axes[3:5]):
         axes.set_xlabel("time [s]")
     figure.align_ylabels([*angles, leg])
@@ -360,14 +350,6 @@ TRACE_TURNS = ((0, -1.06), (1, 0.94), (2, -0.53), (3, 0.60), (5, 0.38), (7, 0.26
 """Half periods after the release, and angle from rest [rad], of the traced knee."""
 
 
-def _draw_trace(axes: Axes) -> None:
-    counts, angles = np.array(TRACE_TURNS).T
-    look: Look = {"label": "one adult [2]", "zorder": 4}
-    draw_line(axes, TRACE_HALF_PERIOD * counts, np.degrees(angles), _TRACE, **look)
-    axes.set_ylim(-95.0, 150.0)
-    axes.legend(loc="upper right", ncols=2, fontsize=6.5)
-
-
 _RATES_SHOWN, _RATES_END = 1.2, 1.4
 """End of the curves of rates, and of their time axes [s]."""
 
@@ -388,32 +370,15 @@ def _draw_rates(axes: Axes, swings: Sequence[tuple[Case, Swing]], name: str) -> 
     axes.set(xlim=(0.0, _RATES_END), ylabel=f"{name}: rate [rad/s]")
 
 
-def _draw_leg_periods(axes: Axes) -> None:
-    """Mark whole periods of the published frequency."""
-    fact = person_facts().facts["leg_frequency"]
-    for count in range(1, 4):
-        axes.axvline(count / fact.value, color=BLACK, lw=0.8, ls=":")
-    place = (1.02 / fact.value, axes.get_ylim()[0])
-    box = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0}
-    axes.text(*place, "period of 0.64 Hz [5]", fontsize=7.0, va="bottom", bbox=box)
-
-
 def _tables(made: Swings) -> dict[str, Mapping[str, Array]]:
-    return {
-        name.replace(" ", "_"): {
-            "time [s]": made.swing(name, cases[0]).times,
-            **{
-                f"{case.words}: {quantity}": values
-                for case in cases
-                for swing in [made.swing(name, case)]
-                for quantity, values in (
-                    ("angle from rest [rad]", swing.angles - swing.rest),
-                    ("rate [rad/s]", swing.rates),
-                )
-            },
-        }
-        for name, (_, cases) in SETUPS.items()
-    }
+    tables: dict[str, Mapping[str, Array]] = {}
+    for name, (_, cases) in SETUPS.items():
+        tables[name.replace(" ", "_")] = columns = {"time [s]": made.swing(name, cases[0]).times}
+        for case in cases:
+            swing = made.swing(name, case)
+            columns[f"{case.words}: angle from rest [rad]"] = swing.angles - swing.rest
+            columns[f"{case.words}: rate [rad/s]"] = swing.rates
+    return tables
 
 
 person_pendulums = PlateDefinition(

@@ -1,7 +1,7 @@
 """A person standing as people stand, and relaxed without gravity."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asin, radians
 
 import numpy as np
@@ -92,12 +92,8 @@ class Relaxed:
     @property
     def trunk_to_thigh(self) -> float:
         """Angle between the line from hips to shoulders and the left thigh [deg]."""
-        hip, knee, shoulders = (
-            self.poses["left_upper_leg"][:3, 3],
-            self.poses["left_lower_leg"][:3, 3],
-            _middle(self.poses, "upper_arm"),
-        )
-        trunk, thigh = shoulders - _middle(self.poses, "upper_leg"), knee - hip
+        trunk = _middle(self.poses, "upper_arm") - _middle(self.poses, "upper_leg")
+        thigh = (self.poses["left_lower_leg"] - self.poses["left_upper_leg"])[:3, 3]
         cosine = trunk @ thigh / np.linalg.norm(trunk) / np.linalg.norm(thigh)
         return float(np.degrees(np.arccos(cosine)))
 
@@ -114,6 +110,10 @@ class Postures:
     relaxed: Mapping[str, Relaxed]
 
 
+_SEGMENTS = {"ankle": "foot", "knee": "lower_leg", "hip": "upper_leg", "shoulder": "upper_arm"}
+"""Segments that begin at the landmarks."""
+
+
 def _middle(poses: Poses, segment: str) -> Array:
     """Point between the origins of the left and the right segment."""
     return 0.5 * (poses[f"left_{segment}"] + poses[f"right_{segment}"])[:3, 3]
@@ -128,23 +128,16 @@ def stand(body: Body, ear_below_vertex: float) -> Standing:
     tree = build_tree(body)
     upright = {name: np.zeros(joint.degrees_of_freedom) for name, joint in body.joints.items()}
     straight = forward_kinematics(tree, upright).poses
-    heights = {
-        "ankle": _middle(straight, "foot")[1],
-        "knee": _middle(straight, "lower_leg")[1],
-        "hip": _middle(straight, "upper_leg")[1],
-        "shoulder": _middle(straight, "upper_arm")[1],
-        "neck": straight["head"][1, 3],
-    }
-    vertex = max(
-        (straight["head"] @ site.pose_in_segment)[1, 3]
-        for site in body.segments["head"].sites.values()
-    )
+    heights = {name: _middle(straight, segment)[1] for name, segment in _SEGMENTS.items()}
+    base, sites = straight["head"][1, 3], body.segments["head"].sites.values()
+    vertex = max((straight["head"] @ site.pose_in_segment)[1, 3] for site in sites)
+    ear_above_base = vertex - ear_below_vertex - base
     shank, thigh, trunk = (
         asin((forward[above] - forward[below]) / (heights[above] - heights[below]))
         for below, above in (("ankle", "knee"), ("knee", "hip"), ("hip", "shoulder"))
     )
-    neck = forward["hip"] + np.sin(trunk) * (heights["neck"] - heights["hip"])
-    head = asin((forward["ear"] - neck) / (vertex - ear_below_vertex - heights["neck"]))
+    neck = forward["hip"] + np.sin(trunk) * (base - heights["hip"])
+    head = asin((forward["ear"] - neck) / ear_above_base)
     for side in ("left", "right"):
         upright[f"{side}_ankle"][1] = shank
         upright[f"{side}_knee"][0] = shank - thigh
@@ -153,17 +146,10 @@ def stand(body: Body, ear_below_vertex: float) -> Standing:
         upright[f"{side}_shoulder"][2] = trunk
     upright["neck"][2] = head - trunk
     poses = _turn_about_ankles(forward_kinematics(tree, upright).poses, trunk)
-    ear = poses["head"] @ np.array([0.0, 0.0, vertex - ear_below_vertex - heights["neck"], 1.0])
-    places = {
-        "ankle": _middle(poses, "foot"),
-        "knee": _middle(poses, "lower_leg"),
-        "hip": _middle(poses, "upper_leg"),
-        "shoulder": _middle(poses, "upper_arm"),
-        "ear": ear,
-    }
-    return Standing(
-        body, poses, {name: (float(point[2]), float(point[1])) for name, point in places.items()}
-    )
+    places = {name: _middle(poses, segment) for name, segment in _SEGMENTS.items()}
+    places["ear"] = poses["head"] @ np.array([0.0, 0.0, ear_above_base, 1.0])
+    landmarks = {name: (float(point[2]), float(point[1])) for name, point in places.items()}
+    return Standing(body, poses, landmarks)
 
 
 def _turn_about_ankles(poses: Mapping[str, Array], angle: float) -> Poses:
@@ -254,21 +240,18 @@ def _claims(made: Postures) -> Iterator[Claim]:
         )
 
 
-_SIDE = View(turn=radians(-90.0), tilt=0.0)
-
 _STANDING_STRIP = Strip(
-    _SIDE, spacing=1.0, left=-0.35, right=0.4, bottom=-0.05, top=1.85, floor=None, scale=150.0
-)
-
-_RELAXED_STRIP = Strip(
-    View(turn=radians(-60.0), tilt=radians(8.0)),
+    View(turn=radians(-90.0), tilt=0.0),
     spacing=1.0,
-    left=-0.5,
-    right=0.85,
+    left=-0.35,
+    right=0.4,
     bottom=-0.05,
     top=1.85,
     floor=None,
-    scale=150.0,
+)
+
+_RELAXED_STRIP = replace(
+    _STANDING_STRIP, view=View(turn=radians(-60.0), tilt=radians(8.0)), left=-0.5, right=0.85
 )
 
 
@@ -314,12 +297,8 @@ def _draw_offsets(axes: Axes, made: Postures) -> None:
             label = PERSONS[name] if landmark == "knee" else "_"
             at = start + standing.centre_in_front(landmark)
             draw_marks(axes, [at], [height], style, label)
-    axes.set(
-        xlim=(-1.0, 12.0),
-        ylim=(_STANDING_STRIP.bottom, _STANDING_STRIP.top),
-        xlabel="in front of the ankle [cm]",
-        ylabel="height [m]",
-    )
+    axes.set(xlim=(-1.0, 12.0), xlabel="in front of the ankle [cm]")
+    axes.set(ylim=(_STANDING_STRIP.bottom, _STANDING_STRIP.top), ylabel="height [m]")
     axes.legend(loc="lower right", fontsize=7.0)
 
 
@@ -328,26 +307,22 @@ def _draw_relaxed(axes: Axes, made: Postures) -> None:
     strip = _RELAXED_STRIP
     width, height = strip.width(1), strip.top - strip.bottom
     for place, (word, relaxed) in enumerate(made.relaxed.items()):
-        surfaces = Surfaces.of_figure(relaxed.body)
-        image = draw_moments(surfaces, [relaxed.poses], strip, Scene())
+        image = draw_moments(Surfaces.of_figure(relaxed.body), [relaxed.poses], strip, Scene())
         left = place * width
-        extent = (left, left + width, 0.0, height)
-        axes.imshow(image, extent=extent, interpolation="none")
+        axes.imshow(image, extent=(left, left + width, 0.0, height), interpolation="none")
         text = f"{word}\ntrunk to thigh {relaxed.trunk_to_thigh:.0f} deg"
         axes.text(left + 0.5 * width, 0.0, text, ha="center", va="top", fontsize=7.0)
-    axes.set(
-        xlim=(0.0, len(made.relaxed) * width), ylim=(-0.15, height), title="relaxed without gravity"
-    )
+    axes.set(xlim=(0.0, len(made.relaxed) * width), ylim=(-0.15, height))
+    axes.set_title("relaxed without gravity")
 
 
 def _tables(made: Postures) -> dict[str, Mapping[str, Array]]:
     return {
         "standing": {
             f"{word}: {quantity} [m]": np.array(
-                [standing.landmarks[name][axis] for name in LANDMARKS]
+                [made.standing[person].landmarks[name][axis] for name in LANDMARKS]
             )
             for person, word in PERSONS.items()
-            for standing in [made.standing[person]]
             for axis, quantity in enumerate(("forward of the ankle", "height"))
         },
         "relaxed": {

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import radians
+from math import inf, radians
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,8 +12,8 @@ from generator import read_figure, read_springs
 from generator.joint_chain import build_chain
 from generator.person.sources import load_data_file
 from generator.rotations import matrix_from_rotation_vector, rotation_vector_from_matrix
-from plots.canvas import BLACK, BLUE, GREY, VERMILION, LineStyle, create_canvas
-from plots.plate import Claim, ClaimKind
+from plots.canvas import BLACK, BLUE, GREY, VERMILION, LineStyle, Look, create_canvas, draw_marks
+from plots.plate import Claim, comparison
 from plots.plate_definition import PlateDefinition
 from springs import FLOATS, Reach, ReachPoint, RotationLaw, rotation_law
 from springs.backends import Array
@@ -98,9 +98,8 @@ def _boundary(reach: Reach) -> Array:
     elevations = np.arange(0.0, 181.0)
     found: list[tuple[float, float]] = []
     for plane in np.arange(-180.0, 180.0 + _STEP, _STEP):
-        vectors = np.array([raised(plane, elevation) for elevation in elevations])
-        beyond = reach.depth(vectors)
-        outside = np.flatnonzero(beyond > 0.0)
+        depths = reach.depth(np.array([raised(plane, elevation) for elevation in elevations]))
+        outside = np.flatnonzero(depths > 0.0)
         found.append((float(plane), float(elevations[outside[0]]) if len(outside) else 180.0))
     return np.array(found)
 
@@ -108,45 +107,30 @@ def _boundary(reach: Reach) -> Array:
 def claims(arm: Arm) -> Iterator[Claim]:
     """Yield what the reach meets, and what positions of people cost."""
     boundary, turn = np.degrees(arm.reach.residuals)
-    yield Claim(
-        "The boundary meets its points: largest distance", float(boundary), "deg", at_most=6.0
+    sentence = "The boundary meets its points: largest distance"
+    yield Claim(sentence, float(boundary), "deg", at_most=6.0)
+    sentence = (
+        "The ends of the turn meet their ranges, Vairo's medians among them: largest distance"
     )
-    yield Claim(
-        "The ends of the turn meet their ranges, Vairo's medians among them: largest distance",
-        float(turn),
-        "deg",
-        at_most=5.0,
-    )
+    yield Claim(sentence, float(turn), "deg", at_most=5.0)
     vectors = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 3))
     flip = np.array([-1.0, 1.0, -1.0])
     difference = np.abs(arm.mirrored.torque(vectors * flip) - arm.law.torque(vectors) * flip).max()
-    yield Claim(
-        "The torque of the right arm is the mirror image of that of the left one",
-        float(difference),
-        "N m",
-        at_most=1e-9,
-    )
+    sentence = "The torque of the right arm is the mirror image of that of the left one"
+    yield Claim(sentence, float(difference), "N m", at_most=1e-9)
     for name, moment in arm.moments.items():
-        yield Claim(
-            f"The arm {name} (Pearl et al. 1992): moment of the shoulder",
-            moment,
-            "N m",
-            at_most=EFFORTLESS,
-            kind=ClaimKind.COMPARISON,
-        )
+        sentence = f"The arm {name} (Pearl et al. 1992): moment of the shoulder"
+        yield comparison(sentence, moment, "N m", -inf, EFFORTLESS)
     torques = [
         abs(float(spring.elastic[0].torque(radians(angle))))
         for spring, angle in zip(arm.hip.springs, TAILOR_SEAT, strict=True)
         if spring is not None and spring.elastic
     ]
-    yield Claim(
+    sentence = (
         "Sitting cross-legged, hips flexed by 90, abducted by 40 and turned out by 35 deg: largest "
-        "moment of a hip about turn and abduction",
-        max(torques),
-        "N m",
-        at_most=EXAMINED,
-        kind=ClaimKind.COMPARISON,
+        "moment of a hip about turn and abduction"
     )
+    yield comparison(sentence, max(torques), "N m", -inf, EXAMINED)
 
 
 _LABELS = {"extended": ((0, -24), "center"), "combing the hair": ((0, -13), "center")}
@@ -158,37 +142,21 @@ def _draw(arm: Arm) -> Figure:
     axes = figure.add_subplot(projection="polar")
     assert isinstance(axes, PolarAxes)
     planes, elevations = arm.boundary.T
-    axes.plot(
-        np.radians(planes), elevations, "-", color=BLUE, lw=1.8, label="boundary of the reach"
-    )
-    axes.fill(np.radians(planes), elevations, color=BLUE, alpha=0.08)
-    published = [point for point in arm.reach.boundary if _is_published(point)]
-    others = [point for point in arm.reach.boundary if not _is_published(point)]
-    for points, style, label in (
-        (published, LineStyle(BLACK, "", "o"), "end of the normal range"),
-        (others, LineStyle(GREY, "", "s"), "estimate"),
+    directions, label = np.radians(planes), "boundary of the reach"
+    axes.plot(directions, elevations, "-", color=BLUE, lw=1.8, label=label)
+    axes.fill(directions, elevations, color=BLUE, alpha=0.08)
+    for is_published, style, label in (
+        (True, LineStyle(BLACK, "", "o"), "end of the normal range"),
+        (False, LineStyle(GREY, "", "s"), "estimate"),
     ):
-        axes.plot(
-            [point.plane for point in points],
-            [np.degrees(point.elevation) for point in points],
-            ls="none",
-            marker=style.marker,
-            color=style.colour,
-            mfc="white",
-            ms=5,
-            label=label,
-        )
+        points = [one for one in arm.reach.boundary if _is_published(one) is is_published]
+        elevations = [np.degrees(point.elevation) for point in points]
+        draw_marks(axes, [point.plane for point in points], elevations, style, label)
     for name, (plane, elevation, _) in POSITIONS.items():
         axes.plot(radians(plane), elevation, "x", color=VERMILION, ms=6, label="_")
         shift, side = _LABELS.get(name, ((6, 4), "left"))
-        axes.annotate(
-            name,
-            (radians(plane), elevation),
-            shift,
-            textcoords="offset points",
-            ha=side,
-            fontsize=8,
-        )
+        look: Look = {"textcoords": "offset points", "ha": side, "fontsize": 8}
+        axes.annotate(name, (radians(plane), elevation), shift, **look)
     axes.plot([], [], "x", color=VERMILION, label="position of people")
     axes.set_rlim(0.0, 180.0)
     axes.set_rticks([45.0, 90.0, 135.0], ["45", "90", "135 deg"])

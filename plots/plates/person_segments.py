@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, build_body
@@ -60,11 +59,11 @@ def differences(sex: Sex, means: SegmentMeans) -> Differences:
 
 
 def _caption(_: Mapping[Sex, Differences]) -> str:
-    factors = [
-        f"{100.0 * abs(factor - 1.0):.1f} % {'longer' if factor > 1.0 else 'shorter'} in the {word}"
-        for sex, word in _WORDS.items()
-        for factor in [leg_factor(sex)]
-    ]
+    factors: list[str] = []
+    for sex, word in _WORDS.items():
+        percent = 100.0 * (leg_factor(sex) - 1.0)
+        sense = "longer" if percent > 0.0 else "shorter"
+        factors.append(f"{abs(percent):.1f} % {sense} in the {word}")
     women = person_facts().segments[Sex.FEMALE]
     own = build_body(estimate_measures(Sex.FEMALE, women.stature, women.mass)).segments["foot"]
     return _CAPTION.format(
@@ -96,33 +95,27 @@ def claims(sex: Sex, found: Differences) -> Iterator[Claim]:
         ("moment of inertia of thigh and shank", _LEG, slice(1, 4)),
     ):
         largest = {name: float(np.abs(found[name][rows]).max()) for name in names}
-        worst = max(largest, key=lambda name: largest[name])
-        yield fact.compare(
-            f"The {word}: largest difference from the measured {quantity}",
-            largest[worst],
-            remark=_remark(sex, worst, list(names), largest, fact.high),
-        )
-
-
-def _remark(
-    sex: Sex, worst: str, names: list[str], largest: Mapping[str, float], bound: float
-) -> str:
-    """Reason of a difference beyond the bound."""
-    if worst in _LEG and len(names) == len(_LEG):
-        change = 100.0 * (leg_factor(sex) ** 2 - 1.0)
-        return f"the lengths that close the stature change them by {change:+.1f} %"
-    beyond = [name.replace("_", " ") for name in names if largest[name] > bound]
-    return f"beyond it: {', '.join(beyond)}" if beyond else ""
+        beyond = [name.replace("_", " ") for name in names if largest[name] > fact.high]
+        remark = f"beyond it: {', '.join(beyond)}"
+        if names == _LEG:
+            change = 100.0 * (leg_factor(sex) ** 2 - 1.0)
+            remark = f"the lengths that close the stature change them by {change:+.1f} %"
+        sentence = f"The {word}: largest difference from the measured {quantity}"
+        yield fact.compare(sentence, max(largest.values()), remark)
 
 
 def _draw(found: Mapping[Sex, Differences]) -> Figure:
     bound = person_facts().facts["segment_difference"].high
     figure, (panels,) = create_panels(4.4, 1, len(found))
+    places = np.arange(len(SEGMENTS))[::-1]
     for axes, (sex, rows) in zip(panels, found.items(), strict=True):
         means = person_facts().segments[sex]
         draw_range(axes, -bound, bound, across=True)
         axes.axvline(0.0, color=BLACK, lw=0.8)
-        _draw_rows(axes, rows)
+        for index, (quantity, style) in enumerate(zip(_QUANTITIES, LINE_STYLES, strict=False)):
+            values = [rows[name][index] for name in SEGMENTS]
+            shown = np.clip(values, -_LARGEST_SHOWN, _LARGEST_SHOWN)
+            draw_marks(axes, shown, places + 0.14 * (1.5 - index), style, quantity, 4.5)
         axes.set(
             title=f"{_WORDS[sex]}, {means.stature:.3f} m, {means.mass:.1f} kg",
             xlabel="difference from the measured mean [%]",
@@ -133,14 +126,6 @@ def _draw(found: Mapping[Sex, Differences]) -> Figure:
     handles = panels[0].get_legend_handles_labels()
     figure.legend(*handles, loc="outside upper left", ncols=4, fontsize=7.5)
     return figure
-
-
-def _draw_rows(axes: Axes, rows: Differences) -> None:
-    places = np.arange(len(SEGMENTS))[::-1]
-    for index, (quantity, style) in enumerate(zip(_QUANTITIES, LINE_STYLES, strict=False)):
-        values = np.array([rows[name][index] for name in SEGMENTS])
-        shown = np.clip(values, -_LARGEST_SHOWN, _LARGEST_SHOWN)
-        draw_marks(axes, shown, places + 0.14 * (1.5 - index), style, quantity, 4.5)
 
 
 def _tables(found: Mapping[Sex, Differences]) -> dict[str, Mapping[str, Array]]:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from plots.canvas import BLACK, LINE_STYLES, Look, create_panels
-from plots.plate import Claim, ClaimKind
+from plots.plate import Claim, comparison
 from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 from springs.strength.strengths import (
@@ -73,18 +73,12 @@ def claims(found: Curves) -> Iterator[Claim]:
             largest = own.largest[one.motion.endswith("extension")] / body.mass
             low, high = one.interval
             age = "over 65 years, scaled to the middle of the norm" if is_old else "of 18-25 years"
-            remark = ""
-            if not low <= largest <= high:
+            sentence = f"{one.motion.capitalize()} of {who} {age}"
+            if is_old:
+                yield Claim(sentence, largest, "N m/kg", low, high)
+            else:
                 remark = f"{100.0 * (1.0 - largest / low):.0f} % under the interval of adults"
-            yield Claim(
-                f"{one.motion.capitalize()} of {who} {age}",
-                largest,
-                "N m/kg",
-                at_least=low,
-                at_most=high,
-                remark=remark,
-                kind=ClaimKind.VERIFICATION if is_old else ClaimKind.COMPARISON,
-            )
+                yield comparison(sentence, largest, "N m/kg", low, high, remark)
 
 
 def _draw(found: Curves) -> Figure:

@@ -11,13 +11,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator.study.run_case import run_case
 from generator.study.sensitivity import INDICES_NAME, IndexKind, StudyIndices, read_indices
 from generator.study.study_file import STUDY_FILE, read_study
-from plots.canvas import BLUE, GREY, create_panels
+from plots.canvas import BLUE, GREY, Look, create_panels
 from plots.plate import Claim
 from plots.plate_definition import PlateDefinition
 from plots.study_plate import (
@@ -29,7 +28,6 @@ from plots.study_plate import (
     read_runs,
     varied_quantities,
 )
-from springs.backends import Array
 
 DATA = Path(__file__).parents[1] / "data"
 """Folder of the tables."""
@@ -54,18 +52,14 @@ _TITLES = {
 REPEATED = 1e-3
 """Largest relative difference of a repeated run, for other processors: rounding grows in a fall."""
 
-_STRONG = (
-    ("pelvis_force", "Force on the pelvis", "start", "the start"),
-    ("head_force", "Force on the head", "start", "the start"),
-    ("head_force", "Force on the head", "tone", "the tone"),
+_INDICES = (
+    ("pelvis_force", "Force on the pelvis", "start", "the start", True),
+    ("head_force", "Force on the head", "start", "the start", True),
+    ("head_force", "Force on the head", "tone", "the tone", True),
+    ("pelvis_force", "Force on the pelvis", "pelvis", "the stiffness of the pelvis", False),
+    ("pelvis_force", "Force on the pelvis", "head", "the stiffness of the head", False),
 )
-"""Measure, its name, parameter and its name, where the parameter matters."""
-
-_WEAK = (
-    ("pelvis_force", "Force on the pelvis", "pelvis", "the stiffness of the pelvis"),
-    ("pelvis_force", "Force on the pelvis", "head", "the stiffness of the head"),
-)
-"""The same, where it hardly does."""
+"""Measure, its name, parameter, its name, and whether the parameter matters or hardly does."""
 
 
 Ranking = tuple[StudyIndices, StudyRuns]
@@ -109,9 +103,15 @@ def _draw_stiffness(studies: Studies) -> Figure:
     runs, people = studies
     figure, panels = create_panels(1.6 + 1.5 * len(FORCES), len(FORCES), 1)
     for row, name in zip(panels, FORCES, strict=True):
-        stiffness = runs.parameters["stiffness"]
-        _draw_measure(row[0], stiffness, runs.measures[name], people.measures[name])
-        row[0].set_title(_TITLES[name], fontsize=8.0, fontweight="bold")
+        axes, (low, high) = row[0], np.quantile(people.measures[name], QUANTILES)
+        label = "falls of four persons, 5 % to 95 %"
+        axes.axhspan(low, high, color=GREY, alpha=0.2, lw=0.0, label=label)
+        look: Look = {"color": BLUE, "marker": "o", "ms": 4.0, "lw": 1.2, "label": "mean man"}
+        axes.semilogx(runs.parameters["stiffness"], runs.measures[name], **look)
+        axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["0.25", "0.5", "1", "2", "4"])
+        axes.minorticks_off()
+        axes.set_ylim(bottom=0.0)
+        axes.set_title(_TITLES[name], fontsize=8.0, fontweight="bold")
     panels[-1][0].set_xlabel("stiffness of all joints over the published one")
     panels[0][0].legend(loc="lower left", fontsize=8.0)
     return figure
@@ -128,23 +128,6 @@ def _stiffness_claims(studies: Studies) -> Iterator[Claim]:
     )
 
 
-def _stiffness_tables(studies: Studies) -> dict[str, dict[str, Array]]:
-    runs, _ = studies
-    return {"runs": {**runs.parameters, **{name: runs.measures[name] for name in FORCES}}}
-
-
-def _draw_measure(axes: Axes, stiffness: Array, values: Array, people: Array) -> None:
-    """Draw a measure over the stiffness, and its range between falls of people."""
-    low, high = np.quantile(people, QUANTILES)
-    axes.axhspan(
-        low, high, color=GREY, alpha=0.2, lw=0.0, label="falls of four persons, 5 % to 95 %"
-    )
-    axes.semilogx(stiffness, values, color=BLUE, marker="o", ms=4.0, lw=1.2, label="mean man")
-    axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["0.25", "0.5", "1", "2", "4"])
-    axes.minorticks_off()
-    axes.set_ylim(bottom=0.0)
-
-
 def _range_text(runs: StudyRuns, measure: str) -> str:
     """Return the 5 % and 95 % quantiles of a force [N]."""
     low, high = np.quantile(runs.measures[measure], QUANTILES) / 1e3
@@ -153,38 +136,29 @@ def _range_text(runs: StudyRuns, measure: str) -> str:
 
 def _index_claims(indices: StudyIndices) -> Iterator[Claim]:
     """Yield claims about total indices, each with the end of its interval that is nearer."""
-    for measure, measured, parameter, varied in _STRONG:
+    for measure, measured, parameter, varied, matters in _INDICES:
         total = indices.measures[measure].parameters[parameter][IndexKind.TOTAL]
-        yield Claim(
-            f"{measured}: total index of {varied}, lower end of its 95 % interval",
-            total.low,
-            at_least=MATTERS,
-        )
-    for measure, measured, parameter, varied in _WEAK:
-        total = indices.measures[measure].parameters[parameter][IndexKind.TOTAL]
-        yield Claim(
-            f"{measured}: total index of {varied}, upper end of its 95 % interval",
-            total.high,
-            at_most=HARDLY_MATTERS,
-        )
+        sentence = f"{measured}: total index of {varied}, {{}} end of its 95 % interval"
+        if matters:
+            yield Claim(sentence.format("lower"), total.low, at_least=MATTERS)
+        else:
+            yield Claim(sentence.format("upper"), total.high, at_most=HARDLY_MATTERS)
 
 
 def _repeated_run(runs: StudyRuns) -> Claim:
     """Compute the first run again."""
     values = [float(column[0]) for column in runs.parameters.values()]
     result = run_case(read_study(STUDY_FILE.find("falls")), values)
-    differences: list[float] = []
-    for measure, column in runs.measures.items():
-        value = result.measures[measure]
-        found = np.nan if value is None else value
-        differences.append(abs(found - column[0]) / np.nanmax(np.abs(column)))
-    return Claim(
+    again = {name: np.nan if one is None else one for name, one in result.measures.items()}
+    differences = [
+        abs(again[measure] - column[0]) / np.nanmax(np.abs(column))
+        for measure, column in runs.measures.items()
+    ]
+    sentence = (
         "First run, computed again: largest difference of a measure from the table, over its "
-        "largest value",
-        float(np.max(differences)),
-        at_most=REPEATED,
-        is_repetition=True,
+        "largest value"
     )
+    return Claim(sentence, float(np.max(differences)), at_most=REPEATED, is_repetition=True)
 
 
 study_falls = PlateDefinition(
@@ -206,12 +180,13 @@ study_falls_stiffness = PlateDefinition(
     name="study_falls_stiffness",
     title="The mean man falls with softer and stiffer joints",
     sign="Band: 5 % to 95 % of the falls of the study of four persons.",
-    references=(),
     collect=lambda: (read_runs(DATA / "study_falls_stiffness"), read_runs(DATA / "study_falls")),
     caption="The fall of `male50` with all passive springs from a quarter of the published "
     "stiffness to four times as stiff; damping and limits stay. The forces change where the fall "
     "takes another course, and more than they follow the stiffness.",
     draw=_draw_stiffness,
     claims=_stiffness_claims,
-    tables=_stiffness_tables,
+    tables=lambda studies: {
+        "runs": {**studies[0].parameters, **{name: studies[0].measures[name] for name in FORCES}}
+    },
 )

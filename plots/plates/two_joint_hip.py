@@ -164,50 +164,36 @@ def _claims(made: HipMoments) -> Iterator[Claim]:
     yield from _gradient_claims(made)
 
 
-def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> list[Claim]:
+def _footnote_claims(name: str, ends: Mapping[float, Mapping[float, float]]) -> Iterator[Claim]:
     """Compare the third footnote of the thesis's chapter 4 with moments, as margins."""
-    extended, flexed = ends[EXTENDED_ANGLE], ends[FLEXED_ANGLE]
-    straight, bent = min(extended), max(extended)
-    return [
-        Claim(
-            f"{name}: extended, at {EXTENDED_ANGLE:g} deg, the hip resists most with the knee most "
-            f"flexed ({bent:g} deg) and least with it straightest ({straight:g} deg): smaller of "
-            "the two margins",
-            min(_margin(extended, bent), _margin(_negated(extended), straight)),
+    for angle, word, most, least in (
+        (EXTENDED_ANGLE, "extended", "most", "least"),
+        (FLEXED_ANGLE, "flexed", "least", "most"),
+    ):
+        moments = ends[angle]
+        *others, bent = sorted(moments)
+        straight = others[0]
+        over = moments[bent] - max(moments[knee] for knee in others)
+        under = min(moments[knee] for knee in (*others[1:], bent)) - moments[straight]
+        yield Claim(
+            f"{name}: {word}, at {angle:g} deg, the hip resists {most} with the knee most flexed "
+            f"({bent:g} deg) and {least} with it straightest ({straight:g} deg): smaller of the "
+            "two margins",
+            min(over, under),
             "N m",
             at_least=0.0,
             kind=ClaimKind.COMPARISON,
             remark=""
-            if _margin(extended, bent) >= 0.0
-            else f"the moment falls from {extended[straight]:.1f} N m with the knee at "
-            f"{straight:g} deg to {extended[bent]:.1f} N m at {bent:g} deg: the equation lacks a "
+            if over >= 0.0 or angle == FLEXED_ANGLE
+            else f"the moment falls from {moments[straight]:.1f} N m with the knee at "
+            f"{straight:g} deg to {moments[bent]:.1f} N m at {bent:g} deg: the equation lacks a "
             "muscle that a flexed knee stretches over the extended hip",
-        ),
-        Claim(
-            f"{name}: flexed, at {FLEXED_ANGLE:g} deg, the hip resists least with the knee most "
-            f"flexed ({bent:g} deg) and most with it straightest ({straight:g} deg): smaller of "
-            "the two margins",
-            min(_margin(flexed, bent), _margin(_negated(flexed), straight)),
-            "N m",
-            at_least=0.0,
-            kind=ClaimKind.COMPARISON,
-        ),
-    ]
+        )
 
 
-def _margin(moments: Mapping[float, float], knee: float) -> float:
-    """Excess of the moment at a knee angle over the largest at the others [N m]."""
-    return moments[knee] - max(moment for other, moment in moments.items() if other != knee)
-
-
-def _negated(moments: Mapping[float, float]) -> dict[float, float]:
-    return {knee: -moment for knee, moment in moments.items()}
-
-
-def _law_moments(law: CoupledExponential, knee: float) -> Array:
-    """Hip moments of a law at `_SAMPLE_ANGLES` and one knee angle [deg], in N m."""
-    at = (np.radians(_SAMPLE_ANGLES), np.full_like(_SAMPLE_ANGLES, np.radians(knee)))
-    return np.asarray(law.torques(at)[0])
+def _law_moments(law: CoupledExponential, knee: float, hip: Array = _SAMPLE_ANGLES) -> Array:
+    """Hip moments of a law at hip angles and one knee angle [deg], in N m."""
+    return np.asarray(law.torques((np.radians(hip), np.full_like(hip, np.radians(knee))))[0])
 
 
 def _gradient_claims(made: HipMoments) -> list[Claim]:
@@ -243,8 +229,7 @@ def _gradient_claims(made: HipMoments) -> list[Claim]:
 
 def _draw(made: HipMoments) -> Figure:
     figure, ((points, equations), (residual, gradient)) = create_panels(7.2, 2, 2, (2.2, 1.0))
-    at = np.radians(_HIP_ANGLES)
-    thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(at))
+    thesis = np.asarray(published.curve("otani_1989/hip_y").law.torque(np.radians(_HIP_ANGLES)))
     label = "thesis [1]: knee at 15 deg"
     equations.plot([], [], ":", color=GREY, lw=0.8, label="outside the usable range")
     points.plot(_HIP_ANGLES, thesis, color=THESIS_STYLE.colour, lw=2.2, label=label)
@@ -252,12 +237,11 @@ def _draw(made: HipMoments) -> Figure:
         hip, moment = made.silder[knee].T
         draw_points(points, hip, moment, pen, f"substitute [3]: knee at {knee:g} deg")
         draw_points(residual, hip, made.riener[knee] - moment, pen, "_")
-        angles = (at, np.full_like(at, np.radians(knee)))
-        torque = np.asarray(made.law.torques(angles)[0])
+        torque = _law_moments(made.law, knee, _HIP_ANGLES)
         draw_curve(equations, _HIP_ANGLES, torque, USABLE_RANGES[0], pen, "_", 1.0)
         label = f"Exudyn, knee at {knee:g} deg"
         draw_marks(equations, _SAMPLE_ANGLES, made.at_sample_angles[knee], pen, label, 4.0)
-        change = np.asarray(made.nearest.law.torques(angles)[0]) - torque
+        change = _law_moments(made.nearest.law, knee, _HIP_ANGLES) - torque
         draw_curve(gradient, _HIP_ANGLES, change, USABLE_RANGES[0], pen, "_", 1.0)
     for axes in (points, residual, equations, gradient):
         draw_zero_line(axes)

@@ -4,13 +4,12 @@ from collections.abc import Iterator, Mapping
 from math import radians
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from generator import Plan, Recording, read_figure, simulate
-from plots.canvas import BLACK, LINE_STYLES, LineStyle, Look, create_panels, draw_line
-from plots.literature import Measurements, read_measurements, thesis_reference
-from plots.plate import Claim
+from plots.canvas import BLACK, LINE_STYLES, Look, create_panels, draw_line
+from plots.literature import OWN_ENGINE, Measurements, read_measurements, thesis_reference
+from plots.plate import Claim, table_name
 from plots.plate_definition import PlateDefinition
 from plots.whole_body import Posture, posture_in_radians
 from springs.backends import Array
@@ -48,9 +47,6 @@ START_POSES: Mapping[str, Posture] = {
 }
 """Starts of the falls at rest, as in the benchmarks [deg]."""
 
-_OWN_ENGINE = "this program"
-"""Name of the compiled run in the tables."""
-
 _CAPTION = (
     "The prototype falls for one second about its pinned pelvis, from rest in three poses: "
     "standing; striding; and reaching with both arms, one knee bent beyond the edge of its dead "
@@ -72,36 +68,31 @@ _JOINT_DASHES = {
 }
 """Joints whose angles are drawn, and their dashes."""
 
+_JOINT_NAMES = {name: name.replace("_", " ").removesuffix(" joint") for name in _JOINT_DASHES}
+
 
 def _claims(motion: Measurements) -> Iterator[Claim]:
     """Compare runs made now with the motions that the other engines had."""
-    engines = [name for name in motion.values("engine") if name != _OWN_ENGINE]
+    engines = [name for name in motion.values("engine") if name != OWN_ENGINE]
     for start, pose in START_POSES.items():
-        run = _simulate_fall(pose, motion.select_rows(start=start, engine=_OWN_ENGINE))
+        times = motion.select_rows(start=start, engine=OWN_ENGINE).column("time [s]")
+        plan = Plan(
+            stop=float(times[-1]),
+            frame=float(times[1]),
+            tolerance=RUN_TOLERANCE,
+            displacements=posture_in_radians(pose),
+        )
+        run = simulate(read_figure("prototype"), plan)
         differences = [
             float(np.abs(_angle_magnitudes(run, joint) - other.column(f"{joint} [deg]")).max())
             for other in (motion.select_rows(start=start, engine=name) for name in engines)
             for joint in _JOINT_DASHES
         ]
-        yield Claim(
+        sentence = (
             f"The {start} fall, simulated now at {RUN_TOLERANCE:g} rad, has the joint angles "
-            f"drawn of {', '.join(engines[:-1])} and {engines[-1]}: largest difference",
-            radians(max(differences)),
-            "rad",
-            at_most=TABLE_TOLERANCE,
+            f"drawn of {', '.join(engines[:-1])} and {engines[-1]}: largest difference"
         )
-
-
-def _simulate_fall(pose: Posture, table: Measurements) -> Recording:
-    """Simulate the prototype from a pose [deg], with the frames of a table."""
-    times = table.column("time [s]")
-    plan = Plan(
-        stop=float(times[-1]),
-        frame=float(times[1]),
-        tolerance=RUN_TOLERANCE,
-        displacements=posture_in_radians(pose),
-    )
-    return simulate(read_figure("prototype"), plan)
+        yield Claim(sentence, radians(max(differences)), "rad", at_most=TABLE_TOLERANCE)
 
 
 def _angle_magnitudes(run: Recording, joint: str) -> Array:
@@ -140,8 +131,13 @@ def _draw(motion: Measurements) -> Figure:
         lower.set_yscale("log")
         for engine, pen in zip(engines, LINE_STYLES, strict=False):
             run = motion.select_rows(start=start, engine=engine)
-            _draw_motion(upper, lower, run, engine, pen)
-        look: Look = {"color": BLACK, "lw": 1.0, "ls": (0, (1, 1)), "label": "1e-8 rad"}
+            time, names = run.column("time [s]"), _JOINT_NAMES if engine == OWN_ENGINE else {}
+            for joint, dash in _JOINT_DASHES.items():
+                look: Look = {"color": pen.colour, "lw": 1.0, "label": names.get(joint, "_")}
+                upper.plot(time, run.column(f"{joint} [deg]"), dash, **look)
+            differences = run.column("joints [rad]")[1:]
+            draw_line(lower, time[1:], differences, pen, engine, markevery=10, ms=3.0, lw=1.0)
+        look = {"color": BLACK, "lw": 1.0, "ls": (0, (1, 1)), "label": "1e-8 rad"}
         lower.axhline(AGREEMENT_TOLERANCE, **look)
         lower.set(ylim=(1e-16, 1e-5), xlabel="time [s]")
     panels[0][0].legend(loc="upper left", fontsize=7.0)
@@ -152,20 +148,9 @@ def _draw(motion: Measurements) -> Figure:
     return figure
 
 
-def _draw_motion(upper: Axes, lower: Axes, run: Measurements, engine: str, pen: LineStyle) -> None:
-    time = run.column("time [s]")
-    for joint, dash in _JOINT_DASHES.items():
-        label = joint.replace("_", " ").removesuffix(" joint") if engine == _OWN_ENGINE else "_"
-        upper.plot(time, run.column(f"{joint} [deg]"), dash, color=pen.colour, lw=1.0, label=label)
-    differences = run.column("joints [rad]")[1:]
-    draw_line(lower, time[1:], differences, pen, engine, markevery=10, ms=3.0, lw=1.0)
-
-
 def _tables(motion: Measurements) -> dict[str, dict[str, Array]]:
-    return {
-        f"{start}-{engine.lower().replace(' ', '-')}": rows.numbers()
-        for (start, engine), rows in motion.groups("start", "engine").items()
-    }
+    groups = motion.groups("start", "engine").items()
+    return {table_name(*cells): rows.numbers() for cells, rows in groups}
 
 
 verification = PlateDefinition(

@@ -7,14 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from generator import Model, Plan, Recording, read_figure, simulate
-from plots.canvas import (
-    LINE_STYLES,
-    create_panels,
-    draw_line,
-    draw_zero_line,
-)
+from plots.canvas import LINE_STYLES, create_panels, draw_line, draw_zero_line
 from plots.literature import thesis_reference
-from plots.plate import Claim, ClaimKind
+from plots.plate import Claim, ClaimKind, table_name
 from plots.plate_definition import PlateDefinition
 from plots.plates.verification import START_POSES
 from plots.whole_body import posture_in_radians
@@ -52,6 +47,9 @@ _CAPTION = (
 )
 
 
+_ORIENTATION = "change of the trunk's\norientation"
+
+
 @dataclass(frozen=True)
 class WaistFalls:
     """Runs from one start, by reading."""
@@ -75,18 +73,13 @@ class WaistFalls:
 def reading_springs(springs: SpringSet, reversed_motions: frozenset[str]) -> SpringSet:
     """Take printed moments of the waist in the other sense, without their dead zones."""
     waist = springs.joints[WAIST]
-    axes = tuple(
-        replace(spring, elastic=tuple(_reverse_sense(law) for law in spring.elastic))
-        if spring.motion in reversed_motions
-        else spring
-        for spring in waist.axes
-    )
-    return replace(springs, joints={**springs.joints, WAIST: replace(waist, axes=axes)})
-
-
-def _reverse_sense(law: object) -> Cubic:
-    assert isinstance(law, Cubic)
-    return Cubic(law.coefficients, -law.sense)
+    axes = list(waist.axes)
+    for k, spring in enumerate(axes):
+        if spring.motion in reversed_motions:
+            laws = [law for law in spring.elastic if isinstance(law, Cubic)]
+            other = tuple(Cubic(law.coefficients, -law.sense) for law in laws)
+            axes[k] = replace(spring, elastic=other)
+    return replace(springs, joints={**springs.joints, WAIST: replace(waist, axes=tuple(axes))})
 
 
 def simulate_falls(start: str) -> WaistFalls:
@@ -153,13 +146,8 @@ def _draw(falls: Mapping[str, WaistFalls]) -> Figure:
         for axes in column:
             draw_zero_line(axes)
         trunk.set_xlabel("time [s]")
-    labels = (
-        "waist flexion [deg]",
-        "waist twist [deg]",
-        "change of the trunk's\norientation [deg]",
-    )
-    for row, label in zip(panels, labels, strict=True):
-        row[0].set_ylabel(label)
+    for row, name in zip(panels, ("waist flexion", "waist twist", _ORIENTATION), strict=True):
+        row[0].set_ylabel(f"{name} [deg]")
     names = panels[0][0].get_legend_handles_labels()
     panels[1][0].legend(*names, loc="upper left", fontsize=7.5)
     return figure
@@ -168,14 +156,14 @@ def _draw(falls: Mapping[str, WaistFalls]) -> Figure:
 def _tables(falls: Mapping[str, WaistFalls]) -> dict[str, dict[str, Array]]:
     tables: dict[str, dict[str, Array]] = {}
     for start, fall in falls.items():
-        for reading in READINGS:
-            angles, difference = fall.waist_angles(reading), fall.trunk_difference(reading)
-            frames = len(difference)
-            tables[f"{start}-{reading.replace(' ', '-')}"] = {
-                "time [s]": fall.runs[reading].times[:frames],
-                "waist lateral bend [deg]": angles[:frames, 0],
-                "waist flexion [deg]": angles[:frames, 1],
-                "waist twist [deg]": angles[:frames, 2],
+        for reading, run in fall.runs.items():
+            difference = fall.trunk_difference(reading)
+            bend, flexion, twist = fall.waist_angles(reading)[: len(difference)].T
+            tables[table_name(start, reading)] = {
+                "time [s]": run.times[: len(difference)],
+                "waist lateral bend [deg]": bend,
+                "waist flexion [deg]": flexion,
+                "waist twist [deg]": twist,
                 "trunk, from the chosen reading [deg]": difference,
             }
     return tables

@@ -1,8 +1,7 @@
 """Wall time against error in several engines, and its growth with the size of the figure."""
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 
 import numpy as np
@@ -12,12 +11,11 @@ from matplotlib.figure import Figure
 from generator import Plan, Recording, read_figure, simulate
 from generator.run_options import Integrator
 from plots.canvas import BLACK, GREY, LINE_STYLES, LineStyle, create_panels, draw_line
-from plots.literature import Measurements, read_measurements
-from plots.plate import Claim, ClaimKind
+from plots.literature import OWN_ENGINE, Measurements, read_measurements
+from plots.plate import Claim, ClaimKind, table_name
 from plots.plate_definition import PlateDefinition
 from springs.backends import Array
 
-_OWN_ENGINE = "this program"
 _COMPILED, _ONE_RUN, _WHOLE_CALL = "compiled", "compiled, one run", "compiled, whole call"
 _EXUDYN, _EXUDYN_STEP = "Exudyn's integrator", "Exudyn's integrator, fixed step"
 _PURPLE = LINE_STYLES[4].colour
@@ -49,11 +47,11 @@ _CAPTION = (
 )
 
 _METHOD_STYLES: Mapping[tuple[str, str], LineStyle] = {
-    (_OWN_ENGINE, _COMPILED): LineStyle(BLACK, "-", "o"),
-    (_OWN_ENGINE, _ONE_RUN): LineStyle(BLACK, ":", "^"),
-    (_OWN_ENGINE, _WHOLE_CALL): LineStyle(BLACK, "-.", "D"),
-    (_OWN_ENGINE, _EXUDYN): LineStyle(_PURPLE, "-", "o"),
-    (_OWN_ENGINE, _EXUDYN_STEP): LineStyle(_PURPLE, "--", "s"),
+    (OWN_ENGINE, _COMPILED): LineStyle(BLACK, "-", "o"),
+    (OWN_ENGINE, _ONE_RUN): LineStyle(BLACK, ":", "^"),
+    (OWN_ENGINE, _WHOLE_CALL): LineStyle(BLACK, "-.", "D"),
+    (OWN_ENGINE, _EXUDYN): LineStyle(_PURPLE, "-", "o"),
+    (OWN_ENGINE, _EXUDYN_STEP): LineStyle(_PURPLE, "--", "s"),
     ("MuJoCo", "RK4"): LINE_STYLES[0],
     ("MuJoCo", "RK4, split at corners"): LineStyle(LINE_STYLES[0].colour, ":", "s"),
     ("MuJoCo", "Euler"): LineStyle(LINE_STYLES[0].colour, "--", "v"),
@@ -64,17 +62,7 @@ _METHOD_STYLES: Mapping[tuple[str, str], LineStyle] = {
     ("Drake", "Runge-Kutta 3"): LineStyle(GREY, "-", "D"),
 }
 
-_OWN_CHAIN = f"{_OWN_ENGINE}, {_COMPILED}"
-
-_CHAIN_STYLES: Mapping[str, LineStyle] = {
-    _OWN_CHAIN: LineStyle(BLACK, "-", "o"),
-    f"{_OWN_ENGINE}, {_ONE_RUN}": LineStyle(BLACK, ":", "^"),
-    f"{_OWN_ENGINE}, {_EXUDYN_STEP}": LineStyle(_PURPLE, "--", "s"),
-    "MuJoCo, RK4": LINE_STYLES[0],
-    "MuJoCo, implicitfast": LineStyle(LINE_STYLES[0].colour, "-.", "^"),
-    "OpenSim, Runge-Kutta-Merson": LINE_STYLES[1],
-    "Drake, Runge-Kutta 3": LineStyle(GREY, "-", "D"),
-}
+_OWN_CHAIN = f"{OWN_ENGINE}, {_COMPILED}"
 
 
 @dataclass(frozen=True)
@@ -96,47 +84,44 @@ def cheapest_wall_time(costs: Measurements, target: float) -> float:
 def _claims(_: BenchmarkTables) -> list[Claim]:
     """Compare runs made now: steps are the method's matter, and times only as a ratio."""
     figure = read_figure("prototype")
-    coarse, fine = (
-        simulate(figure, Plan(stop=1.0, frame=0.02, tolerance=tolerance))
-        for tolerance in RUN_TOLERANCES
+    large, small = RUN_TOLERANCES
+    plan = Plan(stop=1.0, frame=0.02, tolerance=large)
+    coarse, fine, implicit = (
+        simulate(figure, replace(plan, **changes))
+        for changes in ({}, {"tolerance": small}, {"integrator": Integrator.EXUDYN})
     )
-    implicit = simulate(
-        figure,
-        Plan(stop=1.0, frame=0.02, tolerance=RUN_TOLERANCES[0], integrator=Integrator.EXUDYN),
-    )
-    factor = RUN_TOLERANCES[0] / RUN_TOLERANCES[1]
     return [
         Claim(
-            f"One second of the prototype's fall to {RUN_TOLERANCES[0]:g} rad takes no more than "
+            f"One second of the prototype's fall to {large:g} rad takes no more than "
             f"{MAX_STEPS} steps, those of all runs counted",
             float(coarse.accuracy.steps),
             at_most=float(MAX_STEPS),
             kind=ClaimKind.SPEED,
         ),
         Claim(
-            f"An accuracy {factor:g} times as fine takes at most {MAX_STEPS_RATIO:.2g} times the "
-            "steps, as of a method of high order",
+            f"An accuracy {large / small:g} times as fine takes at most {MAX_STEPS_RATIO:.2g} "
+            "times the steps, as of a method of high order",
             fine.accuracy.steps / coarse.accuracy.steps,
             at_most=MAX_STEPS_RATIO,
             kind=ClaimKind.SPEED,
         ),
         Claim(
-            f"Integration to {RUN_TOLERANCES[0]:g} rad takes at most {MAX_TIME_RATIO:g} of the "
+            f"Integration to {large:g} rad takes at most {MAX_TIME_RATIO:g} of the "
             "wall time of Exudyn's integrator",
             coarse.wall_time / implicit.wall_time,
             at_most=MAX_TIME_RATIO,
             kind=ClaimKind.SPEED,
         ),
         Claim(
-            f"The fall to {RUN_TOLERANCES[0]:g} rad is that to {RUN_TOLERANCES[1]:g} rad: largest "
+            f"The fall to {large:g} rad is that to {small:g} rad: largest "
             "difference of a joint's rotation",
             _largest_difference(coarse, fine),
             "rad",
-            at_most=RUN_TOLERANCES[0],
+            at_most=large,
         ),
         Claim(
-            f"The fall to {RUN_TOLERANCES[1]:g} rad is that of Exudyn's integrator to "
-            f"{RUN_TOLERANCES[0]:g} rad: largest difference of a joint's rotation",
+            f"The fall to {small:g} rad is that of Exudyn's integrator to "
+            f"{large:g} rad: largest difference of a joint's rotation",
             _largest_difference(implicit, fine),
             "rad",
             at_most=sum(RUN_TOLERANCES),
@@ -160,7 +145,7 @@ def _ratios_text(data: BenchmarkTables) -> str:
 
     def ratio(target: float, engine: str, method: str) -> float:
         other = cheapest_wall_time(reference.select_rows(engine=engine, method=method), target)
-        own = reference.select_rows(engine=_OWN_ENGINE, method=_COMPILED)
+        own = reference.select_rows(engine=OWN_ENGINE, method=_COMPILED)
         return cheapest_wall_time(own, target) / other
 
     listed = " and ".join(
@@ -172,7 +157,7 @@ def _ratios_text(data: BenchmarkTables) -> str:
     default = data.python_shares.select_rows(figure="prototype").column("outside the compiled runs")
     startup = {row["engine"]: row for row in data.startup.rows}
     imports, builds = (
-        float(startup[_OWN_ENGINE][key]) / float(startup["OpenSim"][key])
+        float(startup[OWN_ENGINE][key]) / float(startup["OpenSim"][key])
         for key in ("import [s]", "build [s]")
     )
     return (
@@ -191,11 +176,19 @@ def _draw(data: BenchmarkTables) -> Figure:
         (left, "reference", "reference figure, native springs"),
         (middle, "prototype", "prototype, its own curves"),
     ):
-        _draw_costs(axes, data.costs.select_rows(figure=name), named)
+        for (engine, method), pen in _METHOD_STYLES.items():
+            run = data.costs.select_rows(figure=name, engine=engine, method=method)
+            if run.rows:
+                label = f"{engine}, {method}"
+                _draw_line(axes, run, "error [rad]", pen, "_" if label in named else label)
+                named.add(label)
+        axes.set_xscale("log")
+        axes.invert_xaxis()
+        axes.set_xlabel("error [rad]")
         axes.set_title(title, fontsize=8.0)
     left.set_ylabel("wall time [s]")
-    for method, pen in _CHAIN_STYLES.items():
-        run = data.chains.select_rows(method=method)
+    for (engine, method), pen in _METHOD_STYLES.items():
+        run = data.chains.select_rows(method=f"{engine}, {method}")
         if run.rows:
             _draw_line(right, run, "segments", pen)
     counts = data.chains.select_rows(method=_OWN_CHAIN).column("segments")
@@ -206,19 +199,6 @@ def _draw(data: BenchmarkTables) -> Figure:
     right.set_title("chains, 0.1 s", fontsize=8.0)
     figure.legend(loc="outside upper center", ncols=3, fontsize=6.5)
     return figure
-
-
-def _draw_costs(axes: Axes, costs: Measurements, named: set[str]) -> None:
-    """Draw the methods; add those to the legend that it lacks."""
-    for (engine, method), pen in _METHOD_STYLES.items():
-        run = costs.select_rows(engine=engine, method=method)
-        if run.rows:
-            label = f"{engine}, {method}"
-            _draw_line(axes, run, "error [rad]", pen, "_" if label in named else label)
-            named.add(label)
-    axes.set_xscale("log")
-    axes.invert_xaxis()
-    axes.set_xlabel("error [rad]")
 
 
 def _draw_line(
@@ -235,14 +215,10 @@ def _tables(data: BenchmarkTables) -> dict[str, dict[str, Array]]:
             run = data.costs.select_rows(figure=figure, engine=engine, method=method)
             if run.rows:
                 columns = run.numbers("setting", "error [rad]", "wall [s]")
-                tables[_slug(f"{figure} {engine} {method}")] = columns
+                tables[table_name(figure, engine, method)] = columns
     for (method,), run in data.chains.groups("method").items():
-        tables[_slug(f"chains {method}")] = run.numbers("segments", "wall [s]", "build [s]")
+        tables[table_name("chains", method)] = run.numbers("segments", "wall [s]", "build [s]")
     return tables
-
-
-def _slug(text: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", text.lower())
 
 
 work_precision = PlateDefinition(
@@ -252,7 +228,6 @@ work_precision = PlateDefinition(
     "rounds of all runs of a kind; the error is the largest angle of R_a^T R_b over all joints at "
     "the end. The cost at an error is that of the fastest run with at most this error. Ratios are "
     "this program's cost over the other's.",
-    references=(),
     collect=lambda: BenchmarkTables(
         *map(read_measurements, ("work_precision", "chains", "startup", "python_share"))
     ),

@@ -17,7 +17,7 @@ from generator.figure import Figure
 from generator.geometry.appearance import Appearance, segment_appearances
 from generator.geometry.surface import Surface
 from plots import figure_image
-from plots.figure_image import GROUND, Body, Strip, View, draw_moments, rasterize, strip_image
+from plots.figure_image import GROUND, Body, Strip, View, draw_moments, poses_at, rasterize
 from springs.contact import DEFAULT_SURFACE
 
 FRONT = View(turn=0.0, tilt=radians(15.0))
@@ -32,7 +32,9 @@ def motion() -> tuple[Figure, Recording]:
 
 def picture(*boxes: Box, frames: tuple[int, ...] = (0,), strip: Strip = STRIP) -> np.ndarray:
     scene = Scene(tuple(Prop(f"box{k}", box, DEFAULT_SURFACE) for k, box in enumerate(boxes)))
-    return strip_image(*motion(), frames, strip, scene).astype(float)
+    figure, recording = motion()
+    moments = poses_at(recording.poses, frames)
+    return draw_moments(Body.of_figure(figure), moments, strip, scene).astype(float)
 
 
 def pixel(image: np.ndarray, point: tuple[float, float, float], strip: Strip = STRIP) -> np.ndarray:
@@ -118,7 +120,7 @@ def test_segments_without_a_psurf_are_drawn_between_their_sites() -> None:
     bare = replace(
         figure, segments={name: replace(each, psurf=None) for name, each in figure.segments.items()}
     )
-    image = strip_image(bare, recording, (0,), STRIP, Scene())
+    image = draw_moments(Body.of_figure(bare), poses_at(recording.poses, (0,)), STRIP, Scene())
     elbow = bare.segments["left_upper_arm"].sites["distal"].pose_in_segment[:3, 3]
     x, y, z = (recording.poses["left_upper_arm"][0] @ [*(0.2 * elbow), 1.0])[:3]
     assert is_skin(pixel(image, (x, y, z)))

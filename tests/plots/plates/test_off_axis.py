@@ -72,16 +72,16 @@ def test_the_work_of_the_weighted_law(drawn) -> None:
 
 
 def test_the_other_way_round_the_weighted_law_takes_energy(hip) -> None:
-    there = hip.work_along_path(LOOP, SphericalLaw.WEIGHTED).work[-1]
-    back = hip.work_along_path(LOOP[::-1], SphericalLaw.WEIGHTED).work[-1]
+    there = hip.work_along_path(LOOP, SphericalLaw.WEIGHTED)[1][-1]
+    back = hip.work_along_path(LOOP[::-1], SphericalLaw.WEIGHTED)[1][-1]
     assert back == pytest.approx(-there, abs=1e-3)
 
 
 def test_the_conservative_law_gives_what_its_energy_says(hip) -> None:
     """From standing to 60 deg in both: the integrals of the two axes' laws."""
-    work = hip.work_along_path(
-        ((0.0, 0.0), (0.9, 0.3), (TURN, TURN)), SphericalLaw.CONSERVATIVE
-    ).work[-1]
+    work = hip.work_along_path(((0.0, 0.0), (0.9, 0.3), (TURN, TURN)), SphericalLaw.CONSERVATIVE)[
+        1
+    ][-1]
     expected = quad(abduction, 0.0, TURN, points=[EDGES[1]])[0] + quad(flexion, 0.0, TURN)[0]
     assert work == pytest.approx(expected, abs=1e-4)
 

@@ -50,8 +50,8 @@ def test_the_long_axis_is_vertical() -> None:
 
 def test_dimensions_lie_within_the_body() -> None:
     dimensions = man().dimensions
-    assert 0.49 < dimensions["sitting_height"] / man().stature < 0.56
-    assert 0.98 < dimensions["span"] / man().stature < 1.1
+    assert 0.49 < dimensions["sitting_height"] / man().person.measures.stature < 0.56
+    assert 0.98 < dimensions["span"] / man().person.measures.stature < 1.1
     hand = man().poses({})["left_hand"][1, 3]
     assert dimensions["wrist_height"] == pytest.approx(hand)
 
