@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import cache
 from itertools import product
-from math import hypot, radians, sqrt
+from math import hypot, radians
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from generator.contact.box import Box
 from generator.contact.plane import Plane
 from generator.contact.scene import Prop, Scene, floor_prop
 from generator.contact.shape import Shape
-from generator.figure import ContactSphere, Figure
+from generator.figure import Figure
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.run_options import Integrator
@@ -56,7 +56,7 @@ from plots.contact_cases import (
 )
 from springs import SpringSet
 from springs.contact import Surface
-from tests.chains import FREE, body, figure, ground, joint, row
+from tests.chains import FREE, body, figure, ground, joint
 from tests.contact_figures import SOFT, two_segments
 from tests.runs import energy_error, momenta
 
@@ -200,33 +200,6 @@ def test_a_ball_bounces_on_a_box_as_on_a_plane(
     assert run.centre_of_mass == pytest.approx(plane_run.centre_of_mass, abs=2.0 * tolerance)
 
 
-@pytest.mark.parametrize("speed", [0.0, 3.0, 30.0])
-@pytest.mark.parametrize("upwards", [False, True])
-def test_a_small_ball_does_not_pass_through_a_thin_box(speed: float, upwards: bool) -> None:
-    radius, thickness, height = 0.005, 0.002, 0.7
-    sphere = ContactSphere((0.0, 0.0, 0.0), radius)
-    ball = free_body((sphere,), (BALL_INERTIA,) * 3, (0.0, 0.0, 0.0))
-    side = 1.0 if upwards else -1.0
-    shelf = Box((0.0, side * (height + radius + 0.5 * thickness), 0.0), (1.0, thickness, 1.0))
-    surface = Surface(stiffness=1e9, transition_depth=1e-4, damping=10.0)
-    run = simulate_contact(
-        ball,
-        shelf,
-        surface,
-        0.45,
-        velocity=(0.0, side * speed, 0.0),
-        gravity=(0.0, side * GRAVITY, 0.0),
-        tolerance=1e-7,
-    )
-    check_run(run)
-    assert run.integrator is Integrator.COMPILED
-    assert run.contact is not None
-    touch = (sqrt(speed * speed + 2.0 * GRAVITY * height) - speed) / GRAVITY
-    assert run.contact.segments[BODY].first_time == pytest.approx(touch, abs=1e-6)
-    assert np.max(side * run.centre_of_mass[:, 1]) < height + radius
-    assert energy_error(run) < 1e-3 * exchanged_energy(run)
-
-
 @pytest.mark.parametrize(("friction", "damping"), [(0.0, 0.0), (0.6, 0.0), (0.6, 1.0)])
 def test_a_ball_rolls_over_the_edge_of_a_box(friction: float, damping: float) -> None:
     speed, height = 0.4, 0.7
@@ -343,53 +316,6 @@ def test_a_fallen_prototype_keeps_its_energy_book() -> None:
     run = prototype_fall()
     assert run.energy["contact damping"][-1] > 10.0
     assert energy_error(run) < 1e-6
-
-
-def test_the_momentum_of_two_jointed_bodies() -> None:
-    """The joint between two bars that are thrown on the floor has no part in their momentum."""
-    bars = row(2)
-    spheres = (ContactSphere((0.0, 0.0, 0.0), 0.03), ContactSphere((0.3, 0.0, 0.0), 0.03))
-    bars = bars.with_parts(
-        *(replace(segment, contact_spheres=spheres) for segment in bars.bodies.values())
-    )
-    plan = Plan(
-        stop=0.6,
-        tolerance=1e-7,
-        springs=SpringSet(),
-        free_root=True,
-        height=0.2,
-        scene=FLOOR,
-        velocities={"bar0": (1.0, -2.0, 3.0, 1.0, 0.0, 0.5), "joint1": (1.0, 2.0, -1.0)},
-    )
-    run = simulate(bars, plan)
-    check_run(run)
-    check_momentum(bars, run, 1e-9)
-    assert energy_error(run) < 1e-8
-
-
-@pytest.mark.slow
-def test_both_integrators_give_the_collapse_of_the_prototype() -> None:
-    plan = Plan(
-        stop=0.3,
-        free_root=True,
-        height=0.0,
-        scene=FLOOR,
-        displacements=BENT,
-    )
-    compiled = simulate(PROTOTYPE, plan)
-    exudyn = simulate(PROTOTYPE, replace(plan, integrator=Integrator.EXUDYN))
-    check_run(compiled)
-    assert exudyn.outcome.succeeded
-    assert exudyn.integrator is Integrator.EXUDYN
-    assert compiled.contact is not None
-    assert exudyn.contact is not None
-    assert compiled.contact.max_force > 2.0 * GRAVITY * PROTOTYPE.total_mass
-    allowed = compiled.accuracy.by_frame + exudyn.accuracy.by_frame + 1e-9
-    for name, angles in compiled.rotation_vectors.items():
-        difference = np.linalg.norm(angles - exudyn.rotation_vectors[name], axis=1)
-        assert np.all(difference <= allowed)
-    assert exudyn.contact.max_force == pytest.approx(compiled.contact.max_force, rel=1e-2)
-    check_momentum(PROTOTYPE, exudyn, 1e-4)
 
 
 def test_closed_forms_by_the_integrator_of_exudyn() -> None:

@@ -187,15 +187,6 @@ def test_a_start_at_the_pole_or_beyond_is_refused(middle):
         simulate(Model(figure, springs((X, Y, Z))), Plan(stop=0.1))
 
 
-def test_springs_of_a_skew_axis_are_refused():
-    skew = SpringSet(
-        {"pin": JointSprings("pin", (AxisSpring((0.6, 0.8, 0.0), (Linear(1.0),)),))},
-        SphericalLaw.COORDINATES,
-    )
-    with pytest.raises(ModelError, match="springs about axes of the joint's chain"):
-        simulate(Model(one_body(BALL), skew), Plan(stop=0.1))
-
-
 def test_a_middle_axis_that_nears_its_pole_gets_a_warning(tmp_path):
     said = run_command("check", "prototype", "--springs", write_law(tmp_path)).output
     assert "`waist`: the middle one of its rotations may pass 80 deg (-inf to inf deg)" in said

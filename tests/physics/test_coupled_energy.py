@@ -69,14 +69,6 @@ def test_a_conservative_law_s_energy_is_a_function_of_the_pose() -> None:
     assert np.ptp(runs[1].energy["spring"]) > 1.0
 
 
-@pytest.mark.slow
-def test_the_prototype_falls_at_its_default_tolerance() -> None:
-    run = prototype(PUBLISHED, stop=0.2)
-    assert run.outcome.succeeded
-    assert run.accuracy.estimate <= 1e-3
-    assert energy_error(run) < 1e-4 * np.ptp(run.energy["gravity"])
-
-
 STIFF = CoupledExponential(
     ("one", "two"),
     (CoupledTerm((-4.0, -2.0), (2.0, 1.0)), CoupledTerm((4.0, 4.0), (-2.0, -2.0))),

@@ -33,16 +33,6 @@ def test_half_a_second_of_the_prototype() -> None:
     assert np.all(np.diff(run.energy["dissipated"]) > -1e-9)
 
 
-def test_a_bent_prototype_at_its_default_tolerance() -> None:
-    plan = Plan(
-        stop=0.3,
-        displacements={"waist": (0.3, 0.2, -0.4), "left_hip_joint": (0.2, 0.3, 0.5)},
-        velocities={"right_elbow": (3.0,)},
-    )
-    run = simulate(PROTOTYPE, plan)
-    assert energy_error(run) < 1e-4 * exchanged(run)
-
-
 @pytest.mark.parametrize("chains", [(BALL,), (chain("Rz"),), (BALL, chain("Rs Ra"))])
 def test_a_row_with_springs_and_damping(chains) -> None:
     figure = row(3, chains, stiff=12.0, damp=0.02)

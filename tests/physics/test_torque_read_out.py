@@ -22,8 +22,6 @@ from generator.rotations import (
     rotation_vector_from_matrix,
     unit_vector,
 )
-from generator.simulation.exudyn_model.exudyn_api import exu
-from generator.simulation.exudyn_model.model import build_model
 from generator.springs_file.read import read_springs
 from springs import (
     AxisSpring,
@@ -160,26 +158,6 @@ def test_turns_about_any_axis_read_the_joined_law(law, python, vectors, bend) ->
         assert abs(read[name][0] @ spring.direction - expected) < AGREED
 
 
-@BOTH_KINDS
-@pytest.mark.parametrize("seed", range(3))
-def test_the_connectors_own_sensors_say_the_same(seed, python) -> None:
-    """Exudyn's output of a hinge's spring, and of a ball's in the half-way frame."""
-    rng = np.random.default_rng(seed)
-    vectors = {name: 1.8 * unit_vector(rng.normal(size=3)) for name in BALLS}
-    pose = {name: turned(PROTOTYPE.joints[name], vector) for name, vector in vectors.items()}
-    pose.update({name: rng.uniform(-1.0, 2.5, 1) for name in SPRINGS.joints if name not in vectors})
-    read = static_torques(PROTOTYPE, [pose], Plan(python_torques=python))
-    built = build_model(PROTOTYPE, Plan(displacements=pose, python_torques=python))
-    for name, (connector,) in built.springs.items():
-        said = built.mbs.GetObjectOutput(connector.item, exu.OutputVariableType.TorqueLocal)
-        if name in vectors:
-            resisting = matrix_from_rotation_vector(0.5 * vectors[name]) @ said
-        else:
-            resisting = said * np.asarray(PROTOTYPE.joints[name].chain[0].axis)
-        assert np.max(np.abs(read[name][0] + resisting)) < AGREED, name
-    assert all(np.max(np.abs(read[name][0])) > 1.0 for name in vectors)
-
-
 LAWS = (Linear(12.0, 0.1), Cubic((1.0, 20.0, 5.0, 30.0), dead_zone=(-0.1, 0.3)))
 
 
@@ -255,12 +233,6 @@ def test_a_law_over_two_joints_reads_its_torque_at_each(angles) -> None:
         assert np.max(np.abs(read[name])) < AGREED
 
 
-def test_reading_writes_no_file(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    static_torques(PROTOTYPE, [{"left_elbow": (1.9,)}])
-    assert not list(tmp_path.iterdir())
-
-
 def test_gravity_loads_velocities_and_damping_are_left_out() -> None:
     link = body(
         "link", sites={"tip": Site("tip", at(shift=(0.0, 0.3, 0.2)), global_force=(50.0, 7.0, 9.0))}
@@ -281,10 +253,6 @@ def test_joints_that_a_pose_does_not_name_stand_as_the_plan_has_them() -> None:
     # 1.014 + 29.224 a - 6.13885 a^2 + 214.423 a^3 at 1.9 less that at 1.7 rad, resisting.
     assert read[0] == pytest.approx([0.0, -418.691992, 0.0], abs=1e-5)
     assert read[1] == pytest.approx(np.zeros(3), abs=1e-9)
-
-
-def test_no_poses_read_nothing() -> None:
-    assert static_torques(PROTOTYPE, [])["waist"].shape == (0, 3)
 
 
 @pytest.mark.parametrize(

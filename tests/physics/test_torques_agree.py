@@ -9,10 +9,9 @@ from generator.simulation.exudyn_model.exudyn_api import exu
 from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.exudyn_model.springs import JointKind
 from generator.simulation.plan import Plan
-from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
 from springs import AxisSpring, Cubic, Damping, JointSprings, Linear, SphericalLaw, SpringSet, Stop
-from tests.chains import SKEW, body, chain, figure, ground, joint, one_body, two_bodies
+from tests.chains import SKEW, body, chain, figure, ground, joint, one_body
 
 PROTOTYPE = read_figure("prototype")
 
@@ -71,34 +70,6 @@ def test_every_branch_of_the_laws(text, value) -> None:
     expected = float(sum(law.torque(value) for law in LAWS)) + float(SPRING.damping.torque(1.0))
     assert abs(both[0] - both[1]).max() < 1e-9
     assert abs(abs(both[0][-1]) - abs(expected)) < 1e-9
-
-
-def test_a_short_run() -> None:
-    runs = [
-        simulate(
-            PROTOTYPE,
-            Plan(
-                stop=0.02,
-                step=1e-3,
-                python_torques=python,
-                displacements={"waist": (0.3, 0.7, 0.4), "left_elbow": (1.9,)},
-            ),
-        )
-        for python in (False, True)
-    ]
-    for name in PROTOTYPE.joints:
-        assert np.allclose(runs[0].displacements[name], runs[1].displacements[name], atol=1e-9)
-
-
-def test_a_short_run_with_slides() -> None:
-    made = two_bodies(chain("Tx Ts"), (0.1, 0.2))
-    slides = tuple(AxisSpring(f.axis, (Linear(300.0, 0.02),)) for f in chain("Tx Ts"))
-    springs = SpringSet({"tested": JointSprings("tested", (), slides)})
-    runs = [
-        simulate(made, Plan(stop=0.1, step=1e-3, springs=springs, python_torques=python))
-        for python in (False, True)
-    ]
-    assert np.allclose(*(run.displacements["tested"] for run in runs), atol=1e-9)
 
 
 def test_a_loop_with_a_spring_on_its_closing_joint() -> None:

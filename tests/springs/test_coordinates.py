@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from generator.figure import AxisKind, JointAxis
@@ -19,7 +19,6 @@ from springs import (
     Linear,
     Singularity,
     SphericalLaw,
-    Stop,
     rotation_law,
 )
 from springs.coordinates import ChainCoordinates
@@ -73,6 +72,7 @@ def test_an_angle_is_within_half_a_turn_of_the_middle_of_its_range():
 
 
 @pytest.mark.parametrize("axes", [*CHAINS, (Z, Y), (NEGATIVE[X], Z)])
+@settings(max_examples=10)
 @given(first=st.floats(-2.0, 2.0), second=st.floats(-1.2, 1.2), third=st.floats(-2.0, 2.0))
 def test_the_torque_is_the_slope_of_the_energy(axes, first, second, third):
     """By turns about the parent's axes."""
@@ -117,27 +117,6 @@ def test_the_power_is_the_sum_over_the_displacements(axes, first, second, third,
     assert torque @ rate == pytest.approx(np.dot(given_torques, rates), rel=1e-9, abs=1e-9)
     damping = law.damping(r, rate)
     assert damping @ rate == pytest.approx(-0.7 * np.dot(rates, rates), rel=1e-9, abs=1e-9)
-
-
-@given(first=st.floats(-1.5, 1.5), second=st.floats(-1.2, 1.2), third=st.floats(-1.5, 1.5))
-def test_the_mirror_image_has_the_mirrored_torque(first, second, third):
-    """Through the plane normal to z: turns about x and y change their sign."""
-    left = (Z, X, Y)
-    right = (Z, NEGATIVE[X], NEGATIVE[Y])
-    mirror = np.array([-1.0, -1.0, 1.0])
-    laws = (Linear(20.0, 0.2), Cubic((0.0, 9.0, -2.0, 6.0)), Stop(-0.3, 0.8))
-    both = [
-        rotation_law(
-            JointSprings(
-                "joint", tuple(AxisSpring(a, (law,)) for a, law in zip(axes, laws, strict=True))
-            ),
-            SphericalLaw.COORDINATES,
-            axes,
-        )
-        for axes in (left, right)
-    ]
-    r = vector_of(left, (first, second, third))
-    assert both[1].torque(mirror * r) == pytest.approx(mirror * both[0].torque(r), abs=1e-11)
 
 
 def test_arrays_and_floats_agree():

@@ -34,12 +34,6 @@ def test_work_round_a_loop_by_hand():
     assert loop_work(law, ((0.0, 2.0), (0.0, 1.0))) == pytest.approx(2.0 * (1.0 - exp(1.0)))
 
 
-def test_work_round_a_loop_is_the_sum_of_the_work_round_its_halves():
-    (low, high), knee = RECTANGLE
-    halves = [loop_work(PAIR, ((low, 0.5), knee)), loop_work(PAIR, ((0.5, high), knee))]
-    assert sum(halves) == pytest.approx(loop_work(PAIR, RECTANGLE), abs=1e-10)
-
-
 def test_the_published_pair_does_work_round_a_loop():
     assert not PAIR.is_conservative
     assert loop_work(PAIR, RECTANGLE) == pytest.approx(-12.67, abs=0.01)
@@ -66,13 +60,6 @@ def test_the_nearest_pair_is_near():
     assert NEAREST.max_difference == pytest.approx((6.0, 7.4), abs=0.1)
     assert NEAREST.max_difference[0] <= hip.max() < 6.5
     assert NEAREST.max_difference[1] <= knee.max() < 8.0
-
-
-def test_it_keeps_what_the_pair_is_used_for():
-    bent = NEAREST.law.torques((radians(90.0), radians(90.0)))[0]
-    straight = NEAREST.law.torques((radians(90.0), radians(15.0)))[0]
-    assert straight == pytest.approx(-34.3, abs=3.0)
-    assert bent == pytest.approx(0.3, abs=1.5)
 
 
 NODES, _WEIGHTS = legendre.leggauss(30)
@@ -141,11 +128,6 @@ def test_another_energy_comes_nearer_by_a_ninth():
         ("its torques", rms(PAIR.torques(GRID))),
     ):
         assert f"{name} | {hip:.2f} | {knee:.2f} | {np.hypot(hip, knee):.2f} |" in PAGE
-
-
-def test_a_gradient_is_its_own_nearest():
-    nearest = nearest_conservative_law(MUSCLES, ((-0.2, 1.0), (0.1, 1.5)))
-    assert max(nearest.max_difference) < 1e-9
 
 
 def test_three_joints_at_once():

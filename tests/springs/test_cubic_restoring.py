@@ -54,27 +54,6 @@ def test_a_given_dead_zone_wins_over_the_roots(name):
     assert np.degrees(law.dead_zone) == pytest.approx(in_degrees, abs=0.05)
 
 
-def test_the_knee_has_roots_that_its_dead_zone_overrides():
-    coefficients, _, _, _ = GIVEN["knee"]
-    assert np.degrees(outer_roots(coefficients)) == pytest.approx((17.1, 88.0), abs=0.05)
-
-
-@pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name][4]])
-def test_what_the_curves_push_outwards_without_their_dead_zone(name):
-    coefficients, sense, _, _, (below, above) = TABLE[name]
-    low, high = outer_roots(coefficients)
-    torque = Cubic(coefficients, sense).torque(np.linspace(low, high, 20001))
-    assert -torque.min() == pytest.approx(below, rel=4e-3, abs=5e-3)
-    assert torque.max() == pytest.approx(above, rel=4e-3, abs=5e-3)
-
-
-@pytest.mark.parametrize("name", ["shoulder y", "hip y"])
-def test_two_curves_are_monotone(name):
-    coefficients, *_ = TABLE[name]
-    torque = passive_cubic(coefficients).torque(np.linspace(-4.0, 4.0, 2001))
-    assert (np.diff(torque) < 0.0).all()
-
-
 @given(st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3), st.floats(1.0, 300.0), st.booleans())
 def test_three_roots_give_the_dead_zone_between_the_outer_two(roots, size, negative):
     roots = [root + 0.1 * k for k, root in enumerate(sorted(roots))]

@@ -16,7 +16,3 @@ def test_a_known_value():
 def test_far_outside_the_torque_is_infinite_for_every_kind_of_number():
     law = Exponential((ExponentialTerm(-1.0, 40.0),))
     assert law.torque(50.0) == law.torque(50.0, FLOATS) == -inf
-
-
-def test_it_is_smooth():
-    assert Exponential((ExponentialTerm(1.0, 1.0),)).breakpoints == ()

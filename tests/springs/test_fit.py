@@ -39,13 +39,6 @@ def test_a_known_cubic_comes_back(coefficients: Coefficients, passive: bool):
     assert fit.law.sense == restoring_sense(coefficients)
 
 
-def test_the_dead_zone_lies_between_the_outer_roots():
-    law = fit_cubic(ANGLES, polynomial(HIP_ABDUCTION, ANGLES)).law
-    assert law.dead_zone is not None
-    assert np.degrees(law.dead_zone) == pytest.approx([-44.19, 46.35], abs=0.01)
-    assert polynomial(HIP_ABDUCTION, np.array(law.dead_zone)) == pytest.approx([0.0, 0.0], abs=1e-9)
-
-
 def test_data_far_from_zero_are_no_harder():
     angles = np.radians(np.linspace(160.0, 170.0, 12))
     fit = fit_cubic(angles, polynomial(HIP_FLEXION, angles))

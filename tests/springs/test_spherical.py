@@ -15,7 +15,6 @@ from springs import (
     Cubic,
     Damping,
     Linear,
-    SphericalLaw,
     Stop,
     conservative_energy,
     conservative_torque,
@@ -23,7 +22,6 @@ from springs import (
     elastic_torque,
     group_torque,
     passive_cubic,
-    total_energy,
     total_torque,
     weighted_torque,
 )
@@ -45,7 +43,6 @@ OBLIQUE = (
     AxisSpring((0.0, -0.6, 0.8), (Linear(25.0, 0.3), Stop(-0.4, 0.9))),
 )
 JOINTS = {"left": LEFT_HIP, "oblique": OBLIQUE}
-LAWS = {SphericalLaw.CONSERVATIVE: conservative_torque, SphericalLaw.WEIGHTED: weighted_torque}
 
 components = st.floats(-1.6, 1.6)
 rotation_vectors = st.tuples(components, components, components).map(np.array)
@@ -142,15 +139,6 @@ def test_both_laws_reduce_to_the_law_of_the_axis_in_both_directions(law, joint, 
         assert torque @ direction == pytest.approx(total_torque(axis.elastic, angle), abs=1e-12)
 
 
-@given(rotation_vectors)
-def test_along_an_axis_the_conservative_energy_is_that_of_the_axis(r):
-    for axis in LEFT_HIP:
-        angle = float(r[0])
-        others = sum(float(total_energy(o.elastic, 0.0)) for o in LEFT_HIP if o is not axis)
-        energy = conservative_energy(LEFT_HIP, angle * np.array(axis.direction))
-        assert energy - others == pytest.approx(total_energy(axis.elastic, angle), abs=1e-12)
-
-
 @pytest.mark.parametrize("joint", JOINTS)
 def test_round_a_closed_loop_the_conservative_law_does_no_work(joint):
     done = [work(conservative_torque, JOINTS[joint], path, 24) for path in TRIANGLE]
@@ -207,11 +195,6 @@ def test_the_weighted_law_is_continuous_where_a_component_changes_sign(r):
     assert np.allclose(below, above, rtol=0.0, atol=1e-4)
 
 
-@given(rotation_vectors)
-def test_the_weighted_law_is_continuous_at_zero(r):
-    assert np.allclose(weighted_torque(LEFT_HIP, 1e-9 * r), weighted_torque(LEFT_HIP, 0.0 * r))
-
-
 def test_a_known_oblique_value_of_the_weighted_law():
     axes = (AxisSpring(X, (Linear(10.0),)), AxisSpring(Y, (Cubic((0.0, 0.0, 0.0, 5.0)),)))
     r = np.array([0.3, -0.4, 0.0])
@@ -255,22 +238,9 @@ def test_damping_and_hysteresis_about_any_axes_take_energy(rate, coefficients):
     assert damping_torque(axes, r, rate) @ rate <= 1e-15
 
 
-def test_equal_damping_about_three_axes_opposes_the_rate():
-    axes = tuple(AxisSpring(axis, damping=Damping(0.08)) for axis in (X, Y, (0.0, 0.0, -1.0)))
-    rates = np.array([[1.0, -2.0, 3.0], [0.0, 0.5, 0.0]])
-    assert np.allclose(damping_torque(axes, 0.5 * rates, rates), -0.08 * rates)
-
-
 def test_a_joint_with_slides_only_has_no_torque_and_no_energy():
     r = np.array([0.1, 0.2, 0.3])
     assert conservative_energy((), r) == 0.0
     assert conservative_energy((), np.stack([r, r])).tolist() == [0.0, 0.0]
     for law in VECTOR_LAWS:
         assert elastic_torque(law, (), r).tolist() == [0.0, 0.0, 0.0]
-
-
-def test_each_law_has_its_form():
-    r = np.array([0.9, -0.7, 0.5])
-    for law, torque in LAWS.items():
-        assert elastic_torque(law, LEFT_HIP, r).tolist() == torque(LEFT_HIP, r).tolist()
-    assert not np.allclose(conservative_torque(LEFT_HIP, r), weighted_torque(LEFT_HIP, r), atol=1.0)

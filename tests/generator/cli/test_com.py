@@ -90,12 +90,3 @@ def test_a_motion_of_the_free_figure(prototype, write_motion):
     path = write_motion("free.action", freed, rows, [0.0, 1.0])
     first, last = centre_cm("--along", path)
     assert last - first == pytest.approx([10.0, -20.0, 30.0])
-
-
-def test_a_motion_of_an_earlier_version_of_the_figure_is_a_warning(bending, tmp_path):
-    path = tmp_path / "old.action"
-    text = bending.read_text(encoding="utf-8")
-    path.write_text(text.replace("sha256 none", f"sha256 {'0' * 64}"), encoding="utf-8")
-    assert "warning" in (message := run("com", "prototype", "--along", path).stderr)
-    assert "another version of" in message
-    assert "another version of" not in run("com", "prototype", "--along", bending).stderr

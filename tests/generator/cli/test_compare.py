@@ -7,7 +7,7 @@ import pytest
 
 from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import Tree
-from tests.command import answer, mover, run
+from tests.command import answer, run
 from tests.generator.cli.conftest import MotionWriter
 
 
@@ -72,13 +72,3 @@ def test_verbose_lists_all_rows(bending: Path, twisting: Path):
     full = run("compare", bending, twisting, twisting, "--verbose").stdout
     assert brief.count("and 1 more") == 2
     assert "more" not in full.replace("more than", "")
-
-
-def test_a_motion_of_another_version_of_its_figure_is_a_warning(bending: Path, tmp_path: Path):
-    other = tmp_path / "other.action"
-    other.write_text(
-        bending.read_text(encoding="utf-8").replace("sha256 none", f"sha256 {'0' * 64}")
-    )
-    result = mover("compare", bending, other)
-    assert result.exit_code == 0
-    assert "is a motion of another version of prototype.fig" in result.stderr

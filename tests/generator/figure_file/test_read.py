@@ -2,7 +2,6 @@
 
 import math
 import os
-from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
@@ -220,22 +219,6 @@ def test_a_body_of_ten_heavy_links_in_a_row_is_no_person():
 # Paths and names
 
 
-def test_a_shipped_name_is_found_from_any_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "pendulum").mkdir()  # a folder of that name is not meant
-    reading = FIGURE_FILE.parse_file("pendulum")
-    assert reading.value == read_figure("pendulum")
-    assert reading.value.path.name == "pendulum.fig"
-
-
-def test_a_file_comes_before_a_shipped_name(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("pendulum").write_text(_text())
-    figure = read_figure("pendulum")
-    assert "elbow" in figure.joints
-    assert figure.path == Path("pendulum")
-
-
 def test_a_file_that_may_not_be_read_is_told(tmp_path, monkeypatch):
     path = tmp_path / "arm.fig"
     path.write_text(_text())
@@ -260,13 +243,6 @@ def test_a_geometry_file_with_an_impossible_name_is_missing(tmp_path):
 
 
 # Encodings
-
-
-def test_the_place_of_a_wrong_byte_is_right_behind_a_byte_order_mark(tmp_path):
-    path = tmp_path / "arm.fig"
-    path.write_bytes(b"\xef\xbb\xbffigure\r\n{ # caf\xe9 }")
-    (fault,) = FIGURE_FILE.parse_file(path).diagnostics
-    assert (fault.span.line, fault.span.column, fault.span.text) == (2, 8, "é")
 
 
 # Size and speed
@@ -365,11 +341,3 @@ def test_any_text_is_cut_into_tokens_in_order(text):
         assert [(t.kind, t.text, t.unit) for t in again] == [
             (t.kind, t.text, t.unit) for t in tokens
         ]
-
-
-@given(text=_SCRAPS)
-def test_any_text_is_read_without_a_traceback(text):
-    for whole in (text, f"figure {{ {text}", _text(segment=text.replace("{", "(")), _text() + text):
-        reading = FIGURE_FILE.parse_text(whole)
-        assert (reading.value is None) is bool(select_errors(reading.diagnostics))
-        assert all(str(fault) for fault in reading.diagnostics)

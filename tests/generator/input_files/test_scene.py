@@ -1,27 +1,17 @@
 """Scenes: values of the keys, defaults, exact round trip, shipped scenes by name."""
 
 from math import inf, nan
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from generator.contact.box import Box
 from generator.contact.plane import Plane
-from generator.contact.scene import Cover, Prop, Scene, deepest_start
-from generator.contact.spheres import fit_contact_spheres
-from generator.diagnostics import Severity, Source
-from generator.figure_file import FIGURE_FILE, read_figure
-from generator.input_files.scene import SCENE_FILE, read_scene, write_scene
-from generator.kinematics.centre_of_mass import centre_of_mass
-from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
-from generator.kinematics.tree import build_tree
+from generator.contact.scene import Cover, Prop, Scene
+from generator.diagnostics import Source
+from generator.input_files.scene import SCENE_FILE, write_scene
 from springs.contact import DEFAULT_SURFACE, Surface
 from springs.layer import Layer
-from tests.paths import FIGURES
-from tests.scenes import scenes
 
 TEXT = """
 [[surface]]
@@ -82,18 +72,6 @@ def test_a_plane_is_at_the_origin_by_default():
     assert SCENE_FILE.parse_text(text).require_value().props[0].shape == Plane((0, 0, 0), (1, 1, 0))
 
 
-@given(scenes(), st.text(st.characters(exclude_categories=["C"])))
-def test_what_is_written_is_read_back(scene: Scene, comment: str):
-    text = write_scene(scene, comment)
-    reading = SCENE_FILE.parse_text(text)
-    assert reading.value == scene
-    assert [prop.surface.source for prop in reading.value.props] == [
-        prop.surface.source for prop in scene.props
-    ]
-    assert all(one.message == "this surface has no `source`" for one in reading.diagnostics)
-    assert write_scene(reading.value, comment) == text
-
-
 def test_surfaces_that_differ_in_their_source_alone_are_two():
     box = Box((0, 0, 0), (1, 1, 1))
     one, other = Surface(source="measured"), Surface(source="assumed")
@@ -126,55 +104,7 @@ def test_a_scene_without_props_is_not_written():
         write_scene(Scene())
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "message"),
-    [
-        ("x = " + "[" * 900, (1, 1), "nested too deeply"),
-        ("# " + "x" * 1000, (1, 1001), "too long for a scene file"),
-        ("#\n" * 60_000, (50_001, 1), "too long for a scene file"),
-    ],
-)
-def test_immense_texts_are_refused_with_their_place(text, place, message):
-    reading = SCENE_FILE.parse(Source("my.scene.toml", text))
-    assert reading.value is None
-    fault = next(fault for fault in reading.diagnostics if message in fault.message)
-    assert fault.span is not None
-    assert (fault.span.line, fault.span.column) == place
-
-
-@given(
-    st.text()
-    | st.text("[]=\"'{}#\n boxplanesurface name size_m normal 1-.e", max_size=300)
-    | st.lists(st.sampled_from(TEXT.splitlines(keepends=True)), max_size=40).map("".join)
-)
-def test_no_text_breaks_the_reader(text: str):
-    reading = SCENE_FILE.parse_text(text)
-    errors = [one for one in reading.diagnostics if one.severity is Severity.ERROR]
-    assert (reading.value is None) is bool(errors)
-
-
 # Shipped scenes
-
-
-def test_shipped_scenes_are_found_by_name_and_others_by_path(tmp_path: Path):
-    assert set(SCENE_FILE.shipped()) == {
-        *("bath", "bed", "foam", "hip_protector", "mat", "platform", "seat", "stairs", "step"),
-        "trip",
-    }
-    assert not SCENE_FILE.shipped().keys() & FIGURE_FILE.shipped().keys()
-    assert read_scene("seat") == read_scene(FIGURES / "seat.scene.toml")
-    own = tmp_path / "own.scene.toml"
-    own.write_text(TEXT, encoding="utf-8")
-    assert read_scene(own) == read_scene(str(own)) == SCENE_FILE.parse_text(TEXT).value
-
-
-def test_a_file_comes_before_a_shipped_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
-    assert SCENE_FILE.find("seat") == SCENE_FILE.shipped()["seat"]
-    Path("seat").mkdir()
-    assert SCENE_FILE.find("seat") == SCENE_FILE.shipped()["seat"]
-    Path("bed").write_text(TEXT, encoding="utf-8")
-    assert SCENE_FILE.find("bed") == Path("bed")
 
 
 @pytest.mark.parametrize("name", SCENE_FILE.shipped())
@@ -261,44 +191,3 @@ def test_two_covers_of_one_part_are_refused():
     again = text + f'[[cover]]\npart = "head"\n{FIRM}\nsource = "assumed"\n'
     (fault,) = SCENE_FILE.parse_text(again).diagnostics
     assert "a second cover is over the part `head`" in fault.message
-
-
-def placed(**displacements: np.ndarray) -> Placement:
-    """The prototype with some joints moved [rad]."""
-    tree = build_tree(read_figure("prototype"))
-    return forward_kinematics(tree, {**initial_displacements(tree), **displacements})
-
-
-def spheres_in_world(placement: Placement, height: float):
-    """Centres, radii and segments of contact spheres, the lowest of which touches a height."""
-    poses, figure = placement.poses, placement.tree.figure
-    rows = [
-        (poses[name][:3, :3] @ sphere.centre + poses[name][:3, 3], sphere.radius, name)
-        for name, found in fit_contact_spheres(figure).items()
-        for sphere in found.spheres
-    ]
-    centres, radii, segments = (np.array(column) for column in zip(*rows, strict=True))
-    centres[:, 1] += height - (centres[:, 1] - radii).min()
-    return centres, radii, list(segments)
-
-
-@pytest.mark.parametrize("name", ["step", "seat"])
-def test_the_standing_prototype_starts_close_to_the_prop_and_outside(name: str):
-    found = deepest_start(read_scene(name), *spheres_in_world(placed(), 0.0))
-    assert found is not None
-    assert -0.08 < found.depth < -0.01
-    assert found.segment.endswith("lower_leg")
-
-
-def test_the_lying_prototype_touches_the_bed_with_its_centre_of_mass_beyond_the_edge():
-    lying = placed(root_torso=np.radians([0.0, -90.0, 0.0]))
-    centres, radii, segments = spheres_in_world(lying, 0.5)
-    scene = read_scene("bed")
-    found = deepest_start(scene, centres, radii, segments)
-    assert found is not None
-    assert -0.03 < found.depth < 1e-9
-    bed = scene.props[0].shape
-    assert isinstance(bed, Box)
-    edge = bed.centre[0] - 0.5 * bed.size[0]
-    assert 0.0 < edge - centre_of_mass(lying)[0] < 0.05
-    assert np.any(centres[:, 0] > edge + radii)

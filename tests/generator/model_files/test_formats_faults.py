@@ -1,12 +1,9 @@
 """Broken models: included files and damage; `tests/faults/model` has a file for each fault."""
 
-import os
 import re
 import warnings
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from generator.diagnostics import InputError, Source
 from generator.model_files.formats import parse_model, read_model
@@ -40,36 +37,6 @@ def test_a_file_that_includes_itself_ends(tmp_path):
         read_model(tmp_path / "main.xml")
 
 
-@pytest.mark.parametrize("name", ["missing.xml", "."])
-def test_a_file_that_cannot_be_read_is_a_sentence(tmp_path, name):
-    with pytest.raises(InputError):
-        read_model(tmp_path / name)
-
-
-SAMPLES = [
-    (MODELS / name).read_text(encoding="utf-8")
-    for name in ("humanoid.xml", "mechanism.xml", "arm.urdf", "leg.osim")
-]
-
-
-@given(st.data())
-@settings(
-    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-def test_a_damaged_model_is_read_or_refused(data):
-    text = data.draw(st.sampled_from(SAMPLES))
-    start = data.draw(st.integers(0, len(text) - 1))
-    end = min(len(text), start + data.draw(st.integers(0, 40)))
-    middle = data.draw(st.sampled_from(["", "0", "-", "nan", "é", "<", ">", '"', "&lt;", "1e300"]))
-    damaged = text[:start] + middle + text[end:]
-    try:
-        said = parse_model(Source("model.xml", damaged), MODELS).require_value().losses.entries
-    except InputError as failure:
-        said = failure.diagnostics
-    assert all(str(one) for one in said)
-    assert said
-
-
 def test_an_included_file_that_is_not_a_model_is_not_quoted(tmp_path):
     (tmp_path / "main.xml").write_text(mjcf("", '<include file="secret"/>'))
     (tmp_path / "secret").write_text("root:x:0:0:the word of the day\n")
@@ -79,13 +46,6 @@ def test_an_included_file_that_is_not_a_model_is_not_quoted(tmp_path):
     assert fault.message == "the included file `secret` is not a model"
     assert fault.span.text == "secret"
     assert "root:x" not in str(caught.value)
-
-
-@pytest.mark.skipif(os.name != "posix", reason="needs pipes")
-def test_a_pipe_is_refused(tmp_path):
-    os.mkfifo(tmp_path / "pipe.xml")
-    with pytest.raises(InputError, match="cannot be read: it is not a regular file"):
-        read_model(tmp_path / "pipe.xml")
 
 
 @pytest.mark.slow

@@ -467,20 +467,6 @@ def test_printed_values_need_an_optional_file(tmp_path):
     assert fault.message == "a figure from no file has no printed values"
 
 
-@pytest.mark.parametrize("name", ["my.springs.toml", "my.optional", "my"])
-def test_files_that_are_no_text_are_refused(tmp_path, name):
-    whole, path = figure(left_knee=KNEE), tmp_path / name
-    (missing,) = load_springs(whole, choice=path).diagnostics
-    assert "cannot be read" in missing.message
-    path.write_bytes(b"\xff\xfe\0\0")
-    (binary,) = load_springs(whole, choice=path).diagnostics
-    assert binary.message == "this file is UTF-16"
-    path.unlink()
-    path.mkdir()
-    (folder,) = load_springs(whole, choice=str(path)).diagnostics
-    assert "is a directory" in folder.message
-
-
 def test_many_faults_end_with_the_hundredth(tmp_path):
     whole = figure(left_knee=KNEE)
     reading = toml(tmp_path, whole, *['joints = ["knee"]\n' + K] * 150)

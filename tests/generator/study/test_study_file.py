@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator.diagnostics import InputError, Severity
+from generator.diagnostics import Severity
 from generator.figure_file import read_figure
 from generator.model import Model
 from generator.person.survey import Sex
@@ -345,13 +345,6 @@ def test_springs_are_chosen_as_in_a_run():
     expected = read_springs("coupled", read_figure("prototype"))
     assert study.model.springs == expected
     assert expected.coupled
-
-
-def test_a_text_that_is_too_long_is_a_sentence(tmp_path: Path):
-    large = tmp_path / "large.toml"
-    large.write_text(EXAMPLE + "# a long comment\n" * 10_000, "utf-8")
-    with pytest.raises(InputError, match="this is too long for a study file"):
-        read_study(large)
 
 
 def test_the_largest_study_is_read():

@@ -29,9 +29,7 @@ from springs.hysteresis import Hysteresis
 from springs.interpolated import Interpolated
 from springs.lint.curve import (
     DEFAULT_RANGE_END,
-    FIRM_TORQUE,
     SampledCurve,
-    SignInterval,
     lint_curve,
 )
 from springs.lint.finding import Finding, FindingKind
@@ -54,14 +52,6 @@ def prototype() -> tuple[CurveReport, ...]:
     return report_curves(springs)
 
 
-def found_in(
-    reports: tuple[CurveReport, ...], joint: str, motion: str, kind: FindingKind
-) -> list[Finding]:
-    """The findings of a kind about one motion of a joint."""
-    (report,) = (r for r in reports if joint in r.joints and r.spring.motion == motion)
-    return [finding for finding in report.findings if finding.kind is kind]
-
-
 def lint(
     *laws: Elastic, low: float | None = None, high: float | None = None
 ) -> tuple[Finding, ...]:
@@ -82,68 +72,6 @@ def notes(findings: tuple[Finding, ...], kind: FindingKind) -> list[Finding]:
 
 
 # the prototype
-
-
-def test_the_prototypes_curves_are_eleven(prototype: tuple[CurveReport, ...]):
-    assert len(prototype) == 11
-    assert sum(len(report.joints) for report in prototype) == 19
-
-
-@pytest.mark.parametrize(
-    ("joint", "edge", "end"), [("left_elbow", 97.4, 144.6), ("left_knee", 89.0, 137.7)]
-)
-def test_elbow_and_knee_stop_inside_the_normal_range(
-    prototype: tuple[CurveReport, ...], joint: str, edge: float, end: float
-):
-    (finding,) = found_in(prototype, joint, "flexion", FindingKind.FREE_MOTION)
-    assert finding.is_doubt
-    assert np.degrees(finding.angles) == pytest.approx([edge, end], abs=0.05)
-    assert f"free motion ends at {edge:.1f} deg" in finding.sentence
-
-
-def test_the_elbows_moment_at_its_normal_end(prototype: tuple[CurveReport, ...]):
-    low, high = found_in(prototype, "right_elbow", "flexion", FindingKind.RANGE_END)
-    a, edge = radians(144.6), radians(97.402825)
-    c1, c2, c3 = 29.224, -6.13885, 214.423
-    resisting = c1 * (a - edge) + c2 * (a**2 - edge**2) + c3 * (a**3 - edge**3)
-    assert high.values[0] == pytest.approx(-resisting, rel=1e-9)
-    a = radians(-0.8)
-    assert low.values[0] == pytest.approx(-(c1 * a + c2 * a**2 + c3 * a**3), rel=1e-9)
-
-
-def test_the_shoulder_resists_flexion_at_90_deg(prototype: tuple[CurveReport, ...]):
-    backward, forward = found_in(
-        prototype, "left_shoulder", "flexion", FindingKind.EARLY_RESISTANCE
-    )
-    assert backward.angles[-1] < 0.0 < forward.angles[-1]
-    at = dict(zip(np.degrees(forward.angles).round(1), forward.values, strict=True))
-    assert at[90.0] == pytest.approx(-36.1, abs=0.1)
-    assert "36.15 N m at 90.0 deg" in forward.sentence
-    c0, c1, c2, c3 = -2.206618, 30.54884913, -50.8802156, 29.9064608
-    firm = forward.angles[0]
-    assert c0 + c1 * firm + c2 * firm**2 + c3 * firm**3 == pytest.approx(FIRM_TORQUE, abs=0.2)
-
-
-def test_the_hips_rest_is_at_23_deg(prototype: tuple[CurveReport, ...]):
-    (finding,) = found_in(prototype, "left_hip_joint", "flexion", FindingKind.EQUILIBRIUM)
-    assert not finding.is_doubt
-    assert degrees(finding.angles[0]) == pytest.approx(23.2, abs=0.05)
-
-
-def test_no_curve_of_the_prototype_drives_away(prototype: tuple[CurveReport, ...]):
-    """The rule for sense and dead zone keeps its word."""
-    for report in prototype:
-        assert not doubts(report.findings, FindingKind.SENSE)
-        assert not doubts(report.findings, FindingKind.JUMP)
-        assert not doubts(report.findings, FindingKind.ENERGY)
-        assert not doubts(report.findings, FindingKind.SYMMETRY)
-
-
-def test_only_the_shoulders_rotation_has_a_negative_stiffness(prototype: tuple[CurveReport, ...]):
-    found = {r.joints[0]: f for r in prototype for f in doubts(r.findings, FindingKind.SLOPE)}
-    ((joint, slope),) = found.items()
-    assert joint == "left_shoulder"
-    assert np.degrees(slope.angles) == pytest.approx([-58.4, -16.8], abs=0.2)
 
 
 # sense and equilibria
@@ -220,14 +148,6 @@ def test_the_runs_join_and_cover_the_range(one: float, other: float):
     )
     for before, after in zip(curve.sign_intervals, curve.sign_intervals[1:], strict=False):
         assert before.end == after.start
-
-
-def test_the_edges_of_a_run_are_the_zeros():
-    curve = SampledCurve((Linear(3.0, 0.1234567),), -1.0, 1.0)
-    assert curve.sign_intervals == (
-        SignInterval(1, -1.0, pytest.approx(0.1234567)),  # type: ignore[arg-type]
-        SignInterval(-1, pytest.approx(0.1234567), 1.0),  # type: ignore[arg-type]
-    )
 
 
 # slopes, jumps, energy
@@ -434,11 +354,6 @@ def test_what_lies_beyond_the_measured_range_is_told_with_its_torques():
     assert "extrapolated at -90 .. 0 deg and 80 .. 90 deg" in one.sentence
     assert one.angles == pytest.approx((radians(-90.0), radians(90.0)))
     assert one.values == pytest.approx([KNEE.torque(angle) for angle in one.angles])
-
-
-def test_a_moved_curve_is_known_elsewhere():
-    (one,) = found(Transformed(KNEE, offset=radians(10.0)), FindingKind.VALID_RANGE)
-    assert "known for 10 .. 90 deg only" in one.sentence
 
 
 def test_a_range_that_is_not_known_is_said():

@@ -116,18 +116,6 @@ def test_opposite_motion_mirrors_the_law(row, angle, is_opposite, age):
     assert back.reversed().origins == own.origins
 
 
-def test_shoulder_is_set_by_the_register():
-    # 12.47 and 8.04 N m are the moments of the arms of male50 and female50 at 90 deg.
-    for body, moment, low, high in (
-        (Body(85.5, 1.756), 12.47, 0.22, 0.25),
-        (Body(67.8, 1.628, True), 8.04, 0.335, 0.345),
-    ):
-        found = strength("left_shoulder", "flexion", body)
-        assert found is not None
-        assert found.origins == (StrengthClass.SCALED, StrengthClass.ESTIMATE)
-        assert low <= moment / float(found.capacity(np.pi / 2, False)) <= high
-
-
 def test_endurance_is_the_power_law_within_its_bounds():
     assert endurance("left_elbow", 0.5) == pytest.approx(17.98 * 0.5**-2.21)
     assert endurance("waist", 0.5) == pytest.approx(22.69 * 0.5**-2.27)
