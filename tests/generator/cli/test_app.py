@@ -54,10 +54,6 @@ def test_the_help_of_a_command_opens_with_its_line_in_the_list():
     assert COMMANDS["com"] in " ".join(run("com", "-h").stdout.split())
 
 
-def test_the_version_is_shown():
-    assert run("--version").stdout.startswith("mover ")
-
-
 @pytest.mark.parametrize(
     ("line", "message"),
     [

@@ -290,14 +290,6 @@ def test_a_published_curve_of_this_joint_or_of_an_unknown_one(joint: str, row: s
     assert "no warnings" in run("check", springs_file(tmp_path, text)).stdout
 
 
-def test_an_extrapolated_curve_is_noted(tmp_path: Path):
-    text = KNEES + 'published = "silder_2007/knee_hip_45_ankle_0"\n'
-    said = run("check", springs_file(tmp_path, text)).stdout
-    assert "left_knee, right_knee about its axis, flexion, from -11.0 to 147.7 deg" in said
-    assert "the curve is known for 0 .. 120 deg only" in said
-    assert "note   known range" in said
-
-
 def test_a_law_over_several_joints_is_listed_whole():
     printed = run("check", COUPLED_SPRINGS).stdout
     for sentence in (

@@ -7,7 +7,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from math import pi, radians, sqrt
+from math import pi, radians
 from pathlib import Path
 from typing import Any
 
@@ -399,21 +399,6 @@ def test_the_spread_is_an_angle_with_a_unit(spread: str | None, angle: float):
     choice = contact.starts_from_options(contact.MAX_STARTS, spread, 5)
     assert choice == (contact.MAX_STARTS, pytest.approx(angle), 5)
     assert contact.starts_from_options(None, None, None) is None
-
-
-def test_a_figure_falls_from_its_height():
-    """Without springs it is rigid until it touches."""
-    words = ("prototype", "--springs", "none", "--stop", 0.15, "--height")
-    data = floor(*words, 0.05)["contact"]
-    first = min(time for time in data["first_contact_s"].values() if time is not None)
-    assert first == pytest.approx(sqrt(2 * 0.05 / 9.81), rel=1e-4)
-    assert max(data["impact_speed_m_per_s"].values()) == pytest.approx(sqrt(2 * 9.81 * 0.05), 1e-3)
-
-
-def test_without_gravity_no_weight_is_carried():
-    words = ("prototype", "--stop", 0.04, "--gravity", "0,0,0")
-    assert floor(*words)["contact"]["weight_carried"] is None
-    assert "weight" not in run("simulate", *words, "--floor").stdout
 
 
 def test_a_figure_with_a_loop_falls_by_capsules():

@@ -15,7 +15,6 @@ from generator.model import Model
 from generator.motion_files import FigureMotion, motion_writer
 from generator.tone import Tone
 from springs import SpringSet
-from springs.strength.strengths import StrengthClass
 from tests.command import answer, mover, run
 from tests.motions import header_of
 from tests.paths import DOCS
@@ -419,13 +418,3 @@ def test_squat_of_the_page_needs_the_shin_muscles_it_says():
         round(100 * row["use"]),
         round(100 * bare["left_ankle", "dorsiflexion"]["use"]),
     ]
-
-
-def test_nothing_is_unlabelled(man):
-    held = man.posture(None, [Load("right_hand", 5.0)], must_balance=False)
-    for one in held.joints:
-        assert one.capacity is not None
-        assert one.origin is not None
-        assert bool(one.source) or one.origin is StrengthClass.ESTIMATE
-        assert one.spread > 0.0
-    assert [hand.origin for hand in held.hands] == [StrengthClass.ESTIMATE]

@@ -1,7 +1,6 @@
 """`mover person`: the figure of a person and the files beside it."""
 
 import csv
-import json
 from pathlib import Path
 
 import pytest
@@ -226,15 +225,3 @@ def test_the_rule_of_the_masses_is_said(mass: str, sentence: str):
 
 def lines_of(result: Result) -> list[str]:
     return [line.rstrip() for line in result.stdout.splitlines()]
-
-
-@pytest.mark.parametrize("taken", ["me_geometry", "me.sources.csv"])
-def test_nothing_is_written_where_one_file_cannot_be(taken: str, tmp_path: Path):
-    if taken == "me_geometry":
-        (tmp_path / taken).write_text("mine", encoding="utf-8")
-    else:
-        (tmp_path / taken).mkdir()
-    result = mover(*ME, "-o", tmp_path / "me.fig", "--json")
-    assert result.exit_code == 1
-    assert json.loads(result.stdout)["faults"]
-    assert names(tmp_path) == [taken]

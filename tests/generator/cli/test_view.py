@@ -125,14 +125,6 @@ def test_springs_bring_their_figure(folder: Path, name: str, figure: str | None)
     assert shown.springs == read_springs(folder / name, shown.figure)
 
 
-def test_a_motion_of_another_version_of_its_figure_warns(folder: Path, tmp_path: Path):
-    changed = tmp_path / "prototype.fig"
-    text = (FIGURES / "prototype.fig").read_text(encoding="utf-8")
-    changed.write_text(f"{text}/* changed */\n", encoding="utf-8")
-    shown = load(folder / "hang.action", figure_name=str(changed))
-    assert any("another version" in one.message for one in shown.warnings)
-
-
 @pytest.mark.parametrize("name", ["", ".", "a.fig", "a.pose", "a.npz", "a.springs.toml"])
 def test_a_directory_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)

@@ -1,13 +1,10 @@
 """Motion of a figure with a links file."""
 
-import re
-
 import numpy as np
 import pytest
 
 from generator.figure_file import FIGURE_FILE, read_figure
 from generator.kinematics.links import LINKS_FILE, Coordinate, Link
-from tests.paths import DOCS
 
 PROTOTYPE = read_figure("prototype")
 
@@ -140,16 +137,6 @@ def test_a_cycle_of_joints_is_told_once(tmp_path):
 def test_all_faults_are_told_at_once(tmp_path):
     text = table("left_elbw", "waist") + table("left_knee", "wrist") + table("waist", "waist")
     assert len(reading_of(tmp_path, text).diagnostics) == 3
-
-
-def test_the_example_of_the_page_is_read_without_a_word(tmp_path):
-    page = (DOCS / "links.md").read_text(encoding="utf-8")
-    example = re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    assert example is not None
-    links = links_of(tmp_path, example[1])
-    bent = Link(Coordinate("waist", 2), Coordinate("left_hip_joint", 2), 0.25, np.radians(5.0))
-    assert [link.factor for link in links.links] == [1.0, 1.0, 1.0, 0.25]
-    assert links.links[-1] == bent
 
 
 def test_another_figures_links_are_used_with_a_warning(tmp_path):

@@ -42,17 +42,6 @@ def test_zero_pose_of_the_prototype() -> None:
         assert where(name)[1] == pytest.approx(0.941 - 0.434)
 
 
-def test_the_prototype_faces_plus_z() -> None:
-    """Torso: x forward, y left, z up; limbs: x forward, z down, y to the right."""
-    standing = zero_pose()
-    for name, segment in standing.tree.figure.bodies.items():
-        rotation = standing.poses[segment.name][:3, :3]
-        assert np.allclose(rotation[:, 0], [0.0, 0.0, 1.0], atol=1e-9)
-        side, up = (1.0, 1.0) if "torso" in name else (-1.0, -1.0)
-        assert np.allclose(rotation[:, 1], [side, 0.0, 0.0], atol=1e-9)
-        assert np.allclose(rotation[:, 2], [0.0, up, 0.0], atol=1e-9)
-
-
 def test_figure_3_4_gives_the_numbers_of_figure_3_2() -> None:
     tree = build_tree(read_figure("pendulum"))
     placement = forward_kinematics(tree, initial_displacements(tree))

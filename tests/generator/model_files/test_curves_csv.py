@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from generator import read_figure
-from generator.diagnostics import InputError
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
 from generator.losses import Losses
@@ -235,21 +234,6 @@ def test_straight_lines_between_the_rows_err_as_told():
         error = np.abs(np.interp(fine, angles, moments) - curve.moment_at(fine))
         worst = max(worst, float(error.max()))
     assert 0.8 * worst <= told <= 1.1 * worst
-
-
-def test_numpy_reads_the_table():
-    drawn = read_figure("pendulum")
-    text, _ = format_curves(drawn, read_springs(None, drawn))
-    data = np.genfromtxt(StringIO(text), delimiter=",", skip_header=1, usecols=(6, 7, 8))
-    assert np.isfinite(data).all()
-    assert np.allclose(np.radians(data[:, 0]), data[:, 1])
-
-
-def test_a_figure_without_springs_has_no_table():
-    drawn = read_figure("fourbar")
-    with pytest.raises(InputError, match="no springs and therefore no passive curves"):
-        format_curves(drawn, SpringSet())
-    assert not has_curves(SpringSet())
 
 
 def test_the_suffix_of_a_figures_table_is_csv(tmp_path: Path):

@@ -19,12 +19,10 @@ from generator.kinematics.free_root import detach_root
 from generator.model_files.formats import model_format, read_model
 from generator.model_files.imported import Imported, imported_files
 from generator.rotations import Array
-from generator.simulation.plan import Plan
-from generator.simulation.run import simulate
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet
 from tests.chains import BALL, body, one_body
-from tests.generator.model_files.imported_models import MODELS, lost, without_carried_texts
+from tests.generator.model_files.imported_models import MODELS, lost
 
 SUFFIXES = (".xml", ".osim")
 
@@ -144,41 +142,6 @@ def test_shapes_and_colours_come_back(case: str, suffix: str, written: Models):
         assert cKDTree(other).query(one)[0].max() < digits
         assert segment_colour(back, back.segments[name]) == pytest.approx(
             segment_colour(figure, figure.segments[name]), abs=1e-9
-        )
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_fall_of_the_figure_that_came_back_is_the_same(suffix: str, written: Models):
-    model = written("clavicles", suffix)
-    figure, springs, (_, back, laws) = model.figure, model.springs, model.back
-    one, other = (
-        simulate(drawn, Plan(stop=0.2, springs=own, tolerance=1e-4))
-        for drawn, own in ((figure, springs), (back, laws))
-    )
-    for name, poses in one.poses.items():
-        np.testing.assert_allclose(other.poses[name], poses, rtol=0.0, atol=1e-6)
-
-
-@pytest.mark.parametrize("suffix", [*SUFFIXES, ".urdf"])
-def test_a_fall_without_the_carried_texts_is_the_same(suffix: str, tmp_path: Path):
-    """The elements themselves say the same, here without springs."""
-    figure, _ = CASES["prototype"](tmp_path)
-    still = (replace(one, displacement=(0.0,) * len(one.chain)) for one in figure.joints.values())
-    figure = figure.with_parts(*still)
-    path = tmp_path / f"model{suffix}"
-    text = write(figure, SpringSet(), path)
-    path.write_text(without_carried_texts(text), encoding="utf-8")
-    imported, back, laws = read_back(path)
-    bare = (replace(one, lower_limit=None, upper_limit=None) for one in back.joints.values())
-    back = back.with_parts(*bare)
-    assert not laws.joints or any("limits" in loss.what for loss in imported.losses.entries)
-    one, other = (
-        simulate(drawn, Plan(stop=0.2, springs=SpringSet(), tolerance=1e-4))
-        for drawn in (figure, back)
-    )
-    for name in figure.bodies:
-        np.testing.assert_allclose(
-            other.poses[name][:, :3, 3], one.poses[name][:, :3, 3], rtol=0.0, atol=1e-6
         )
 
 

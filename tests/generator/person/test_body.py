@@ -58,10 +58,6 @@ def total_mass(body: Body) -> float:
     return trunk + 2 * sum(body.segments[name].mass for name in LIMB_SEGMENTS)
 
 
-def knee_height(body: Body) -> float:
-    return body.ankle_height + body.segments["lower_leg"].length
-
-
 def value(body: Body, part: str, quantity: str) -> float:
     (number,) = (one for one in body.sources if one.part == part and one.quantity == quantity)
     return number.value
@@ -241,35 +237,6 @@ def test_a_measured_length_changes_its_segment_alone(dimension: str, segment: st
         assert after.inertia == pytest.approx([ratio**2 * one for one in before.inertia])
     rules = [n.rule for n in made.sources if n.part == segment and n.quantity.startswith("length")]
     assert "times 1.0400 by measured dimensions" in rules[-1]
-
-
-def test_long_legs_are_closed_by_the_trunk():
-    mean = man()
-    made = man(trochanterion_height=1.04 * mean.measures.length("trochanterion_height"))
-    assert made.hip_height == pytest.approx(1.04 * mean.hip_height)
-    assert knee_height(made) == pytest.approx(1.04 * knee_height(mean))
-    for name in ("lower_torso", "middle_torso", "upper_torso"):
-        assert made.segments[name].length < mean.segments[name].length
-    assert made.segments["head"].length == pytest.approx(mean.segments["head"].length)
-    check_closure(made)
-
-
-def test_a_low_cervicale_makes_a_long_head_and_neck():
-    mean = man()
-    above = 1.70 - mean.measures.length("cervicale_height")
-    made = man(cervicale_height=1.70 - 1.05 * above)
-    assert made.segments["head"].length == pytest.approx(1.05 * mean.segments["head"].length)
-    check_closure(made)
-
-
-def test_a_high_knee_divides_the_leg_anew():
-    mean = man()
-    height = 1.03 * mean.measures.length("lateral_femoral_epicondyle_height")
-    trochanterion = mean.measures.length("trochanterion_height")
-    made = man(lateral_femoral_epicondyle_height=height, trochanterion_height=trochanterion)
-    assert knee_height(made) == pytest.approx(1.03 * knee_height(mean))
-    assert made.hip_height == pytest.approx(mean.hip_height)
-    check_closure(made)
 
 
 @pytest.mark.parametrize("sex", Sex)

@@ -9,13 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from generator.figure import Figure, Joint
-from generator.figure_file.read import FIGURE_FILE, read_figure
-from generator.figure_file.write import write_figure
+from generator.figure_file.read import read_figure
 from generator.input_files.pose import read_pose
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.person.body import Body, build_body
-from generator.person.identity import identity_of
 from generator.person.joints import (
     PERSON_JOINTS,
     limit_sources,
@@ -299,16 +297,6 @@ def test_every_limit_has_a_source(sex: Sex):
     labelled = {one.quantity for one in sources if "not measured in women" in one.rule}
     assert ("limit of knee flexion" in labelled) is (sex is Sex.FEMALE)
     assert "limit of wrist flexion" not in labelled
-
-
-def test_the_figure_is_the_same_after_writing_and_reading():
-    figure = person_figure(body())
-    read = FIGURE_FILE.parse_text(write_figure(figure))
-    assert not read.diagnostics
-    assert read.value == figure
-    identity = identity_of(read.value)
-    assert identity is not None
-    assert (identity.sex, identity.stature) == (Sex.MALE, 1.75)
 
 
 def test_angles_of_the_ground_are_quarter_turns():

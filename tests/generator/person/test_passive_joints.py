@@ -2,16 +2,14 @@
 
 from dataclasses import replace
 from functools import cache
-from math import cos, degrees, log, pi, radians, sin
+from math import radians
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from generator import Plan, simulate
 from generator.diagnostics import UsageError
-from generator.figure_file.read import FIGURE_FILE
 from generator.person.body import build_body
 from generator.person.joints import PERSON_JOINTS, motion_range, person_figure
 from generator.person.measures import Sex, estimate_measures
@@ -24,14 +22,12 @@ from generator.person.passive_joints import (
     springs_comment,
 )
 from generator.person.sources import Origin
-from generator.springs_file.parse import SPRINGS_FILE
 from generator.springs_file.read import load_springs
 from generator.springs_file.write import write_springs
-from springs import AxisSpring, Damping, JointSprings, SpringSet
+from springs import Damping, SpringSet
 from springs.elastic import total_torque
 from springs.lint.finding import FindingKind
 from springs.lint.report import report_coupled, report_curves
-from springs.transformed import Transformed
 
 
 @cache
@@ -145,14 +141,6 @@ def test_bound_springs_are_those_of_the_axes_and_equal_on_both_sides():
                 )
 
 
-@pytest.mark.parametrize("content", [all_springs(), all_springs("riener"), leg("riener")])
-def test_reading_after_writing_returns_equal_springs(content):
-    read = SPRINGS_FILE.parse_text(write_springs(content)).require_value()
-    assert (read.entries, read.law) == (content.entries, content.law)
-    assert read.coupled == content.coupled
-    assert read.reaches == content.reaches
-
-
 def test_doubts_about_the_curves_are_only_firm_ends_of_range():
     springs = bound(all_springs("riener"))
     laws = {
@@ -261,65 +249,6 @@ def test_dorsiflexors_resist_plantarflexion_where_the_law_of_the_leg_does_not():
 def test_a_hip_datum_that_no_person_has_is_refused(datum):
     with pytest.raises(UsageError, match="the hip datum is from 0 to 15 deg"):
         leg(hip_datum=datum)
-
-
-def hinge(body):
-    """The left shank and foot on a thigh that is the ground, in limb axes: z down, x forward."""
-    shank, foot = body.segments["lower_leg"], body.segments["foot"]
-    x, _, z = foot.centre
-    places = ((shank, 0.0, shank.centre[2]), (foot, x, shank.length + z))
-    mass = shank.mass + foot.mass
-    centre_x = sum(part.mass * px for part, px, _ in places) / mass
-    centre_z = sum(part.mass * pz for part, _, pz in places) / mass
-    inertia = sum(
-        part.inertia[1] + part.mass * ((px - centre_x) ** 2 + (pz - centre_z) ** 2)
-        for part, px, pz in places
-    )
-    cgs = 1e7 * inertia
-    text = f"""figure {{
-      segment thigh {{ mass = -1g; site distal->location = trans(0cm,0cm,0cm); }}
-      segment shank {{
-        mass = {mass!r}kg; inertia = ({cgs!r},{cgs!r},{cgs!r});
-        site proximal->location = trans(0cm,0cm,0cm);
-        site CM->location = trans({centre_x!r}m,0m,{centre_z!r}m);
-      }}
-      joint left_knee {{ connect thigh.distal to shank.proximal; type = R(0,-1,0); }}
-      root = thigh.distal;
-    }}"""
-    return FIGURE_FILE.parse_text(text).require_value()
-
-
-@pytest.mark.parametrize("person", [(), (Sex.FEMALE, 1.6, 55.0)])
-def test_small_swings_of_the_knee_decay_with_the_damping_ratio(person):
-    """A free decay, hanging where the spring is slack, gives the ratio of the trace back."""
-    axis = next(axis for axis in axes(*person) if axis.joint == "knee")
-    figure = hinge(make(*person)[0])
-    elastic = axis.law.elastic
-    angles = np.radians(np.linspace(50.0, 70.0, 2001))
-    rest = float(angles[np.argmin(np.abs(elastic.torque(angles)))])
-    spring = AxisSpring(
-        figure.joints["left_knee"].chain[0].axis, (Transformed(elastic, axis.scale),), axis.damping
-    )
-    springs = SpringSet({"left_knee": JointSprings("left_knee", (spring,))})
-    gravity = (-9.81 * sin(rest), 0.0, 9.81 * cos(rest))
-    plan = Plan(
-        stop=4.5,
-        frame=0.01,
-        gravity=gravity,
-        springs=springs,
-        displacements={"left_knee": (rest + 0.1,)},
-    )
-    recording = simulate(figure, plan)
-    angle = np.asarray(recording.displacements["left_knee"])[:, 0]
-    rises = np.diff(angle) > 0.0
-    turns = np.flatnonzero(rises[1:] != rises[:-1]) + 1
-    swings = np.abs(np.diff(angle[turns]))
-    decrement = log(swings[0] / swings[4]) / 2.0
-    ratio = decrement / np.hypot(2.0 * pi, decrement)
-    assert ratio == pytest.approx(axis.ratio, rel=0.02)
-    period = (recording.times[turns[4]] - recording.times[turns[0]]) / 2.0
-    assert 2.0 * pi / period == pytest.approx(axis.pendulum.frequency(axis.stiffness), rel=0.03)
-    assert degrees(rest) == pytest.approx(60.0, abs=0.2)
 
 
 def test_damping_is_twice_ratio_times_frequency_times_inertia():

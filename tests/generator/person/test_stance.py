@@ -208,18 +208,6 @@ def test_the_long_axis_has_the_inertia_of_measured_men():
     assert fact.low < np.mean(ratios) < fact.high
 
 
-def test_so_has_the_shipped_man_relative_to_his_size():
-    """Over mass and squared stature. Of women no measured value was found."""
-    men = [
-        man.postures["standing"].moments[2] / man.mass / man.stature**2
-        for man in person_facts().men
-    ]
-    sex, stature, mass = PERSONS[0]
-    own = long_axis_inertia(person_figure(body_of(sex, stature, mass))) / mass / stature**2
-    fact = person_facts().facts["body_inertia_ratio"]
-    assert fact.low < own / float(np.mean(men)) < fact.high
-
-
 def test_angles_are_displacements_and_the_joints_keep_their_zero():
     body = body_of(*PERSONS[4])
     figure, stance = person_figure(body), standing_stance(body)

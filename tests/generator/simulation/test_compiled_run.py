@@ -17,7 +17,7 @@ from generator.rotations import rotation_vector_from_matrix
 from generator.run_options import Integrator
 from generator.simulation import compiled_run
 from generator.simulation.compiled import layout, mechanism, refinement
-from generator.simulation.compiled.layout import COORDINATE, KIND, ROTATION
+from generator.simulation.compiled.layout import ROTATION
 from generator.simulation.compiled.refinement import record_links
 from generator.simulation.compiled_run import build_trace, compile_model, disturbed_start
 from generator.simulation.exudyn_model.model import ExudynModel, build_model
@@ -318,28 +318,6 @@ def test_a_disturbed_start_turns_every_joint_by_a_milliradian(name) -> None:
             assert angle == pytest.approx(1e-3, rel=1e-9)
     balls = state[: 4 * compiled.balls].reshape(-1, 4)
     assert np.linalg.norm(balls, axis=1) == pytest.approx(1.0, abs=1e-15)
-
-
-@pytest.mark.parametrize("name", DISTURBED)
-def test_a_disturbed_start_keeps_rates_slides_and_integrals(name) -> None:
-    """It changes quaternions and angles of hinges alone, and the model not at all."""
-    made, fields = DISTURBED[name]
-    compiled = compile_model(build_model(made, Plan(**fields)))
-    before = compiled.initial_state.copy()
-    state = disturbed_start(compiled, 0.0)
-    links = compiled.mechanism.links
-    turning = {
-        int(place) + k
-        for kind, place in links[:, [KIND, COORDINATE]].tolist()
-        for k in range(4 if kind == layout.BALL else 1)
-        if place >= 0 and kind in (layout.BALL, layout.HINGE)
-    }
-    changed = set(np.flatnonzero(state != before).tolist())
-    assert changed <= turning
-    hinges = [place for place in turning if place >= 4 * compiled.balls]
-    assert np.abs(state - before)[hinges] == pytest.approx(1e-3, rel=1e-9)
-    assert np.array_equal(compiled.initial_state, before)
-    assert np.array_equal(disturbed_start(compiled, 0.0), state)
 
 
 def test_the_sensitivity_begins_with_the_disturbance() -> None:

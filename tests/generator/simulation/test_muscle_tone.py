@@ -74,19 +74,6 @@ def test_person_agrees_with_exudyn() -> None:
     assert energy_error(run) < 1e-6 * np.ptp(run.energy["gravity"])
 
 
-@pytest.mark.slow
-def test_exudyn_integrates_the_same_motion() -> None:
-    plan = Plan(
-        stop=0.02, free_root=True, height=0.5, tone=replace(FALL, delay=0.005), velocities=PUSHED
-    )
-    exact = simulate(MALE, replace(plan, tolerance=1e-6))
-    run = simulate(MALE, replace(plan, integrator=Integrator.EXUDYN, step=2e-4))
-    for name in MALE.joints.keys() & run.displacements.keys():
-        assert run.displacements[name] == pytest.approx(exact.displacements[name], abs=3e-5)
-        assert run.reactions[name] == pytest.approx(exact.reactions[name], abs=5e-3)
-    assert run.energy["tone"] == pytest.approx(exact.energy["tone"], abs=1e-3)
-
-
 @pytest.mark.parametrize("integrator", [Integrator.COMPILED, Integrator.IMPLICIT])
 def test_tone_of_zero_is_no_tone(integrator: Integrator) -> None:
     plan = Plan(stop=0.04, velocities=PUSHED, integrator=integrator)

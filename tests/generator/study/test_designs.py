@@ -1,9 +1,5 @@
 """Designs of studies: numbers of runs, distributions, structure, and the same points again."""
 
-import json
-import pickle
-import subprocess
-import sys
 import warnings
 from collections.abc import Mapping
 
@@ -178,25 +174,6 @@ def test_seed_decides_the_points(kind: DesignKind) -> None:
     first = design_points(study(kind, seed=1))
     assert (first == design_points(study(kind, seed=1))).all()
     assert (first != design_points(study(kind, seed=2))).any()
-
-
-_IN_A_PROCESS = """
-import json, pickle, sys
-from generator.study.designs import design_points
-studies = pickle.load(sys.stdin.buffer)
-print(json.dumps([design_points(each).tolist() for each in studies]))
-"""
-
-
-def test_another_process_has_the_same_points() -> None:
-    studies = [study(kind, sensitivity=True) for kind in RANDOM]
-    ran = subprocess.run(
-        [sys.executable, "-c", _IN_A_PROCESS],
-        input=pickle.dumps(studies),
-        capture_output=True,
-        check=True,
-    )
-    assert json.loads(ran.stdout) == [design_points(each).tolist() for each in studies]
 
 
 def test_grid_needs_values() -> None:

@@ -211,14 +211,6 @@ def test_a_full_disk_is_a_sentence() -> None:
     assert "the same command continues" in str(caught.value)
 
 
-def test_a_folder_is_locked_once(tmp_path: Path) -> None:
-    second = lock_folder(tmp_path)
-    with lock_folder(tmp_path), pytest.raises(UsageError, match="Another sweep is running"):
-        second.__enter__()
-    with lock_folder(tmp_path):
-        assert (tmp_path / LOCK_NAME).exists()
-
-
 LOCK = """
 import sys, time
 from pathlib import Path

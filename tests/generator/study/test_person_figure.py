@@ -1,7 +1,5 @@
 """A person of a study is the one that `mover person` writes."""
 
-from dataclasses import replace
-
 import pytest
 
 from generator.contact.spheres import fit_contact_spheres
@@ -13,7 +11,7 @@ from generator.person.measures import estimate_measures
 from generator.person.person import build_person
 from generator.person.survey import Sex
 from generator.springs_file.read import read_springs
-from generator.study.person_figure import _make_body, make_person
+from generator.study.person_figure import make_person
 from generator.study.study import PersonArguments
 
 
@@ -37,30 +35,6 @@ def test_contact_spheres_are_those_of_the_shipped_surfaces() -> None:
     assert {name: fit.spheres for name, fit in fit_contact_spheres(made.figure).items()} == {
         name: fit.spheres for name, fit in fit_contact_spheres(shipped).items()
     }
-
-
-def test_measured_dimension_changes_the_figure() -> None:
-    person = PersonArguments(Sex.FEMALE, 1.63, 68.0, "none")
-    plain, large = (
-        make_person(person, measured, with_spheres=False).figure
-        for measured in ({}, {"foot_length": 0.28})
-    )
-    assert plain != large
-    assert plain.total_mass == pytest.approx(68.0)
-    assert large.total_mass == pytest.approx(68.0)
-
-
-def test_springs_alone_leave_the_figure_as_it_was() -> None:
-    person = PersonArguments(Sex.MALE, 1.8, 80.0)
-    first, other = (
-        make_person(one, with_spheres=False) for one in (person, replace(person, hip_datum=0.2))
-    )
-    assert other.figure is first.figure
-    assert other.springs != first.springs
-    _make_body.cache_clear()
-    fresh = make_person(person, with_spheres=False)
-    assert fresh.figure == first.figure
-    assert fresh.springs == first.springs
 
 
 def test_impossible_person() -> None:

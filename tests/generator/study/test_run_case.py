@@ -92,10 +92,6 @@ def test_measures_are_the_same_with_a_kept_motion(tmp_path: Path) -> None:
     assert lean.measures["end"] == run.energy["kinetic"][-1]
 
 
-def test_one_thread_gives_the_same_bits() -> None:
-    assert run_case(study(), [0.9, 1.1], threads=1) == run_case(study(), [0.9, 1.1], threads=2)
-
-
 def failed(result: RunResult, outcome: str) -> bool:
     """Return whether a run has this outcome, a message and no measures."""
     blank = all(value is None for value in result.measures.values())

@@ -401,11 +401,6 @@ def test_file_of_other_indices_is_an_input_error(old: str, new: str, tmp_path: P
         read_indices(path)
 
 
-def test_missing_file_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        read_indices(tmp_path / INDICES_NAME)
-
-
 @pytest.mark.parametrize("kind", [DesignKind.SOBOL, DesignKind.MORRIS, DesignKind.LATIN_HYPERCUBE])
 def test_indices_show_the_largest_first(kind: DesignKind) -> None:
     made = known_study(SOBOL_G, kind, 64)

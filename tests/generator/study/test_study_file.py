@@ -1,6 +1,5 @@
 """Study files: what is read of them, names and paths, and that no text makes the reader fail."""
 
-from math import radians
 from pathlib import Path
 
 import pytest
@@ -78,57 +77,6 @@ def test_a_study_is_its_figure_its_runs_its_parameters_and_its_measures():
     points = design_points(study)
     assert points.shape == (64, 1)
     assert build_case(study, points[0]).plan.gravity == (0.0, -9.81 * points[0, 0], 0.0)
-
-
-def test_a_table_may_be_written_in_all_ways_of_toml():
-    head = 'figure = "pendulum"\nstop = 0.3\n'
-    dotted = """\
-design.kind = "sobol"
-design.runs = 64
-design.seed = 7
-parameters.gravity_scale.path = ["gravity"]
-parameters.gravity_scale.low = 0.8
-parameters.gravity_scale.high = 1.2
-measures.swing = { column = "shoulder.2 [deg]", take = "largest" }
-measures.end.column = "kinetic [J]"
-measures.end.take = "last"
-"""
-    headers = """\
-[measures.swing]
-column = "shoulder.2 [deg]"
-take = "largest"
-[measures.end]
-column = "kinetic [J]"
-take = "last"
-[parameters.gravity_scale]
-path = "gravity"
-low = 8e-1
-high = 1.2
-[design]
-seed = 7
-runs = 6_4
-kind = "sobol"
-"""
-    assert read(head + dotted) == read(head + headers) == read(EXAMPLE)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "column"),
-    [
-        ('parameters.g.path = "gravity"\nparameters.g.low = 2\nparameters.g.high = 1', 21),
-        ('[parameters.g]\npath = "gravity"\nlow = 2\nhigh = 1', 8),
-        ('[parameters]\n\n\ng = { path = "gravity", low = 2, high = 1 }', 41),
-        ('parameters = { g = { path = "gravity", low = 2, high = 1 } }\n#\n#', 56),
-    ],
-)
-def test_an_error_is_at_its_value_in_all_ways_of_toml(wrong: str, column: int):
-    rest = '[design]\nkind = "latin-hypercube"\nruns = 2\n[measures.end]\ncolumn = "kinetic [J]"\n'
-    text = f'figure = "pendulum"\n{wrong}\n{rest}take = "last"\n'
-    (fault,) = parse_study_text(text, FIGURES).diagnostics
-    assert fault.span is not None
-    assert fault.span.text == "1"
-    assert fault.span.line == 2 + wrong[: wrong.index("high")].count("\n")
-    assert fault.span.column == column
 
 
 def test_each_distribution_is_read():
@@ -255,13 +203,6 @@ def test_falls_of_several_persons_have_their_own_starts():
     assert stops[1].stiffness == 3.0 * stops[0].stiffness
 
 
-@pytest.mark.parametrize(("share", "held"), [("0.03", {"all": 0.03}), ("1", {"all": 1.0})])
-def test_a_tone_may_be_a_share(share: str, held: dict[str, float]):
-    tone = read(FALLS.replace('tone = "fall"', f"tone = {share}")).plan.tone
-    assert tone is not None
-    assert tone.hold == held
-
-
 def test_a_region_is_softened_down_to_its_part():
     case = build_case(read(FALLS), [1, 3, 0.5, 1.0, 1.0])
     path = parse_path("contact.buttocks.stiffness_scale", case)
@@ -308,13 +249,6 @@ def test_errors_of_falls_name_the_line(old: str, new: str, line: int, message: s
 def test_an_excluded_option_is_one_error():
     errors = parse_study_text(FALLS.replace('tone = "fall"', "friction = 0.5"), FIGURES).diagnostics
     assert [one.message for one in errors] == ["`fall` and `friction` exclude each other"]
-
-
-def test_a_study_may_state_the_rotations_of_a_neck():
-    text = EXAMPLE.replace("pendulum", "male50").replace("shoulder.2", "left_knee.1")
-    study = read(text.replace("[design]", "[set]\nneck = [0, 0, 20]\n[design]"))
-    neck = study.plan.displacements["neck"]
-    assert neck == pytest.approx((0.0, 0.0, radians(20.0), 0.0, 0.0, 0.0))
 
 
 def test_files_are_searched_in_the_folder_of_the_study(
@@ -365,14 +299,6 @@ def test_a_parameter_may_set_what_the_start_lacks():
     assert fault.span is not None
     assert fault.span.text == '"prototype"'
     assert read(text.replace('"gravity"', '"height"')).plan.height == 0.0
-
-
-def test_a_warning_does_not_refuse_a_study():
-    parsed = parse_study_text(EXAMPLE.replace("64", "60"), FIGURES)
-    assert [one.severity for one in parsed.diagnostics] == [Severity.WARNING]
-    assert parsed.value is not None
-    parsed = parse_study_text(EXAMPLE.replace("64", "60") + "[sensitivity]\n", FIGURES)
-    assert [one.severity for one in parsed.diagnostics] == [Severity.ERROR]
 
 
 @pytest.mark.parametrize("runs", [1, 2, 3, 4, 6, 7, 1023, 1024, 1025])

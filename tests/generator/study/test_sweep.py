@@ -1,7 +1,6 @@
 import errno
 import os
 import re
-import signal
 import subprocess
 import sys
 import tracemalloc
@@ -155,14 +154,6 @@ def test_two_lines_of_a_run_are_damage_where_they_differ(tmp_path: Path) -> None
     engine = Serial()
     assert sweep(tmp_path / "one", engine).warnings == ()
     assert engine.done == []
-
-
-@pytest.mark.parametrize("content", [b"notes", b"notes\nof mine\n"])
-def test_another_file_is_not_taken_for_a_journal(content: bytes, tmp_path: Path) -> None:
-    (tmp_path / JOURNAL_NAME).write_bytes(content)
-    with pytest.raises(UsageError, match="does not begin as a journal of runs"):
-        sweep(tmp_path)
-    assert (tmp_path / JOURNAL_NAME).read_bytes() == content
 
 
 def test_a_damaged_first_line_costs_no_run(tmp_path: Path) -> None:
@@ -385,48 +376,6 @@ def test_no_run_opens_a_file_of_the_study(tmp_path: Path) -> None:
         check=True,
     )
     assert printed.stdout.splitlines() == ["0 failed"]
-
-
-SWEEP = """
-import sys
-from functools import partial
-from pathlib import Path
-from generator.study.sweep import run_sweep
-from generator.study.worker_pool import run_locally
-from tests.study_runs import list_study
-study = list_study(*(1.0 + 0.001 * k for k in range(int(sys.argv[2]))))
-def watch(progress):
-    print(progress.finished, flush=True)
-run_sweep(study, Path(sys.argv[1]), partial(run_locally, jobs=2), watch=watch)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="kills")
-def test_a_killed_sweep_of_the_pendulum_continues_with_the_same_bytes(tmp_path: Path) -> None:
-    count = 20
-    study = list_study(*(1.0 + 0.001 * k for k in range(count)))
-    process = subprocess.Popen(
-        [sys.executable, "-c", SWEEP, str(tmp_path / "killed"), str(count)],
-        env=ENVIRONMENT,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    for line in process.stdout:
-        if int(line) >= 5:
-            break
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    process.stdout.close()
-    before = len(journal_lines(tmp_path / "killed")) - 1
-    result = run_sweep(study, tmp_path / "killed", partial(run_locally, jobs=1))
-    assert 5 <= result.kept <= before
-    assert result.failed == 0
-    assert len({row.measures["swing"] for row in result.rows}) == count
-    run_sweep(study, tmp_path / "whole", Serial(run=run_case))
-    tables = [(tmp_path / name / TABLE_NAME).read_bytes() for name in ("killed", "whole")]
-    assert tables[0] == tables[1]
 
 
 def test_a_finished_folder_needs_no_engine(tmp_path: Path) -> None:

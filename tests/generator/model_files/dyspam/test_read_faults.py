@@ -5,14 +5,11 @@ from pathlib import Path
 from shutil import copytree
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.diagnostics import Diagnostics, InputError, Severity, Source, select_errors
+from generator.diagnostics import InputError, Severity, select_errors
 from generator.model_files.dyspam import read as dyspam_reader
 from generator.model_files.dyspam import write as dyspam
-from generator.model_files.dyspam.tables import Structure, parse_tables
 from springs import SpringSet
 from tests.chains import chain, two_bodies
 from tests.generator.model_files.model_cases import own_springs
@@ -191,16 +188,3 @@ def test_rates_are_those_of_the_displacements(tmp_path):
     model = dyspam_reader.parse_dyspam(tmp_path / "out").require_value()
     assert model.rates == {"joint1": (0.3, 0.2, 0.1), "joint2": (-1.5,)}
     assert any("rates" in str(loss) for loss in model.losses.entries)
-
-
-WORDS = st.sampled_from(["0", "1", "2", "7", "0.5", ",", "/", "#", "\n", "-", "1e5", "x", "\n\n"])
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(WORDS, max_size=60).map(" ".join), st.integers(1, 3), st.integers(1, 3))
-def test_any_text_is_read_or_refused(text, bodies, joints):
-    findings = Diagnostics()
-    structure = Structure(bodies, joints, 3, (0, 0, 0, 0), 1)
-    mechanism = parse_tables(Source("ndyspamfile", text), structure, findings)
-    assert (mechanism is not None) or findings.has_errors
-    assert all(str(fault) for fault in findings.sorted_by_position())

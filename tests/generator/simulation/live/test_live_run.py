@@ -160,14 +160,6 @@ def test_a_recording_has_one_figure_and_its_balance_of_energy(bars):
     assert recording.energy["contact"][0] == 0.0
 
 
-def test_velocities_are_the_rates_of_the_displacements(bars):
-    recording = changed_run(bars).recording()
-    for name, values in recording.displacements.items():
-        between = np.diff(values[:5], axis=0) * 60.0
-        mean = 0.5 * (recording.velocities[name][:4] + recording.velocities[name][1:5])
-        assert np.max(np.abs(between - mean)) < 0.02 * max(1.0, np.max(np.abs(mean)))
-
-
 def test_what_held_the_root_carries_the_figure_before_it_is_freed(bars):
     held, freed = LiveRun(bars, LiveStart()), LiveRun(bars, LiveStart())
     for run in (held, freed):

@@ -96,13 +96,6 @@ def test_pieces_of_a_motion_are_that_of_simulate(arm):
     assert run.displacements["joint0"][-1] != pytest.approx(run.displacements["joint0"][0], abs=0.1)
 
 
-def test_a_looser_tolerance_is_less_exact(arm):
-    exact, default = Stepper(arm, tolerance=TOLERANCE), Stepper(arm)
-    for stepper in (exact, default):
-        stepper.advance(0.6)
-    assert 1e-8 < difference(default.displacements, exact.displacements) < 1e-3
-
-
 def test_gravity_off_and_on_is_three_runs_joined(arm):
     stepper, plan = Stepper(arm, tolerance=TOLERANCE), Plan(tolerance=1e-8, frame=0.1)
     start = balance(stepper)
@@ -238,24 +231,6 @@ def test_a_lock_is_an_impact_in_the_joints(arm):
     assert balance(stepper) == pytest.approx(start, abs=1e-7)
 
 
-def test_a_locked_figure_moves_as_one_that_is_built_so(arm):
-    stepper = Stepper(arm, tolerance=TOLERANCE)
-    stepper.advance(0.2)
-    stepper.lock("joint0", "joint2")
-    plan = Plan(
-        stop=0.3,
-        frame=0.1,
-        tolerance=1e-8,
-        locked=["joint0", "joint2"],
-        displacements=stepper.displacements,
-        velocities=stepper.rates,
-    )
-    run = simulate(arm, plan)
-    stepper.advance(0.3)
-    assert difference(stepper.displacements, last(run.displacements)) < 1e-7
-    assert abs(run.velocities["joint1"][-1, 0]) > 0.1
-
-
 def test_a_figure_with_all_joints_locked_rests(hinges):
     stepper = Stepper(hinges)
     stepper.advance(0.2)
@@ -297,17 +272,6 @@ def test_a_freed_figure_falls_and_is_held_again(arm):
     assert stepper.locked == ()
     stepper.advance(0.1)
     assert np.max(np.abs(stepper.poses["bar0"] - pose)) > 1e-2
-
-
-def test_a_freed_figure_moves_as_one_that_starts_free(arm):
-    plan = Plan(velocities={"joint1": (2.0,)}, gravity=(0.0, 0.0, 0.0))
-    freed = Stepper(arm, plan, TOLERANCE)
-    freed.free_root()
-    free = Stepper(arm, replace(plan, free_root=True), TOLERANCE)
-    # The free one has the rates of its joints about a root at rest, as the attached one.
-    for stepper in (freed, free):
-        stepper.advance(0.4)
-    assert difference(freed.poses, free.poses) < 1e-8
 
 
 def test_a_copy_is_independent(arm):
@@ -352,18 +316,6 @@ def test_rewinding_repeats_bit_by_bit(arm):
     assert first[1] == second[1]
     stepper.rewind(saved)
     assert stepper.time == saved.time == pytest.approx(0.1)
-
-
-def test_a_copy_keeps_its_own_breakpoints(hinges):
-    plan = Plan(springs=springs_of("joint1", STOP), displacements={"joint1": (0.6,)})
-    stepper, alone = Stepper(hinges, plan), Stepper(hinges, plan)
-    other = stepper.copy()
-    for _ in range(20):
-        other.advance(0.05)
-        stepper.advance(0.02)
-        alone.advance(0.02)
-    assert np.array_equal(stepper.displacements["joint1"], alone.displacements["joint1"])
-    assert abs(stepper.displacements["joint1"][0] - 0.6) > 0.1
 
 
 def test_what_is_read_cannot_change_the_motion(arm):
@@ -598,12 +550,6 @@ def test_a_fall_on_the_floor_is_that_of_simulate(spheres):
     assert balance(stepper) == pytest.approx(start, abs=1e-6)
 
 
-def test_a_figure_without_props_has_no_contact(spheres):
-    stepper = Stepper(spheres, Plan(free_root=True))
-    assert stepper.contact_forces == {}
-    assert "contact" not in stepper.energy
-
-
 def integrals(stepper: Stepper) -> np.ndarray:
     """Impulses on the segments since the start [N s]."""
     state = stepper.snapshot()
@@ -639,28 +585,6 @@ def test_a_freed_figure_falls_on_the_floor_and_is_held_on_it(spheres):
     stepper.advance(0.1)
     assert stepper.agreement_with_exudyn() < 1e-11
     assert balance(stepper) == pytest.approx(start, abs=1e-6)
-
-
-def test_rewinding_on_the_floor_repeats_bit_by_bit(spheres):
-    plan = Plan(scene=FLOOR, free_root=True, height=0.02)
-    stepper = Stepper(spheres, plan)
-    stepper.advance(0.2)
-    saved = stepper.snapshot()
-
-    def continued():
-        stepper.advance(0.1)
-        stepper.set_force("bar1", (3.0, 0.0, 5.0), (0.0, 0.0, 0.3))
-        stepper.lock("joint1")
-        stepper.advance(0.1)
-        return stepper.poses, stepper.contact_forces, stepper.energy
-
-    first = continued()
-    stepper.rewind(saved)
-    second = continued()
-    for one, other in zip(first[:2], second[:2], strict=True):
-        assert all(np.array_equal(one[name], values) for name, values in other.items())
-    assert first[2] == second[2]
-    assert first[2]["friction"] > 0.0
 
 
 def test_a_start_inside_the_floor_is_refused(spheres):
