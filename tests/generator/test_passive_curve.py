@@ -10,11 +10,7 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.joint_chain import build_chain
-from generator.kinematics.placement import initial_displacements
-from generator.kinematics.tree import build_tree
 from generator.passive_curve import (
-    LARGEST_TORQUE,
-    TORQUE_MARGIN,
     PassiveCurve,
     angle_about,
     initial_angles,
@@ -37,11 +33,6 @@ def curve_of(joint: str, motion: str, curves=None) -> PassiveCurve:
     return next(one for one in (curves or CURVES)[joint] if one.motion == motion)
 
 
-def test_the_angles_begin_as_the_figure_does():
-    initial = initial_displacements(build_tree(FIGURE))
-    assert all(np.array_equal(REST[name], initial[name]) for name in initial)
-
-
 def test_every_axis_with_a_law_has_a_curve():
     assert {name: len(curves) for name, curves in CURVES.items()} == {
         name: len(joint.axes) for name, joint in SPRINGS.joints.items()
@@ -51,35 +42,6 @@ def test_every_axis_with_a_law_has_a_curve():
             assert np.all(np.diff(one.angles) > 0.0)
             assert np.array_equal(one.moment_at(one.angles), one.torques)
             assert float(one.moment_at(0.3)) == pytest.approx(float(one.moment_at(np.array(0.3))))
-
-
-def test_left_and_right_have_one_curve():
-    for joint, curves in CURVES.items():
-        if joint.startswith("left"):
-            for one, other in zip(curves, CURVES[joint.replace("left", "right")], strict=True):
-                assert one.motion == other.motion
-                assert np.array_equal(one.torques, other.torques)
-
-
-def test_the_knee_has_the_dead_zone_of_the_thesis_and_the_literature():
-    knee = curve_of("left_knee", "flexion")
-    assert knee.label == "Left knee flexion"
-    assert knee.dead_zone == pytest.approx((0.0, 1.553))
-    assert knee.published[0].label == "Silder 2007, knee hip 0 ankle 20"
-    obstacles = [bool(one.row.obstacle) for one in knee.published]
-    assert obstacles == sorted(obstacles)
-    for one in knee.published:
-        known = np.isfinite(one.torques)
-        assert known.any()
-        low, high = one.row.valid_range or (-pi, pi)
-        inside = knee.angles[known]
-        assert low - 1e-9 <= inside.min()
-        assert inside.max() <= high + 1e-9
-        if one.band is not None:
-            assert np.all(one.band[0][known] <= one.torques[known])
-            assert np.all(one.torques[known] <= one.band[1][known])
-    low, high = knee.torque_limits()
-    assert -low == high <= TORQUE_MARGIN * LARGEST_TORQUE
 
 
 def test_the_moment_and_what_holds_at_an_angle_in_sentences():

@@ -243,18 +243,6 @@ def quaternion_error(matrix: Array) -> float:
     return float(np.max(np.abs(found - np.sign(found @ q) * q)))
 
 
-@given(vector)
-def test_rotation_vectors_round_trip(v) -> None:
-    r = 3.0 * v / max(1.0, np.linalg.norm(v))
-    assert np.max(np.abs(rotation_vector_from_matrix(matrix_from_rotation_vector(r)) - r)) < 1e-9
-
-
-@given(direction, turn)
-def test_rotation_about_an_axis(axis, a) -> None:
-    matrix = matrix_from_axis_angle(axis, a)
-    assert np.allclose(matrix, Rotation.from_rotvec(a * axis).as_matrix(), atol=1e-12)
-
-
 @given(vector, vector)
 def test_cross_matrix(v, w) -> None:
     assert np.allclose(cross_matrix(v) @ w, np.cross(v, w))

@@ -290,13 +290,3 @@ def test_commands_that_write_motions_name_this_one(tmp_path: Path):
     for suffix in PICTURE_SUFFIXES:
         with pytest.raises(UsageError, match=rf"`mover picture MOTION -o FILE\{suffix}` draws"):
             motion_writer(tmp_path / f"fall{suffix}")
-
-
-def test_a_missing_encoder_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    def missing():
-        raise ModuleNotFoundError("imageio_ffmpeg")
-
-    monkeypatch.setattr("plots.video._ffmpeg", missing)
-    result = mover("picture", "gone.npz", "-o", tmp_path / "fall.mp4")
-    assert result.exit_code == 2
-    assert "a .mp4 needs ffmpeg: in the project's folder, `pip install -e" in result.stderr

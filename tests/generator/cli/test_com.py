@@ -6,7 +6,6 @@ import pytest
 from generator.figure_file import read_figure
 from generator.figure_file.write import write_figure
 from generator.kinematics.centre_of_mass import centre_of_mass
-from generator.kinematics.free_root import detach_root
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.person.identity import Identity
 from generator.person.measures import Sex
@@ -81,12 +80,3 @@ def test_the_centre_of_mass_along_a_motion(bending, tmp_path):
         bent = centre_cm("--set", f"waist=0,0,{-5 * k}")
         assert rows[k, 1:] == pytest.approx(bent, abs=1e-9)
     assert "8 frames, 0 to 0.7 s" in run("com", "prototype", "--along", bending).stdout
-
-
-def test_a_motion_of_the_free_figure(prototype, write_motion):
-    freed, values = detach_root(prototype.figure, initial_displacements(prototype))
-    rows = {name: np.tile(value, (2, 1)) for name, value in values.items()}
-    rows["lower_torso"] = rows["lower_torso"] + [[0.0] * 6, [0, 0, 0, 0.1, -0.2, 0.3]]
-    path = write_motion("free.action", freed, rows, [0.0, 1.0])
-    first, last = centre_cm("--along", path)
-    assert last - first == pytest.approx([10.0, -20.0, 30.0])

@@ -482,15 +482,6 @@ def test_the_json_of_starts_has_null_for_what_is_unknown():
     assert data["weight_carried"] == [None, None, None]
 
 
-def test_the_seed_chooses_the_starts():
-    words = ("prototype", "--stop", 0.02, "--starts", 2, "--spread", "2deg")
-    first, other = floor(*words)["starts"], floor(*words, "--seed", 1)["starts"]
-    assert (first["seed"], other["seed"]) == (0, 1)
-    for key in ("max_force_N", "rest_height_m", "weight_carried"):
-        assert len(first[key]) == 2
-        assert not set(first[key]) & set(other[key])
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGINT")
 def test_ctrl_c_during_the_starts_keeps_the_starts_and_the_files_of_the_run(tmp_path: Path):

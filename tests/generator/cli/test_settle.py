@@ -208,13 +208,3 @@ def test_a_limb_without_its_mirror_image_rests(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     assert answer("settle", limb, "--floor")["asymmetric_joints"] == []
-
-
-def test_a_fall_from_a_symmetric_stand_may_end_on_either_side() -> None:
-    """The start is symmetric, the pose is not."""
-    done = mover("settle", "prototype", "--floor")
-    assert done.exit_code == 0
-    sentence = "the figure rests asymmetrically after a symmetric start: it may fall to the other"
-    assert sentence in done.stderr
-    start = ("--set", "left_knee=10")
-    assert "symmetric start" not in mover("settle", "prototype", "--floor", *start).stderr

@@ -163,13 +163,6 @@ def test_a_scaled_run_is_that_of_a_study(tmp_path: Path):
     assert "scale" not in answer("simulate", "pendulum", "--stop", 0.02, "--step", 0.01)
 
 
-def test_starts_are_those_of_the_scaled_run():
-    words = ("simulate", "prototype", "--floor", "--stop", 0.02, "--starts", 2)
-    scaled = answer(*words, "--scale", "gravity=0.5")["starts"]
-    assert scaled == answer(*words, "--gravity", "0,-4.905,0")["starts"]
-    assert scaled != answer(*words)["starts"]
-
-
 def test_loads_do_work(tmp_path: Path):
     loads = tmp_path / "push.csv"
     loads.write_text(
@@ -193,15 +186,6 @@ def test_a_run_beyond_its_tolerance_fails_and_says_until_when_it_held(tmp_path: 
     assert f"is met only until {said['held_until_s']:.4g} s of 0.5 s" in said["message"]
     assert "the frames up to 0.5 s were written" in result.stderr
     assert read_action(path).header.outcome is Ending.INACCURATE
-
-
-def test_a_fixed_step_has_no_tolerance_and_no_error_estimate():
-    words = ("simulate", "pendulum", "--stop", 0.1, "--step", 0.001)
-    said = answer(*words)
-    assert (said["outcome"], said["step_s"], said["steps"]) == ("done", 0.001, 100)
-    for key in ("tolerance_rad", "error_estimate_rad", "held_until_s"):
-        assert said[key] is None
-    assert "error not estimated: the step was fixed" in mover(*words).stdout
 
 
 def test_a_failure_at_the_first_frame_has_no_error_estimate():

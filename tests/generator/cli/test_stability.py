@@ -71,12 +71,6 @@ def test_the_ground_may_have_another_normal():
     assert all(corner["on_ground_cm"][2] == 0.0 for corner in said["corners"])
 
 
-@pytest.mark.parametrize("length", ["1e300", "1", "5e-324"])
-def test_the_length_of_up_does_not_matter(length):
-    words = ("stability", "prototype", "--below", "0cm")
-    assert answer(*words, "--up", f"0,{length},0") == answer(*words)
-
-
 def test_the_stability_along_a_motion(bending, tmp_path):
     table = tmp_path / "standing.csv"
     said = answer("stability", "prototype", "--below", "0", "--along", bending, "-o", table)

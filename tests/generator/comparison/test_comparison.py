@@ -86,21 +86,6 @@ def test_differences_change_sign_with_the_order(first: FigureMotion, other: Figu
 
 
 @settings(max_examples=30)
-@given(MOTIONS, MOTIONS, MOTIONS)
-def test_differences_keep_the_triangle_inequality(
-    first: FigureMotion, second: FigureMotion, third: FigureMotion
-):
-    """At the times of all three."""
-    every = compare_motions([first, second, third], ["1", "2", "3"], 0.1)
-    between = compare_motions(list(every.aligned[1:]), ["2", "3"], 0.1)
-    for quantity in (Quantity.ANGLE, Quantity.POSITION):
-        legs = [every.of("2", quantity), every.of("3", quantity), between.of("3", quantity)]
-        sizes = [{one.name: abs(one.size or 0.0) for one in leg} for leg in legs]
-        for name, size in sizes[2].items():
-            assert size <= sizes[0][name] + sizes[1][name] + 1e-9
-
-
-@settings(max_examples=30)
 @given(st.lists(MOTIONS, min_size=2, max_size=MAX_MOTIONS))
 def test_the_times_are_those_of_all_frames_within_the_common_time(motions: list[FigureMotion]):
     names = [str(k) for k in range(len(motions))]

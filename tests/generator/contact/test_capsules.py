@@ -5,11 +5,9 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from generator import read_figure
-from generator.contact.capsules import _radius, fit_capsules
+from generator.contact.capsules import fit_capsules
 from generator.contact.self_contact import Capsule
 from generator.contact.spheres import fit_contact_spheres
 from generator.figure import ContactSphere, Figure
@@ -112,10 +110,3 @@ def check_capsule_of_spheres(capsule: Capsule, spheres) -> None:
 def test_a_segment_without_spheres_has_no_capsule():
     massless = replace(body("link"), mass=0.0)
     assert capsules_of(one_body(FREE, segment=massless)) == {}
-
-
-@given(st.floats(1e-3, 0.999), st.floats(1e-2, 10.0))
-def test_the_radius_of_a_volume_and_a_length(share: float, extent: float):
-    radius = 0.5 * share * extent
-    content = pi * radius**2 * (extent - 2.0 * radius) + 4.0 / 3.0 * pi * radius**3
-    assert _radius(content, extent) == pytest.approx(radius, rel=1e-6)

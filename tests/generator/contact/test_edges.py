@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from generator.contact.box import Box
 from generator.contact.edges import (
     PROTRUSION,
     add_limb_spheres,
@@ -47,53 +46,6 @@ def test_edges_enter_by_no_more_than_the_fit_errs(limbs):
         assert largest_edge_depth(surface, every) <= LARGEST_ERROR + 1e-4
         assert largest_edge_depth(surface, fitted) > 3.0 * LARGEST_ERROR
         assert len(every) <= len(fitted) + 12
-
-
-def depth_of_a_box(surface, spheres, generator):
-    """Return how deep the edge of a box that comes down on a limb is, as it touches a sphere [m].
-
-    The box has its edge across the limb, at any place and from any side.
-    """
-    points = surface.vertices[np.unique(surface.corners)]
-    length = np.linalg.eigh(np.cov(points.T))[1][:, 2]
-    inward = np.cross(length, generator.normal(size=3))
-    inward /= np.linalg.norm(inward)
-    along = np.cross(inward, length)
-    place = generator.uniform((points @ length).min(), (points @ length).max()) * length
-    # The edge at the origin of the box's axes x, y: it points along -x - y of the box.
-    x, y = (inward * -1.0 + length) / 2**0.5, (inward * -1.0 - length) / 2**0.5
-    turn, box = np.column_stack([x, y, np.cross(x, y)]), Box(size=(2.0, 2.0, 2.0))
-    centres = np.array([one.centre for one in spheres])
-    radii = np.array([one.radius for one in spheres])
-
-    def gap(height):
-        middle = place - height * inward + turn @ (1.0, 1.0, 0.0)
-        local = (centres - middle) @ turn
-        return np.min(box.distance(tuple(local.T))[0] - radii)
-
-    low, high = -1.0, 1.0  # inside the limb and beyond, and off it
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if gap(middle) > 0.0 else (middle, high)
-    return points, along, place - low * inward
-
-
-def test_a_box_that_comes_down_on_a_limb_touches_a_sphere_before_it_is_deep(limbs):
-    """By the distance of boxes, at random places; the deepest of some is what the fit leaves."""
-    every_limb, generator = limbs
-    for surface, fitted, every in every_limb:
-        deepest = {}
-        for kind, spheres in (("fitted", fitted), ("every", every)):
-            depths = []
-            for _ in range(60):
-                points, along, place = depth_of_a_box(surface, spheres, generator)
-                angles = np.linspace(0.0, 2.0 * np.pi, 240, endpoint=False)
-                axes = np.linalg.svd(along[None])[2][1:]
-                normals = np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
-                depths.append(np.min((points @ normals.T).max(axis=0) - normals @ place))
-            deepest[kind] = max(depths)
-        assert deepest["every"] <= LARGEST_ERROR
-        assert deepest["fitted"] > 1.3 * LARGEST_ERROR
 
 
 def test_heights_on_planes_stay_within_the_error(limbs):

@@ -6,7 +6,6 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from generator.contact.plane import Plane
 from generator.contact.record import (
@@ -28,15 +27,12 @@ from springs.contact_part import PartLaw
 from tests.chains import FREE, body, figure, ground, joint, one_body
 from tests.contact_figures import (
     BALL_INERTIA,
-    BLOCK_HALF,
     FLOOR,
     MASS,
     RADIUS,
     ball,
-    block,
     with_spheres,
 )
-from tests.runs import energy_error
 
 NONE = SpringSet()
 GRAVITY = 9.81
@@ -81,27 +77,6 @@ def test_the_first_touch_of_a_dropped_ball(run) -> None:
     assert touch.impact_speed == pytest.approx(sqrt(2.0 * GRAVITY * HEIGHT), abs=1e-8)
 
 
-def test_the_peak_of_an_elastic_impact() -> None:
-    """Where the stored energy is that of the fall: the largest depth, and its force."""
-    contact = contact_of(bounce())
-
-    def excess(depth: float) -> float:
-        return float(ELASTIC.energy(depth)) - MASS * GRAVITY * (HEIGHT + depth)
-
-    depth = brentq(excess, 1e-3, 0.1, xtol=1e-15)
-    force = float(ELASTIC.elastic_force(depth))
-    assert contact.max_depth == pytest.approx(depth, rel=2e-3)
-    assert contact.max_depth <= depth * (1.0 + 1e-9)
-    assert contact.max_force == pytest.approx(force, rel=2e-3)
-    assert contact.max_force <= force * (1.0 + 1e-9)
-    assert contact.max_depth_segment == contact.max_depth_part == "link"
-    touch = contact.segments["link"]
-    assert contact.max_force == touch.peak_force
-    assert contact.max_force_time == touch.peak_time
-    assert touch.first_time < touch.peak_time < touch.first_time + 0.05
-    assert contact.dissipated == pytest.approx(0.0, abs=1e-10)
-
-
 @pytest.mark.parametrize("run", [drop, bounce])
 def test_the_impulse_is_the_change_of_momentum(run) -> None:
     recording = run()
@@ -133,58 +108,7 @@ def test_forces_and_depths_of_the_frames() -> None:
     assert forces[touching, 1] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("run", [drop, bounce])
-def test_the_energy_book_closes(run) -> None:
-    recording = run()
-    assert energy_error(recording) < 1e-8
-    lost = recording.energy["contact damping"][-1] + recording.energy["friction"][-1]
-    assert contact_of(recording).dissipated == lost
-
-
-def test_what_a_dropped_ball_loses() -> None:
-    """The energy before and after the impact, while it flies."""
-    run = run_plan(ball(HEIGHT), stop=0.26, scene=FLOOR)
-    contact = contact_of(run)
-    assert contact.depths["link"][[0, -1]] == pytest.approx(0.0, abs=0.0)
-    total = run.energy["kinetic"] + run.energy["gravity"]
-    assert contact.dissipated == pytest.approx(total[0] - total[-1], abs=1e-8)
-    assert contact.dissipated > 1.0
-
-
 # Sliding and resting
-
-
-@cache
-def slide() -> Recording:
-    """A block that starts above the floor with 0.8 m/s, slides and comes to rest."""
-    return run_plan(
-        block(BLOCK_HALF[1]),
-        stop=1.0,
-        scene=scene(Surface(damping=20.0)),
-        velocities={"pin": (0.0, 0.0, 0.0, 0.8, 0.0, 0.0)},
-    )
-
-
-def test_a_sliding_block_loses_its_energy_by_friction() -> None:
-    run, contact = slide(), contact_of(slide())
-    start = 0.5 * MASS * 0.8**2
-    sunk = MASS * GRAVITY * (run.centre_of_mass[0, 1] - run.centre_of_mass[-1, 1])
-    stored = run.energy["contact"][-1]
-    assert contact.dissipated == pytest.approx(start + sunk - stored, abs=1e-6)
-    assert contact.dissipated == pytest.approx(
-        run.energy["friction"][-1] + run.energy["contact damping"][-1]
-    )
-    assert run.energy["friction"][-1] > 0.8 * start
-    assert np.min(np.diff(run.energy["friction"])) >= 0.0
-
-
-def test_a_block_at_rest_is_carried_and_does_not_creep() -> None:
-    contact = contact_of(slide())
-    assert contact.weight_carried == pytest.approx(1.0, abs=1e-3)
-    assert contact.creep < 1e-3
-    sphere_depth = contact.depths["link"][-1]
-    carried = 4.0 * Surface().elastic_force(sphere_depth)
-    assert carried == pytest.approx(MASS * GRAVITY, rel=1e-3)
 
 
 def test_without_gravity_no_weight_is_carried() -> None:
@@ -266,28 +190,6 @@ def test_the_overlap_of_balls_that_pass_through_each_other() -> None:
     assert overlap.time == pytest.approx(0.3)
     assert overlap.depth == pytest.approx(2.0 * RADIUS - 0.05, abs=1e-9)
     assert contact_of(run).max_force == 0.0
-
-
-def test_each_segment_has_its_own_contact() -> None:
-    """One ball falls from twice the height of the other."""
-    made = two_balls()
-    other = replace(made.joints["to other"], displacement=(0.0, 0.0, 0.0, 0.3, 0.4 + RADIUS, 0.0))
-    one = replace(made.joints["to one"], displacement=(0.0, 0.0, 0.0, -0.3, 0.2 + RADIUS, 0.0))
-    sphere = replace(made.segments["other"].contact_spheres[0], part="ball")
-    body = replace(made.segments["other"], contact_spheres=(sphere,))
-    run = run_plan(made.with_parts(one, other, body), stop=0.35, scene=FLOOR)
-    contact = contact_of(run)
-    assert contact.max_depth_part == "ball"
-    for name, height in (("one", 0.2), ("other", 0.4)):
-        touch = contact.segments[name]
-        assert touch.first_time == pytest.approx(sqrt(2.0 * height / GRAVITY), abs=1e-8)
-        assert touch.impact_speed == pytest.approx(sqrt(2.0 * height * GRAVITY), abs=1e-7)
-        change = run.velocities[f"to {name}"][-1, 4]
-        assert touch.impulse[1] == pytest.approx(MASS * (change + GRAVITY * 0.35), abs=1e-6)
-    assert contact.max_depth_segment == "other"
-    assert contact.segments["other"].peak_force > contact.segments["one"].peak_force
-    total = contact.forces["one"] + contact.forces["other"]
-    assert contact.ground_reaction[:, :3] == pytest.approx(total)
 
 
 def as_body(made: Figure, *parts: BodyPart) -> Model:

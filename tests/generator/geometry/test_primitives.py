@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.geometry.primitives import SIDES, box, capsule, cylinder, ellipsoid, sphere
+from generator.geometry.primitives import SIDES, box, capsule, cylinder, ellipsoid
 from generator.geometry.surface import Surface
 from generator.geometry.validate import build_solid
 
@@ -50,7 +50,3 @@ def test_corners_of_a_capsule_have_its_radius_from_its_axis(radius: float, half:
     np.testing.assert_allclose(np.linalg.norm(across, axis=1), radius, rtol=1e-9)
     exact = 4.0 / 3.0 * pi * radius**3 + 2.0 * pi * radius**2 * half
     assert 0.96 < volume(surface) / exact < 1.0
-
-
-def test_a_sphere_is_an_ellipsoid_of_equal_axes():
-    np.testing.assert_array_equal(sphere(2.0).vertices, ellipsoid(2.0, 2.0, 2.0).vertices)

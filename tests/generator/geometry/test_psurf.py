@@ -155,20 +155,6 @@ def test_files_are_read_and_written(tmp_path):
         write_psurf(surface, tmp_path / "nowhere" / "wedge.pss")
 
 
-def test_a_changed_file_is_parsed_again(tmp_path):
-    path = tmp_path / "wedge.pss"
-    path.write_text(WEDGE)
-    first = PSURF_FILE.read(path)
-    assert PSURF_FILE.read(path) is first
-    assert PSURF_FILE.read(path, Fraction(1)).vertices[1, 0] == 10.0
-    path.write_text(WEDGE.replace("10 0 0", "12 0 0"))
-    assert PSURF_FILE.read(path).vertices[1, 0] == 0.12
-    path.write_text(WEDGE.replace("1 3 2;", "1 3 9;"))
-    assert [str(one.message) for one in PSURF_FILE.parse_file(path).diagnostics] == [
-        "there is no vertex 9"
-    ]
-
-
 # Surfaces
 
 
@@ -207,12 +193,3 @@ def test_each_corner_is_followed_by_the_next_of_its_face(surface):
 def test_what_is_no_surface_is_refused(vertices, faces, said):
     with pytest.raises(ValueError, match=said):
         Surface.from_faces(vertices, faces)
-
-
-def test_arrays_of_a_surface_are_its_own_and_frozen():
-    points = np.zeros((3, 3))
-    surface = Surface.from_faces(points, [(0, 1, 2)])
-    points[0] = 7.0
-    assert not surface.vertices.any()
-    with pytest.raises(ValueError, match="read-only"):
-        surface.vertices[0] = 1.0

@@ -258,22 +258,6 @@ def test_with_rates_the_release_is_the_first_sample():
     assert fit.release == 0.0
 
 
-@pytest.mark.parametrize("epoch", [2.0**30 + 0.25, -(2.0**21)])
-def test_a_shift_of_all_times_leaves_the_fit_as_it_is(epoch: float):
-    """The samples are a power of two apart, so that the shifted times are exact."""
-    exact = swing(frame=1.0 / 64.0, stop=1.5)
-    here = fit_springs(leg_case(), exact, paths(SCALE), FREE)
-    shifted = replace(exact, times=exact.times + epoch)
-    there = fit_springs(leg_case(), shifted, paths(SCALE), FREE)
-    assert np.array_equal(there.simulated, here.simulated)
-    *others, release = here.estimates
-    *others_there, release_there = there.estimates
-    assert others_there == others
-    assert release_there.sd == release.sd
-    assert release_there.value - epoch == pytest.approx(release.value, abs=1e-6)
-    assert there.starts[0].values[-1] - epoch == pytest.approx(here.starts[0].values[-1], abs=1e-6)
-
-
 def fit_with_time_for(runs: int, patch: pytest.MonkeyPatch, options: FitOptions = ALONE) -> Fit:
     """Fit with a clock that passes the deadline during the n-th run."""
     done, deadline = count(), 1e6

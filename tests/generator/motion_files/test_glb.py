@@ -8,12 +8,12 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation, Slerp
 
-from generator import Plan, read_figure, simulate
+from generator import read_figure
 from generator.contact.scene import Scene
 from generator.diagnostics import MoverError
 from generator.geometry.appearance import linear_colour, mass_capsule
 from generator.geometry.psurf import PSURF_FILE
-from generator.motion_files import FigureMotion, motion_from_recording
+from generator.motion_files import FigureMotion
 from generator.motion_files.glb import write
 from generator.motion_files.motion import motion_from_figure
 from generator.motion_files.skeleton import build_skeleton
@@ -40,26 +40,6 @@ def half_way(values: Array) -> Array:
         return 0.5 * (values[1:] + values[:-1])
     pairs = [Rotation.from_quat(values[k : k + 2]) for k in range(len(values) - 1)]
     return np.array([Slerp([0.0, 1.0], pair)(0.5).as_quat() for pair in pairs])
-
-
-def test_between_frames_bones_turn_evenly_which_is_a_little_off(tmp_path: Path):
-    """The farthest a site is off its place half-way between frames of a falling prototype [m]."""
-    figure = shipped("prototype")
-    fine = motion_from_recording(simulate(figure, Plan(stop=1.0, frame=0.005)), figure)
-    off = {}
-    for count in (10, 4):
-        moved = {name: rows[::count] for name, rows in fine.displacements.items()}
-        times = fine.times[::count]
-        write(FigureMotion(figure, fine.header, fine.chains, times, moved), tmp_path / "c.glb")
-        poses = Glb(tmp_path / "c.glb").poses(half_way)
-        off[count] = max(
-            np.linalg.norm(places - site(fine, name, each)[count // 2 :: count], axis=1).max()
-            for name, segment in figure.segments.items()
-            for each in segment.sites
-            for places in [poses[f"{name}.{each}"][:, :3, 3]]
-        )
-    assert 0.012 < off[10] < 0.015
-    assert 0.002 < off[4] < 0.0035
 
 
 @pytest.mark.verify
@@ -149,16 +129,6 @@ def test_the_file_says_where_it_is_from(tmp_path: Path):
     extras = Glb(tmp_path / "out.glb").document["asset"]["extras"]
     assert (extras["figure"], extras["outcome"]) == ("fourbar.fig", "done")
     assert len(extras["sha256"]) == 64
-
-
-def test_trimesh_sees_the_first_frame(tmp_path: Path):
-    motion = any_motion(shipped("prototype"))
-    write(motion, tmp_path / "out.glb")
-    scene = trimesh.load_scene(tmp_path / "out.glb")
-    for name, segment in motion.figure.segments.items():
-        for each in segment.sites:
-            pose, _ = scene.graph.get(f"{name}.{each}")
-            assert np.allclose(pose[:3, 3], site(motion, name, each)[0], atol=WITHIN)
 
 
 def test_the_figure_stands_upright_on_the_floor(prototype: Path):

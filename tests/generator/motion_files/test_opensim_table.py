@@ -24,11 +24,9 @@ from generator.motion_files import (
 from generator.motion_files.opensim_table import (
     COORDINATES_FILE,
     GROUND_REACTION_LABELS,
-    point_wrench,
     write_mot,
     write_sto,
 )
-from generator.recording import Ending
 from generator.rotations import Array
 from generator.text_io import make_source
 from springs import SpringSet
@@ -108,19 +106,6 @@ def test_opensim_tables_end_with_a_wrench_equivalent_to_the_ground_reaction(
     assert not table.rows[0, -9:].any()
     assert not points[1].any()
     assert not moments[2:, (0, 2)].any()
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("how", ["Storage", "TimeSeriesTable"])
-@pytest.mark.parametrize("suffix", WRITERS)
-def test_opensim_reads_the_columns_of_the_ground_reaction(suffix: str, how: str, tmp_path: Path):
-    motion, run = touching_run()
-    assert run.contact is not None
-    path = tmp_path / f"run.{suffix}"
-    WRITERS[suffix](motion, path)
-    _, columns, _ = opensim_columns(path, how)
-    found = np.column_stack([columns[label] for label in GROUND_REACTION_LABELS])
-    assert np.array_equal(found, point_wrench(run.contact.ground_reaction))
 
 
 @pytest.mark.verify
@@ -315,28 +300,6 @@ def test_any_numbers_in_any_order_of_columns_are_read_to_the_last_bit(
     for label, column in zip(labels, rows.T[1:], strict=True):
         joint, _, k = label.rpartition("_")
         assert np.array_equal(moved[joint][:, int(k) - 1], column)
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("suffix", WRITERS)
-def test_a_table_that_opensim_has_written_again_is_the_same_motion(suffix: str, tmp_path: Path):
-    """Also without its first row, when the counts in the header are no longer true."""
-    api: Any = pytest.importorskip("opensim")
-    api.Logger.setLevelString("Error")
-    motion = any_motion(slides(), is_free=True)
-    WRITERS[suffix](motion, tmp_path / f"ours.{suffix}")
-    table = api.TimeSeriesTable(str(tmp_path / f"ours.{suffix}"))
-    table.trimFrom(0.5 * float(motion.times[1]))
-    api.STOFileAdapter.write(table, str(tmp_path / "theirs.sto"))
-    parsed = motion_from_coordinates(
-        COORDINATES_FILE.parse_file(tmp_path / "theirs.sto").require_value(), motion.figure
-    )
-    assert parsed.diagnostics == ()
-    back = parsed.require_value()
-    assert (back.header.figure, back.header.outcome) == (motion.header.figure, Ending.DONE)
-    assert back.times == pytest.approx(motion.times[1:], rel=1e-15)
-    for name, values in motion.displacements.items():
-        assert back.displacements[name] == pytest.approx(values[1:], rel=1e-13)
 
 
 @pytest.mark.verify

@@ -319,8 +319,3 @@ def test_vendored_code_has_its_licence_and_its_version(tmp_path: Path):
     text = Page(tmp_path / "out.html").contents["pre"][0]
     assert asset("three.LICENSE.txt") in text
     assert asset("uPlot.LICENSE.txt") in text
-
-
-def test_the_page_has_the_name_of_the_figure(tmp_path: Path):
-    write(clip("fourbar"), tmp_path / "out.html")
-    assert Page(tmp_path / "out.html").contents["title"] == ["fourbar"]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from generator.diagnostics import UnknownNameError, UsageError
+from generator.diagnostics import InputError, UnknownNameError, UsageError
 from generator.person.measures import (
     MAX_MASS_INDEX,
     MEASURES_FILE,
@@ -330,6 +330,36 @@ def test_a_file_has_keys_that_end_in_units(tmp_path: Path):
         "chest_circumference": 0.9906,
     }
     assert estimate_measures(Sex.MALE, 1.75, 75.0, measured) == man(**measured)
+
+
+def test_a_wrong_file_raises_all_its_errors(tmp_path: Path):
+    path = tmp_path / "me.toml"
+    path.write_text("waist_circumference = 94\nfoot_length_cm = -1\n", encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        MEASURES_FILE.read(path)
+    assert [d.span and d.span.line for d in raised.value.diagnostics] == [1, 2]
+
+
+def test_impossible_dimensions_of_a_file_are_shown_in_it(tmp_path: Path):
+    path = tmp_path / "me.toml"
+    path.write_text("hand_length_cm = 19\nchest_breadth_cm = 289\n", encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        estimate_measures(Sex.MALE, 1.75, 75.0, MEASURES_FILE.read(path))
+    (diagnostic,) = raised.value.diagnostics
+    assert diagnostic.span is not None
+    assert (diagnostic.span.line, diagnostic.span.text) == (2, "289")
+    assert diagnostic.hint == "did you mean `chest_breadth_mm`?"
+
+
+def test_contradictions_of_a_file_are_shown_at_the_last_measured_dimension(tmp_path: Path):
+    path = tmp_path / "me.toml"
+    path.write_text("waist_depth_cm = 40\nwaist_breadth_cm = 20\n", encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        estimate_measures(Sex.MALE, 1.75, 75.0, MEASURES_FILE.read(path))
+    first = raised.value.diagnostics[0]
+    assert first.message == "`waist_depth` (0.4 m) does not fit `waist_breadth` (0.2 m)"
+    assert first.span is not None
+    assert first.span.text == "40"
 
 
 def test_sources_name_the_regression_the_user_or_the_scaling():

@@ -110,19 +110,6 @@ def test_lumbar_bend_has_the_reference_body_of_its_own_sample_and_an_estimated_r
     assert axis.scale == pytest.approx(85.5 * 1.756**2 / (70.2 * 1.69**2), rel=5e-5)
 
 
-@pytest.mark.parametrize("axis", AXES)
-def test_every_estimate_is_called_an_estimate(axis):
-    if axis.origin is Origin.PUBLISHED:
-        assert axis.law.references
-    else:
-        assert "estimate" in axis.reference.partition(",")[0].lower()
-        assert "estimate" in axis.why.partition("Torques are scaled")[0].lower()
-    is_estimate = axis.ratio_reference is None
-    assert ("an estimate" in axis.damping_rule) == is_estimate
-    assert is_estimate or str(axis.ratio_reference) in axis.reference
-    assert "children" in axis.why, "the rule of scaling is that of children"
-
-
 def test_bound_springs_are_those_of_the_axes_and_equal_on_both_sides():
     springs = bound(all_springs())
     legs = {(one.joints, one.motion) for one in leg().entries}

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from generator.person.passive_laws import (
-    LAW_RULES,
     LawContext,
-    angle_from_degrees,
     build_law,
     rest_stiffness,
 )
@@ -103,8 +101,3 @@ def test_a_curve_as_published_keeps_its_note_and_reference():
 )
 def test_stiffness_at_rest(law, stiffness):
     assert rest_stiffness(law, (-1.0, 1.0)) == pytest.approx(stiffness, abs=1e-6)
-
-
-def test_rules_are_named_by_different_keys():
-    assert len(LAW_RULES) == 7
-    assert angle_from_degrees(30) == pytest.approx(radians(30.0))

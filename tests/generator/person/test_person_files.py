@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from generator.figure_file import read_figure
-from generator.person.identity import Identity, identity_of
 from generator.person.measures import Sex, estimate_measures
 from generator.person.person import Person, build_person
 from generator.person.person_files import (
@@ -72,13 +70,6 @@ def test_the_comparison_sees_a_gram():
     assert differences("mass = 2.5g", "mass = 2.5kg", 0.1) == [("g", "kg")]
     assert differences("a 1 2", "a 1", 0.1) == [("2 numbers", "1 numbers")]
     assert differences("trans(0cm,-1e-3cm)", "trans(0cm,1e-3cm)", 1e-9) == [("-1e-3", "1e-3")]
-
-
-def test_a_shipped_person_is_found_by_its_name(shipped: tuple[Path, Person]):
-    path, person = shipped
-    figure = read_figure(path.stem)
-    assert identity_of(figure) == Identity(person.measures.sex, person.measures.stature)
-    assert figure.total_mass == pytest.approx(person.measures.mass, abs=1e-9)
 
 
 def test_springs_files_name_their_figure(tmp_path: Path):

@@ -11,7 +11,7 @@ from generator.figure import is_rotation
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.kinematics.effective_mass import head_effective_masses
-from generator.person.joints import DEFAULT_NECK, NECK_SLIDES, SLIDING_JOINT, Neck
+from generator.person.joints import NECK_SLIDES, SLIDING_JOINT, Neck
 from generator.person.measures import estimate_measures
 from generator.person.person import Person
 from generator.person.sources import Origin
@@ -74,13 +74,6 @@ def test_its_springs_are_linear_and_damped_by_the_ratio_of_the_head(elastic: Per
         assert spring.damping.viscous == pytest.approx(viscous, rel=1e-4)
         assert spring.reference.startswith("An estimate")
         assert "not fitted" in spring.why or "As forward" in spring.why
-
-
-def test_a_rigid_neck_is_that_of_a_person_without_the_choice(rigid: Person) -> None:
-    plain = build_person(estimate_measures(Sex.MALE, 1.756, 85.5))
-    assert plain.figure == person(DEFAULT_NECK).figure
-    assert rigid.model.springs.joints[SLIDING_JOINT].translations == ()
-    assert not any("shear" in one.quantity for one in rigid.sources)
 
 
 def test_its_numbers_have_sources(elastic: Person) -> None:

@@ -12,13 +12,12 @@ from generator.person.segment_regression import (
     PAIRED_SEGMENTS,
     STATURE_RANGE,
     build_change,
-    build_ratio,
     regression_weight,
     zatsiorsky_regressions,
 )
 from generator.person.segment_table import de_leva_table
 from generator.person.sources import load_data_file
-from generator.person.survey import Sex, survey
+from generator.person.survey import Sex
 from tests.generator.person.test_segment_table import ZATSIORSKY
 
 FITS = zatsiorsky_regressions().segments
@@ -64,10 +63,6 @@ def test_a_wrong_digit_would_be_seen():
     assert abs(wrong - 1.0) > 2e-3
 
 
-def test_a_similar_body_has_the_build_of_the_table():
-    assert build_ratio(MAN, 1.1 * MAN.stature, 1.1**3 * MAN.mass) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("sex", Sex)
 def test_the_weight_is_zero_in_the_band_and_one_beyond_the_blend(sex: Sex):
     stature = de_leva_table(sex).stature
@@ -79,11 +74,6 @@ def test_the_weight_is_zero_in_the_band_and_one_beyond_the_blend(sex: Sex):
     for tall in (1.0 - BAND - BLEND, 1.0 + BAND + BLEND):
         other = tall * stature
         assert regression_weight(sex, other, mass_of(sex, other, 1.0)) == pytest.approx(1.0)
-
-
-def test_the_mean_persons_of_the_survey_keep_the_shares_of_the_table():
-    for sex, sample in survey().samples.items():
-        assert build_change(sex, sample.stature.mean, sample.mass.mean) is None
 
 
 @pytest.mark.parametrize("sex", Sex)
@@ -128,17 +118,6 @@ def test_a_man_within_the_range_has_the_printed_masses_and_moments(tall: float, 
         usual, radii = fit.radii(MAN.stature, MAN.mass), fit.radii(stature, mass)
         for old, new, factor in zip(usual, radii, change.radius_factors[name], strict=True):
             assert tall * old * factor == pytest.approx(new)
-
-
-def test_a_heavy_man_carries_more_at_the_waist_and_less_in_head_and_foot():
-    change = build_change(Sex.MALE, 1.60, 120.0)
-    assert change is not None
-    assert change.weight == 1.0
-    masses = {name: 120.0 * share for name, share in change.shares.items()}
-    assert masses["head"] == pytest.approx(5.64, abs=0.02)
-    assert masses["foot"] == pytest.approx(1.26, abs=0.01)
-    assert masses["hand"] == pytest.approx(0.595, abs=0.01)
-    assert masses["middle_trunk"] == pytest.approx(23.4, abs=0.1)
 
 
 def test_a_woman_changes_as_a_man_of_her_build():

@@ -15,7 +15,7 @@ from generator.geometry.validate import build_solid, validate_surface, winding_n
 from generator.person.body import LIMB_SEGMENTS, TRUNK_SEGMENTS, Body, build_body
 from generator.person.densities import place_surfaces
 from generator.person.joints import person_figure
-from generator.person.measures import MIN_STATURE, Sex, estimate_measures
+from generator.person.measures import Sex, estimate_measures
 from generator.person.shape import (
     RELAXED_BICEPS,
     RELAXED_FOREARM,
@@ -92,19 +92,6 @@ def test_surfaces_are_closed_around_joints_and_centres_of_mass(
 ) -> None:
     body = body_of(sex, stature, mass)
     check_surfaces(body, dict(body_surfaces(body)))
-
-
-@pytest.mark.parametrize(
-    "case",
-    [
-        (Sex.MALE, 0.9, 14.0),
-        (Sex.FEMALE, 2.4, 230.0),
-        (Sex.MALE, 2.3, 50.0),
-        (Sex.FEMALE, MIN_STATURE, 1.3),
-    ],
-)
-def test_so_are_those_of_people_far_beyond_the_survey(case: tuple[Sex, float, float]) -> None:
-    check_surfaces(*person(*case))
 
 
 @pytest.mark.parametrize("case", PERSONS[1:3])

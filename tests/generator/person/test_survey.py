@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import fields
-from math import inf
 
 import pytest
 from hypothesis import given
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 
 from generator.diagnostics import UnknownNameError
 from generator.person.sources import load_data_file
-from generator.person.survey import MAX_DEVIATIONS, Scaling, Sex, Spread, survey
+from generator.person.survey import MAX_DEVIATIONS, Scaling, Sex, survey
 from springs.published.reference import Sureness
 
 # Values [mm] of a man of 1750 mm and 75 kg and a woman of 1630 mm and 62 kg, computed separately
@@ -121,11 +120,6 @@ def test_the_reference_and_the_samples_are_there():
             lower, upper = spread.limits
             assert spread.smallest < lower < spread.mean < upper < spread.largest
             assert upper - lower == pytest.approx(2 * MAX_DEVIATIONS * spread.deviation)
-
-
-def test_clamp_keeps_what_is_inside():
-    spread = Spread(10.0, 1.0, 5.0, 15.0)
-    assert [spread.clamp(x) for x in (-inf, 8.0, 9.5, 12.0, 13.0)] == [8.0, 8.0, 9.5, 12.0, 12.0]
 
 
 def test_an_unknown_dimension_states_the_nearest():

@@ -122,15 +122,6 @@ def test_an_interrupt_in_the_second_pass_leaves_a_motion() -> None:
 
 
 @pytest.mark.parametrize("given", GIVENS)
-def test_the_wall_limit_ends_a_run(given) -> None:
-    run = simulate(row(5), Plan(stop=1000.0, wall_limit=0.3, **given))
-    assert run.outcome.ending is Ending.TOO_LONG
-    assert "wall-time limit" in run.outcome.message
-    assert run.times.size > 1
-    assert run.outcome.last_time == run.times[-1] < 1000.0
-
-
-@pytest.mark.parametrize("given", GIVENS)
 def test_a_solver_failure_is_an_outcome(given) -> None:
     """A spring that pushes away without bound: nothing finite comes after the first frames."""
     law = AxisSpring(Z, (Cubic((0.0, 0.0, 0.0, 4000.0), sense=1),))

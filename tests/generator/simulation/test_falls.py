@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from math import degrees, pi
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -229,13 +228,6 @@ def test_on_the_seat_the_body_sits():
     assert first["lower_torso"] < first["head"]
     assert 0.4 < recording.centre_of_mass[-1, 1] < 0.8
     assert recording.centre_of_mass[-1, 2] < -0.2
-
-
-def test_the_shipped_scene_is_not_hidden_by_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    expected = fall_plan(MAN, "trip")
-    monkeypatch.chdir(tmp_path)
-    Path("trip").write_text("no scene", encoding="utf-8")
-    assert fall_plan(MAN, "trip") == expected
 
 
 def test_the_floor_of_a_slip_is_slippery():

@@ -149,17 +149,6 @@ def test_a_run_without_the_comparison_builds_nothing_in_exudyn(monkeypatch) -> N
         simulate(row(2, stiff=3.0), plan)
 
 
-def test_a_changed_figure_runs_as_a_new_one() -> None:
-    """What is kept of a figure is not that of its copy with other masses."""
-    figure, plan = row(2, stiff=3.0), Plan(stop=0.1)
-    before = simulate(figure, plan)
-    heavy = [replace(one, mass=2.0 * one.mass) for one in figure.bodies.values()]
-    changed = simulate(figure.with_parts(*heavy), plan)
-    fresh = simulate(row(2, stiff=3.0).with_parts(*heavy), plan)
-    assert same_bits(changed.displacements, fresh.displacements)
-    assert not same_bits(changed.displacements, before.displacements)
-
-
 def test_a_lean_recording_says_what_it_left_out() -> None:
     lean = simulate(row(1), Plan(stop=0.1), record=())
     with pytest.raises(UnknownNameError, match="was not asked to record reactions"):

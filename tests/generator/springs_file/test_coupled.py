@@ -100,15 +100,6 @@ def test_a_sense_turns_the_axis_and_not_the_law(tmp_path: Path):
     assert spring.law == law_of(LEG, tmp_path)
 
 
-def test_scale_and_offsets_move_the_law_towards_greater_angles(tmp_path: Path):
-    moved = law_of(LEG + "scale = 0.5\noffsets_deg = [10, -5]\n", tmp_path)
-    plain = law_of(LEG, tmp_path)
-    for hip, knee in POSES:
-        there = moved.torques((hip + radians(10.0), knee - radians(5.0)))
-        here = [0.5 * torque for torque in plain.torques((hip, knee))]
-        assert there == pytest.approx(here, rel=1e-12, abs=1e-12)
-
-
 def test_the_nearest_conservative_law_takes_the_place_of_the_published(tmp_path: Path):
     leg = LEG.replace("[10]", "[0]")
     published, mended = (
@@ -148,15 +139,6 @@ def test_the_shipped_file_is_the_prototypes_with_another_hip_and_knee():
     assert len(other.value.coupled) == 2
 
 
-def test_a_straight_knee_keeps_the_hip_from_flexing():
-    springs = load_springs(PROTOTYPE, FIGURES, "prototype", "coupled").value
-    assert springs is not None
-    law = springs.coupled[0].law
-    straight, bent = (law.torques((radians(90.0), radians(k)))[0] for k in (0.0, 90.0))
-    assert straight < -30.0
-    assert abs(bent) < 5.0
-
-
 @pytest.mark.parametrize("choice", ["couplde", "", "no such", "x" * 5000])
 def test_a_name_that_is_none_lists_what_there_is(choice: str):
     (fault,) = load_springs(PROTOTYPE, FIGURES, "prototype", choice).diagnostics
@@ -184,19 +166,6 @@ def test_two_laws_over_the_same_axes_add(tmp_path: Path):
     loaded = read(LEG + OWN, tmp_path).value
     assert loaded is not None
     assert len(loaded.coupled) == 2
-
-
-def test_one_law_on_two_sides_in_two_tables_is_right(tmp_path: Path):
-    assert read(LEG + LEG.replace("left_", "right_"), tmp_path).diagnostics == ()
-
-
-def test_a_law_may_have_six_coordinates():
-    text = (
-        '[[coupled]]\njoints = ["a", "b", "c", "d", "e", "f"]\n'
-        'coordinates = ["u", "v", "w", "x", "y", "z"]\n'
-        f"terms = [{{ amplitudes_Nm = {[-1] * 6}, rates_1_rad = {[1] * 6} }}]\n"
-    )
-    assert SPRINGS_FILE.parse_text(text).diagnostics == ()
 
 
 def test_a_law_that_is_scaled_to_nothing_can_be_checked(tmp_path: Path):

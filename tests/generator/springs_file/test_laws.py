@@ -65,13 +65,6 @@ def test_exponentials_and_their_constant():
     assert law.valid_range == pytest.approx((radians(-5.0), radians(110.0)))
 
 
-def test_points_are_met_and_the_tangent_goes_on():
-    body = "points_deg_Nm = [[0, 12.0], [30, 2.0], [60, -8.0]]"
-    assert [torque(body, angle) for angle in (0.0, 30.0, 60.0)] == pytest.approx([12.0, 2.0, -8.0])
-    assert torque(body, 45.0) == pytest.approx(-3.0)
-    assert torque(body, 90.0) == pytest.approx(-18.0)
-
-
 def test_smooth_limits_push_from_both_sides():
     body = "limits_deg = [10, 80]\nlimit_stiffness_Nm_rad = [50.0, 20.0]\ntransition_deg = 40"
     assert torque(body, 45.0) == 0.0

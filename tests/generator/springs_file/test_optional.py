@@ -2,7 +2,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from generator.diagnostics import Diagnostics, Source
 from generator.springs_file.optional import OPTIONAL_FILE, OptionalRecord, write_optional
 from springs.published.tables import publication
 from tests.paths import FIGURES
@@ -114,12 +113,6 @@ def test_comments_blanks_and_fortran_exponents_do_not_matter(text):
     reading = OPTIONAL_FILE.parse_text(text)
     assert reading.diagnostics == ()
     assert reading.value == OPTIONAL_FILE.parse_text(GOOD).value
-
-
-def test_a_record_beside_a_broken_one_is_read():
-    text = "1 1\n1 2 x 4\n0 0\n0 0 0\n" + GOOD.replace("1 1", "1 2")
-    records = OPTIONAL_FILE.parser(Source("<text>", text), Diagnostics())
-    assert [(record.joint, record.axis) for record in records] == [(1, 2)]
 
 
 @pytest.mark.parametrize(

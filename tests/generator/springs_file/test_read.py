@@ -106,37 +106,6 @@ def test_the_shipped_springs_file_is_the_rule_applied_to_the_printed_records():
                 assert written == pytest.approx(np.degrees(expected.dead_zone), abs=5.1e-7)
 
 
-def test_the_prototype_has_springs_about_every_declared_axis_but_the_root_s():
-    springs = good(load_springs(PROTOTYPE, FOLDER, "prototype"))
-    assert set(springs.joints) == set(PROTOTYPE.joints) - {"root_torso"}
-    for name, joint in springs.joints.items():
-        declared = [factor.axis for factor in PROTOTYPE.joints[name].chain]
-        assert [axis.direction for axis in joint.axes] == declared
-        for axis in joint.axes:
-            assert axis.damping == Damping(0.08)
-            assert axis.motion
-            assert "Otani 1989" in axis.reference
-            assert axis.why
-    assert springs.joints["right_shoulder"].axes[1].direction == (-1.0, 0.0, 0.0)
-    assert springs.joints["left_knee"].axes[0].direction == (0.0, -1.0, 0.0)
-
-
-def test_the_prototype_cites_its_studies():
-    references = "\n".join(good(load_springs(PROTOTYPE, FOLDER, "prototype")).references)
-    for study in ("Engin & Chen 1987", "Fleck", "Engin 1980", "Yoon & Mansour 1982", "estimate"):
-        assert study in references
-
-
-@pytest.mark.parametrize("choice", [None, "printed", FOLDER / "prototype.optional"])
-def test_both_sides_have_the_left_coefficients(choice):
-    joints = good(load_springs(PROTOTYPE, FOLDER, "prototype", choice)).joints
-    for pair in (*PAIRS, "elbow", "knee"):
-        left, right = joints[f"left_{pair}"].axes, joints[f"right_{pair}"].axes
-        assert [axis.elastic for axis in left] == [axis.elastic for axis in right]
-    shoulder = joints["right_shoulder"].axes[1].elastic[0]
-    assert shoulder.coefficients == (0.916317, 8.6218689, -14.15546098, 5.26654657)
-
-
 @pytest.mark.parametrize("law", VECTOR_LAWS)
 @pytest.mark.parametrize("choice", [None, "printed"])
 def test_the_right_side_is_the_mirror_image_of_the_left(law, choice):

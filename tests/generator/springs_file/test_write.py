@@ -19,7 +19,6 @@ from springs.exponential import Exponential, ExponentialTerm
 from springs.hysteresis import Hysteresis
 from springs.published.tables import coupled_law
 from tests.laws import ANGLES, ENTRY_STRATEGIES, POSITIVE
-from tests.paths import FIGURES
 
 HELD = st.floats(min_value=-pi, max_value=pi)
 TEXTS = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r"), max_size=120)
@@ -124,13 +123,6 @@ def test_what_is_written_is_read_back(content: SpringsFile, comment: str):
     # Where it is held, a law may be an extrapolation.
     assert select_errors(reading.diagnostics) == ()
     assert reading.value == content
-
-
-@pytest.mark.parametrize("name", ["prototype.springs.toml", "prototype.coupled.springs.toml"])
-def test_the_prototypes_springs_are_read_back(name: str):
-    content = SPRINGS_FILE.parse_text((FIGURES / name).read_text(encoding="utf-8")).value
-    assert content is not None
-    assert SPRINGS_FILE.parse_text(write_springs(content)).value == content
 
 
 def test_the_comment_stands_above():

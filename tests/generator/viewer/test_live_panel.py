@@ -16,7 +16,7 @@ from generator.diagnostics import UsageError
 from generator.input_files.live import LIVE_FILE, LiveStart, SetGravity, SetScales, SetSprings
 from generator.input_files.pose import POSE_FILE
 from generator.input_files.scene import SCENE_FILE, write_scene
-from generator.kinematics.placement import forward_kinematics, initial_displacements
+from generator.kinematics.placement import initial_displacements
 from generator.kinematics.tree import build_tree
 from generator.model import Model
 from generator.motion_files import read_action
@@ -27,7 +27,7 @@ from generator.viewer.live_process import LiveFrame
 from generator.viewer.live_start import Preset
 from generator.viewer.play_panel import PlayPanel
 from generator.viewer.server import CONTROLS_WIDTH
-from generator.viewer.viewer import Driver, FigureState
+from generator.viewer.viewer import Driver
 from tests.browser import PageClient, go_to_page, node_pose
 from tests.command import run
 from tests.generator.viewer.conftest import content_of, type_into, wait_until
@@ -325,35 +325,6 @@ def test_the_page_says_that_the_simulation_waits_for_a_file(run_viewer, tmp_path
         os.kill(panel.process.process_id, signal.SIGCONT)
         wait_until(lambda: "Saving" not in panel._clock.content, WAIT)
         assert (tmp_path / name).exists() is is_saved
-
-
-@pytest.mark.slow
-def test_a_killed_simulation_is_said_and_begins_again(run_viewer, open_page):
-    running, panel = start(run_viewer)
-    page = open_page(running)
-    figure = running.viewer.figure
-    bent = {"shoulder": np.array([0.1, 0.2, 0.3])}
-    placement = forward_kinematics(
-        build_tree(figure), {**initial_displacements(build_tree(figure)), **bent}
-    )
-    running.call(
-        lambda: running.viewer.show(
-            FigureState(Driver.POSE, placement.displacements, placement.poses)
-        )
-    )
-    page.get_by_text("Start", exact=True).click()
-    wait_until(lambda: panel._frame is not None and panel._frame.number > 5, WAIT)
-    os.kill(panel.process.process_id, signal.SIGKILL)
-    page.get_by_text("was ended by SIGKILL").first.wait_for()
-    assert not panel.process.is_alive
-    page.get_by_text("Start", exact=True).click()
-    wait_until(lambda: panel._frame is not None and panel._frame.number > 5, WAIT)
-    assert panel._generation == 2
-    assert np.array_equal(panel._start_shown.displacements["shoulder"], bent["shoulder"])
-    page.get_by_text("Reset", exact=True).click()
-    wait_until(lambda: panel._generation == 3 and panel._frame is not None, WAIT)
-    assert panel._frame.number == 0
-    assert np.abs(panel._frame.displacements["shoulder"] - bent["shoulder"]).max() < 1e-12
 
 
 @pytest.mark.slow

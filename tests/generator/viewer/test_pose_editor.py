@@ -239,20 +239,6 @@ def test_a_figure_without_arms_says_so() -> None:
         made.pose_arm(Side.LEFT, 1.0, 1.0)
 
 
-@settings(max_examples=20, deadline=None)
-@given(SEEDS)
-def test_a_saved_pose_is_loaded_to_the_last_bit(tmp_path_factory, seed) -> None:
-    made = editor()
-    randomize(made, seed)
-    path = tmp_path_factory.mktemp("pose") / "a.pose"
-    path.write_text(made.text())
-    other = editor()
-    other.load(path)
-    assert equal(dict(other.displacements), dict(made.displacements))
-    other.undo()
-    assert equal(dict(other.displacements), dict(editor().displacements))
-
-
 def test_a_pose_of_another_figure_is_refused(tmp_path: Path) -> None:
     made = editor()
     path = tmp_path / "a.pose"

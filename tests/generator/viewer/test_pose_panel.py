@@ -198,15 +198,6 @@ def test_marks_change_with_the_springs(run_viewer):
     assert panel.sliders[ELBOW].min == pytest.approx(-180.0)
 
 
-def test_names_with_markup_are_text(run_viewer, open_page, tmp_path):
-    """The page of a folder with such a file has no such element."""
-    (tmp_path / "<img src=x onerror=alert(1)>.pose").write_text("")
-    running, _ = start(run_viewer, "pendulum")
-    page = open_page(running)
-    page.get_by_text("In the folder: <img src=x onerror=alert(1)>.pose").wait_for()
-    assert page.locator("img[src=x]").count() == 0
-
-
 def test_a_selected_joint_is_open_above_the_others(run_viewer):
     running = run_viewer("male50", (PosePanel,))
     viewer, panel = running.viewer, running.viewer.panels[0]

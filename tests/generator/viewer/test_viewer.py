@@ -34,8 +34,6 @@ from tests.browser import WAIT, go_to_page, node_pose
 from tests.chains import BALL, at, body, figure, ground, joint
 from tests.generator.viewer.conftest import wait_until
 
-MARKUP = '<img src="x" onerror="window.injected = 1">'
-
 
 def append_all(running: Any, keys: str) -> list[int]:
     """Post an action with each key while the loop waits; return the numbers of those it took.
@@ -219,32 +217,6 @@ def test_two_browsers_show_one_pose_and_ask_no_other_host(run_viewer, browser):
     assert len(requests) >= 4
     assert [url for url in requests if not url.startswith(own)] == []
     context.close()
-
-
-def content_with_markup(folder: Path) -> Content:
-    """The content of a page of which all names are markup."""
-    link = replace(body("link"), name=MARKUP)
-    pin = joint("pin", "ground.base", "link.near", BALL)
-    pin = replace(pin, name=MARKUP, child=replace(pin.child, segment=MARKUP))
-    made = replace(figure([ground(), link], [pin]), name=MARKUP)
-    tree = build_tree(made)
-    placement = forward_kinematics(tree, initial_displacements(tree))
-    return Content(made, SpringSet({}), placement, folder, title=MARKUP)
-
-
-@pytest.mark.slow
-def test_names_of_files_are_not_markup(run_viewer, open_page, tmp_path):
-    running = run_viewer(content_with_markup(tmp_path), PANELS)
-    page = open_page(running)
-    viewer = running.viewer
-    wait_until(lambda: node_pose(page, node_name(MARKUP)) is not None)
-    running.call(lambda: viewer.select_segment(MARKUP))
-    running.call(lambda: viewer.select_joint(MARKUP))
-    running.call(lambda: viewer.notify(MARKUP, MARKUP))
-    running.call(lambda: viewer.tell_error(UsageError(MARKUP)))
-    page.get_by_text(MARKUP).first.wait_for()
-    assert page.locator("img[onerror]").count() == 0
-    assert page.evaluate("window.injected") is None
 
 
 def long_chain(count: int, folder: Path) -> Content:

@@ -380,12 +380,6 @@ def test_a_damped_ball_passes_half_turns() -> None:
     assert run.states[:, 4] == pytest.approx(20.0 * np.exp(-decay * run.times), abs=1e-8)
 
 
-def test_a_hinge_that_turns_many_times() -> None:
-    run, exact = swing(AxisSpring(Z, (Linear(0.02),), Damping(0.01)), 0.0, 80.0, 2.0)
-    assert exact[-1, 0] > 100.0
-    assert error(run, exact) < 1e-10
-
-
 # Contact
 
 ROUND = Plan(springs=SpringSet(), scene=FLOOR)

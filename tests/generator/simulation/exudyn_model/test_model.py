@@ -26,7 +26,6 @@ from tests.contact_figures import FLOOR, ball, with_spheres
 
 PROTOTYPE = read_figure("prototype")
 FOURBAR = read_figure("fourbar")
-NONE = SpringSet()
 
 
 @pytest.fixture(scope="module")
@@ -52,14 +51,6 @@ def test_every_segment_joint_and_site_is_there_by_name(prototype) -> None:
         f"{s.name}.{site}" for s in made.segments.values() for site in s.sites
     }
     assert set(prototype.springs) == set(made.joints) - {"root_torso"}
-
-
-def test_items_carry_the_figure_s_names(prototype) -> None:
-    mbs = prototype.mbs
-    for name in prototype.figure.bodies:
-        assert mbs.GetObject(prototype.bodies[name])["name"] == name
-    for name, constraints in prototype.joints.items():
-        assert [mbs.GetObject(c.item)["name"] for c in constraints] == [name]
 
 
 def test_bodies_have_the_segments_mass_and_inertia(prototype) -> None:
