@@ -208,22 +208,6 @@ def test_the_picture_has_its_elements(name) -> None:
 
 
 @EVERY
-def test_the_marks_are_what_was_read_out_of_exudyn(name) -> None:
-    made = plate(name)
-    readings = made.tables["readings"]
-    upper = made.figure.axes[1]
-    (marks,) = (
-        line
-        for line in upper.get_lines()
-        if line.get_marker() == "o" and line.get_markerfacecolor() == "#E69F00"
-    )
-    angles, torques = (np.asarray(values, dtype=float) for values in marks.get_data())
-    assert len(angles) > 15
-    expected = np.interp(angles, readings["angle [deg]"], readings["simulated [N m]"])
-    assert np.max(np.abs(torques - expected)) < 1e-9
-
-
-@EVERY
 def test_tables_have_units_in_their_headers_and_columns_of_one_length(name) -> None:
     for columns in plate(name).tables.values():
         assert {len(column) for column in columns.values()} == {len(columns["angle [deg]"])}
@@ -257,35 +241,6 @@ def test_the_digitised_curve_stands_in_a_table_of_its_own() -> None:
     # c0 of the left hip, in N m.
     assert columns["simulated [N m]"][row] == pytest.approx(33.180672, abs=1e-6)
     assert columns["simulated - published [N m]"][row] == pytest.approx(33.180672 - 7.294, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("name", "angle", "torque"),
-    [
-        # 1.014 + 29.224 a - 6.13885 a^2 + 214.423 a^3 less its value at the edge, resisting.
-        ("elbow", -20.0, 20.1),
-        ("elbow", 50.0, 0.0),
-        ("elbow", 110.0, -465.0),
-        ("knee", 105.0, -24.8),
-        ("knee", -5.0, 8.4),
-        ("shoulder_abduction", 150.0, -21.0),
-        ("shoulder_flexion", 120.0, -113.3),
-        ("shoulder_rotation", 45.0, -20.9),
-        ("hip_flexion", -15.0, 85.4),
-        ("hip_abduction", 60.0, -98.8),
-        ("hip_rotation", -60.0, 69.8),
-        ("waist_bend", 45.0, -26.3),
-        ("waist_flexion", 75.0, -184.3),
-        ("waist_twist", -75.0, 30.0),
-    ],
-)
-def test_readings_worked_by_hand(name, angle, torque) -> None:
-    readings = plate(name).tables["readings"]
-    at = np.argmin(np.abs(readings["angle [deg]"] - angle))
-    assert readings["angle [deg]"][at] == pytest.approx(angle)
-    assert readings["simulated [N m]"][at] == pytest.approx(
-        torque, abs=0.5 if angle == 110 else 0.06
-    )
 
 
 def test_the_printed_cubic_ruled_out_by_a_dead_zone_is_dashed() -> None:

@@ -13,9 +13,7 @@ from generator.kinematics.tree import build_tree
 from plots.figure_image import Body
 from plots.whole_body import (
     mass_properties,
-    on_both_sides,
     place_in_posture,
-    posture_in_radians,
     surface_points,
 )
 
@@ -58,20 +56,6 @@ def test_the_inertia_is_the_sum_over_points() -> None:
     assert whole.inertia == pytest.approx(total, abs=1e-9)
 
 
-def test_raised_arms_raise_the_centre_by_their_share() -> None:
-    down = place_in_posture(prototype(), {})
-    up = place_in_posture(prototype(), on_both_sides({"shoulder": (0.0, 0.0, 180.0)}))
-    arms = [f"{side}_{part}_arm" for side in ("left", "right") for part in ("upper", "lower")]
-    rise = mass_properties(prototype(), up).centre - mass_properties(prototype(), down).centre
-    arms_rise = (
-        mass_properties(prototype(), up, arms).centre
-        - mass_properties(prototype(), down, arms).centre
-    )
-    share = mass_properties(prototype(), up, arms).mass / mass_properties(prototype(), up).mass
-    assert rise[1] > 0.03
-    assert rise == pytest.approx(share * arms_rise)
-
-
 def test_surface_points_move_with_their_segment() -> None:
     body = Body.of_figure(prototype())
     down = surface_points(body, place_in_posture(prototype(), {}), ["left_upper_arm"])
@@ -79,7 +63,3 @@ def test_surface_points_move_with_their_segment() -> None:
     points = surface_points(body, level, ["left_upper_arm"])
     assert len(points) == len(down) < len(surface_points(body, level))
     assert np.ptp(points[:, 0]) == pytest.approx(np.ptp(down[:, 1]), rel=1e-6)
-
-
-def test_a_posture_in_radians() -> None:
-    assert posture_in_radians({"a": (180.0, 0.0)}) == {"a": pytest.approx((np.pi, 0.0))}

@@ -203,12 +203,6 @@ def test_limits_and_stops_in_urdf() -> None:
     assert lost(format_urdf, several, SpringSet())["limits of several rotations"] == {"pin"}
 
 
-def test_limits_are_ranges_of_coordinates_in_opensim() -> None:
-    of = one_body(chain("Rx"), lower_limit=(-0.3,), upper_limit=(0.4,))
-    (coordinate,) = ElementTree.fromstring(format_osim(of, SpringSet())[0]).iter("Coordinate")
-    assert coordinate.findtext("range") == "-0.3 0.4"
-
-
 def test_stops_that_are_no_limits_are_lost_in_urdf() -> None:
     springs = spring_set(hinge("hinge", *CURVES["stop"]))
     assert lost(format_urdf, on_a_rail(), springs)[SPRINGS_LOSS] == {"hinge"}

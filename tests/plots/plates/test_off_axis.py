@@ -71,12 +71,6 @@ def test_the_work_of_the_weighted_law(drawn) -> None:
     assert drawn.claims[3].measured == pytest.approx(expected, abs=1e-3)
 
 
-def test_the_other_way_round_the_weighted_law_takes_energy(hip) -> None:
-    there = hip.work_along_path(LOOP, SphericalLaw.WEIGHTED)[1][-1]
-    back = hip.work_along_path(LOOP[::-1], SphericalLaw.WEIGHTED)[1][-1]
-    assert back == pytest.approx(-there, abs=1e-3)
-
-
 def test_the_conservative_law_gives_what_its_energy_says(hip) -> None:
     """From standing to 60 deg in both: the integrals of the two axes' laws."""
     work = hip.work_along_path(((0.0, 0.0), (0.9, 0.3), (TURN, TURN)), SphericalLaw.CONSERVATIVE)[

@@ -11,13 +11,11 @@ from generator.contact.box import Box
 from generator.contact.plane import Plane
 from generator.contact.scene import Prop, Scene
 from generator.contact.states import (
-    ContactModel,
     ContactStates,
     ContactSteps,
     ContactTrace,
     evaluate_contacts,
 )
-from generator.figure import ContactSphere
 from generator.figure_file.read import read_figure
 from generator.simulation.compiled import contact_tables
 from generator.simulation.compiled_run import compile_model
@@ -28,10 +26,8 @@ from springs import SpringSet
 from springs.contact import DEFAULT_SURFACE, Surface
 from tests.contact_figures import (
     FLOOR,
-    RADIUS,
     SLOPE_AND_CRATE,
     SOFT,
-    ball,
     odd_body,
     two_segments,
 )
@@ -242,21 +238,6 @@ def rotation_from(parameters) -> np.ndarray:
     )
 
 
-def test_each_sphere_and_prop_has_a_connector() -> None:
-    model = built("two")
-    contacts = model.contacts
-    assert contacts is not None
-    count = sum(map(len, contacts.spheres.values()))
-    assert list(contacts.spheres) == ["third", "first", "second"]
-    assert len(contacts.connectors) == len(set(contacts.connectors)) == 2 * count
-    ends = {tuple(model.mbs.GetObject(k)["markerNumbers"]) for k in contacts.connectors}
-    assert len(ends) == 2 * count
-    kinds = {(type(prop.shape), prop.surface) for prop in contacts.scene.props}
-    assert len(contacts.functions) == len(kinds)  # not one for each sphere and prop
-    sizes = [len(some) for some in contacts.spheres.values()]
-    assert contacts.owners.tolist() == [g for g, size in enumerate(sizes) for _ in range(size)]
-
-
 def test_boxes_of_one_surface_share_the_function_of_exudyn_and_the_recorded_law(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -278,10 +259,6 @@ def test_boxes_of_one_surface_share_the_function_of_exudyn_and_the_recorded_law(
     )
     compile_model(model)
     assert len(recorded) == 2
-
-
-def test_without_a_scene_there_is_no_contact() -> None:
-    assert build_model(odd_body(), Plan(springs=NONE)).contacts is None
 
 
 # Parts of results
@@ -335,13 +312,6 @@ def test_first_frames_have_the_steps_until_the_last_of_them(start: float, count:
     assert np.array_equal(first.impulses, whole.impulses[:count])
     assert np.array_equal(first.sensitivity, whole.sensitivity[:count])
     assert trace(5, 9).first_frames(2, 0.1).sensitivity is None
-
-
-def test_owners_of_the_spheres() -> None:
-    sphere = ContactSphere((0.0, 0.0, 0.0), RADIUS)
-    contacts = ContactModel(FLOOR, {"a": (sphere,) * 2, "b": (sphere,), "c": (sphere,) * 3})
-    assert contacts.owners.tolist() == [0, 0, 1, 2, 2, 2]
-    assert build_model(ball(0.1), Plan(scene=FLOOR)).contacts.owners.tolist() == [0]
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.7])
