@@ -138,16 +138,6 @@ def test_a_passive_fit_restores_at_both_ends(tmp_path: Path):
     assert sense * bound["points"][0]["cubic"] >= 0.0 >= sense * bound["points"][-1]["cubic"]
 
 
-@pytest.mark.parametrize(("kind", "coefficients"), [("svg", HIP_ABDUCTION), ("png", ELBOW)])
-def test_the_picture(tmp_path: Path, kind: str, coefficients: Coefficients):
-    data, plot = data_file(tmp_path, coefficients), tmp_path / f"fit.{kind}"
-    run("fit", data, "--plot", plot, "--motion", "abduction")
-    first = plot.read_bytes()
-    assert first.startswith({"svg": b"<?xml", "png": b"\x89PNG"}[kind])
-    run("fit", data, "--plot", plot, "--motion", "abduction")
-    assert plot.read_bytes() == first
-
-
 @pytest.mark.parametrize(
     ("coefficients", "said", "labels"),
     [

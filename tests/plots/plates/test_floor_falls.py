@@ -74,15 +74,6 @@ def test_every_engine_has_every_fall() -> None:
                 assert np.all(np.isfinite(table.column(header)))
 
 
-def test_peaks_exceed_their_means() -> None:
-    for peak, mean in (
-        (floor_falls.PEAK_FORCE, floor_falls.SMOOTHED_FORCE),
-        (floor_falls.PEAK_HIP_FORCE, floor_falls.SMOOTHED_HIP_FORCE),
-        (floor_falls.PEAK_FORCE, floor_falls.PEAK_HIP_FORCE),
-    ):
-        assert np.all(FALLS.column(peak) >= FALLS.column(mean))
-
-
 def test_figures_come_to_rest_on_the_floor() -> None:
     table = FALLS.select_rows(fall=COLLAPSE)
     assert np.all(np.abs(table.column(floor_falls.CARRIED) - 1.0) < 0.1)
