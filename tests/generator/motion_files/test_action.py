@@ -91,6 +91,12 @@ def test_a_figure_whose_file_is_not_there_has_no_sha256(path: Path | None, name:
     assert (header.figure, header.sha256) == (name, None)
 
 
+def test_times_are_normalised_to_the_motion():
+    late = replace(leg(), times=np.array([2.0, 3.0, 4.0]))
+    assert late.normalised_times.tolist() == [0.0, 0.5, 1.0]
+    assert leg(frames=1).normalised_times.tolist() == [0.0]
+
+
 def test_the_file_explains_itself():
     lines = format_action(leg()).splitlines()
     assert lines[1:3] == ["action 1", "units s deg cm"]

@@ -72,14 +72,6 @@ def test_the_comparison_sees_a_gram():
     assert differences("trans(0cm,-1e-3cm)", "trans(0cm,1e-3cm)", 1e-9) == [("-1e-3", "1e-3")]
 
 
-def test_springs_files_name_their_figure(tmp_path: Path):
-    files = person_files(build_person(estimate_measures(*SHIPPED["female50"])), tmp_path / "me.fig")
-    springs = [
-        str(text) for path, text in files.contents.items() if path.name.endswith(".springs.toml")
-    ]
-    assert [text.count('\nfigure = "me"\n') for text in springs] == [1, 1]
-
-
 def test_a_person_without_springs_has_no_springs_files(tmp_path: Path):
     person = build_person(estimate_measures(*SHIPPED["female50"]), springs="none")
     files = person_files(person, tmp_path / "me.fig")

@@ -1,5 +1,6 @@
 """Surfaces of a person: closed, of the measured girths, around joints and centres of mass."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -144,15 +145,14 @@ def girth_at(surface: Surface, height: float) -> float:
     return float(np.linalg.norm(lines[:, 0] - lines[:, 1], axis=1).sum())
 
 
-def tape_around_trunk(body: Body, surfaces: dict[str, Surface], height: float) -> float:
-    """Length of a tape around trunk and thighs at a height above the hips."""
+def tape_around_trunk(placed: Mapping[str, Surface], height: float) -> float:
+    """Length of a tape around trunk and thighs of the standing person at a height."""
     from scipy.spatial import ConvexHull
 
     points: list[Array] = []
-    for name, surface in place_surfaces(person_figure(body), surfaces).items():
+    for name, surface in placed.items():
         if "torso" in name or "upper_leg" in name:
-            above = standing_stance(body).hip_height(body) + height
-            points.append(crossings_with_plane(surface, 1, above).reshape(-1, 3))
+            points.append(crossings_with_plane(surface, 1, height).reshape(-1, 3))
     return float(ConvexHull(np.concatenate(points)[:, [0, 2]]).area)
 
 
@@ -162,9 +162,11 @@ def test_girths_of_the_trunk_are_those_of_the_measures(case: tuple[Sex, float, f
     length = body.measures.length
     waist = body.segments["lower_torso"].length
     thorax = waist + body.segments["middle_torso"].length
-    hips = max(tape_around_trunk(body, surfaces, height) for height in (0.0, 0.02, 0.04, 0.06))
+    placed = place_surfaces(person_figure(body), surfaces)
+    above = standing_stance(body).hip_height(body)
+    hips = max(tape_around_trunk(placed, above + height) for height in (0.0, 0.02, 0.04, 0.06))
     assert hips == pytest.approx(length("buttock_circumference"), rel=0.03)
-    at_waist, at_chest = (tape_around_trunk(body, surfaces, height) for height in (waist, thorax))
+    at_waist, at_chest = (tape_around_trunk(placed, above + height) for height in (waist, thorax))
     assert at_waist == pytest.approx(length("waist_circumference"), rel=0.02)
     assert at_chest == pytest.approx(length("chest_circumference"), rel=0.02)
 

@@ -522,7 +522,8 @@ def test_a_scheduler_without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_scheduler_that_ends_in_mid_run() -> None:
     values = [1.0] * 50
-    with scheduler() as started:
+    # A client that looks for its scheduler again gives up soon.
+    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}), scheduler() as started:
         engine = run_on_cluster(started.scheduler_address, run=quick_run)
         runs = engine(list_study(*values), tasks(values))
         next(runs)
