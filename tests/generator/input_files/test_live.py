@@ -2,7 +2,7 @@
 
 import pytest
 
-from generator.diagnostics import InputError
+from generator.diagnostics import InputError, Source
 from generator.input_files.live import (
     LIVE_FILE,
     LiveLog,
@@ -107,6 +107,55 @@ def test_values_of_the_keys():
 def test_what_is_left_out_has_its_default():
     log = LIVE_FILE.parse_text('figure = "a.fig"\nend_frame = 0\n').require_value()
     assert log == LiveLog("a.fig", None, LiveStart())
+
+
+HEAD = 'figure = "a.fig"\nend_frame = 9\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("end_frame = 1", (1, 1), "this live file has no `figure`"),
+        ('figure = "a"', (1, 1), "this live file has no `end_frame`"),
+        ('figure = "a"\nend_frame = 1.5', (2, 13), "must be a whole number"),
+        ('figure = "a"\nend_frame = -1', (2, 13), "must be from 0 to 216,000"),
+        (HEAD + "colour = 1", (3, 1), "unknown key `colour`"),
+        (HEAD + "start = 3", (3, 9), "must be a table"),
+        (HEAD + "change = 3", (3, 10), "changes are tables"),
+        (HEAD + '[start]\nroot = "loose"', (4, 8), "`root` cannot be `loose`"),
+        (HEAD + "[start]\ngravity_m_s2 = [0, 2e3, 0]", (4, 20), "too large"),
+        (HEAD + "[start]\nframe_s = 0", (4, 11), "must be from 0.0001 to 1"),
+        (HEAD + "[[change]]\nframe = 1", (3, 1), "this change changes nothing"),
+        (HEAD + "[[change]]\nscales = [1, 1]", (3, 1), "this change has no `frame`"),
+        (HEAD + "[[change]]\nframe = 1\nscales = [1, -1]", (5, 14), "out of range"),
+        (HEAD + "[[change]]\nframe = 1\nstop = false", (5, 8), "can only be `true`"),
+        (HEAD + "[[change]]\nframe = 10\nstop = true", (4, 9), "after the end"),
+        (
+            HEAD + "[[change]]\nframe = 2\nstop = true\n[[change]]\nframe = 1\nstop = true",
+            (7, 9),
+            "before the one above it",
+        ),
+        (
+            HEAD + '[[change]]\nframe = 2\nstop = true\nroot = "free"',
+            (6, 8),
+            "`stop` does not belong to a change of `root`",
+        ),
+        (
+            HEAD + "[[change]]\nframe = 2\nforce_N = [0, 0, 1]",
+            (3, 1),
+            "this change has no `segment`",
+        ),
+        (HEAD + "[[change]]\nframe = 2\nspeed = 3\nstop = true", (5, 1), "unknown key `speed`"),
+    ],
+)
+def test_errors_have_a_place(text, place, message):
+    reading = LIVE_FILE.parse(Source("my.live.toml", text))
+    assert reading.value is None
+    found = [one for one in reading.diagnostics if message in one.message]
+    assert found, [one.message for one in reading.diagnostics]
+    assert found[0].span is not None
+    if "does not belong" not in message:
+        assert (found[0].span.line, found[0].span.column) == place
 
 
 @pytest.mark.parametrize(

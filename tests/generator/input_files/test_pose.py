@@ -5,10 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from generator import build_tree, initial_displacements, read_figure
 from generator.cli.options import displacements_from_options, velocities_from_options
-from generator.diagnostics import ModelError, UsageError
+from generator.diagnostics import ModelError, UsageError, select_errors
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_FILE, read_pose
 from generator.kinematics.free_root import detach_root, settable_joints
@@ -97,6 +99,20 @@ def test_what_the_language_cannot_say_is_not_written():
 def test_warnings_pass():
     pose = read_pose(FAULTS / "pose/bare_angle.pose", prototype())
     assert pose["left_knee"] == pytest.approx([0.5])
+
+
+WORDS = ["joint", "left_knee", "waist", "displacement", "figure", "type", "connect", "to", "site"]
+MARKS = [*"{}();,=*./-#", "->", "/*", "*/", "\n", " ", '"', "30deg", "1", "nan", "T", "\0", "é"]
+
+
+@given(st.lists(st.sampled_from([*WORDS, *MARKS]), max_size=40).map("".join) | st.text(max_size=60))
+@example("joint waist {" * 9)
+def test_no_text_breaks_the_reader(text):
+    reading = POSE_FILE.parse_text(text, prototype())
+    assert (reading.value is None) is bool(select_errors(reading.diagnostics))
+    for fault in reading.diagnostics:
+        assert fault.span is not None
+        assert str(fault)
 
 
 def test_very_long_files_and_deep_braces_end():

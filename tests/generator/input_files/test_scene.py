@@ -4,11 +4,13 @@ from math import inf, nan
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from generator.contact.box import Box
 from generator.contact.plane import Plane
 from generator.contact.scene import Cover, Prop, Scene
-from generator.diagnostics import Source
+from generator.diagnostics import Severity, Source
 from generator.input_files.scene import SCENE_FILE, write_scene
 from springs.contact import DEFAULT_SURFACE, Surface
 from springs.layer import Layer
@@ -102,6 +104,17 @@ def test_what_no_file_holds_is_not_written(prop: Prop, reason: str):
 def test_a_scene_without_props_is_not_written():
     with pytest.raises(ValueError, match="there is no prop"):
         write_scene(Scene())
+
+
+@given(
+    st.text()
+    | st.text("[]=\"'{}#\n boxplanesurface name size_m normal 1-.e", max_size=300)
+    | st.lists(st.sampled_from(TEXT.splitlines(keepends=True)), max_size=40).map("".join)
+)
+def test_no_text_breaks_the_reader(text: str):
+    reading = SCENE_FILE.parse_text(text)
+    errors = [one for one in reading.diagnostics if one.severity is Severity.ERROR]
+    assert (reading.value is None) is bool(errors)
 
 
 # Shipped scenes
