@@ -70,7 +70,8 @@ def extend_springs(
         merged = tuple(_merge(_of_joint(own, name), covered))
         reach = reaches.get(name, below.reach)
         if reach is not None:
-            merged = tuple(replace(one, elastic=()) for one in merged)
+            damped = (one for one in merged if one.damping != Damping())
+            merged = tuple(replace(one, elastic=()) for one in damped)
         slides = tuple(_merge(_of_joint(own, name, slides=True), below.translations))
         joints[name] = JointSprings(name, merged, slides, reach)
     for entry, _ in curves:
@@ -179,7 +180,7 @@ def _merge(own: Sequence[BoundEntry], base: Sequence[AxisSpring]) -> Iterator[Ax
         if above is not None:
             others = [one for one in others if one is not above]
             yield _lay_over(*above, below)
-        elif below.laws_besides_stops or below.damping != Damping():
+        else:
             yield below
     for entry, spring in others:
         yield _lay_over(entry, spring, AxisSpring(spring.direction))

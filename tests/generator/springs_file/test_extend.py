@@ -216,6 +216,27 @@ def test_damping_alone_leaves_the_stops_as_they_are(path: Path, tmp_path: Path) 
     assert stop.stiffness == 999.0
 
 
+@pytest.mark.parametrize(
+    ("text", "stop"),
+    [
+        ("stop_stiffness_Nm_rad = 500", Stop(0.0, 2.0, stiffness=500.0)),
+        ("stop_onset_deg = 3", Stop(0.0, 2.0, onset=radians(3.0))),
+        ("stop_stiffness_Nm_rad = 1000", Stop(0.0, 2.0)),
+    ],
+)
+def test_a_file_of_stops_alone_keeps_them_when_extended(path: Path, text: str, stop: Stop) -> None:
+    limited = replace(
+        PROTOTYPE.joints["left_elbow"], lower_limit=(0.0,), upper_limit=(2.0,), stiff=(7.0,)
+    )
+    figure = PROTOTYPE.with_parts(limited)
+    base = path.with_name("base.springs.toml")
+    base.write_text(f'base = "none"\n[[spring]]\njoints = ["left_elbow"]\n{text}\n', "utf-8")
+    path.write_text(f'extends = "{base.name}"\n{ELBOW.replace("left", "right")}', "utf-8")
+    for file in (base, path):
+        springs = load_springs(figure, FOLDER, "prototype", file).require_value()
+        assert springs.joints["left_elbow"].axes[0].elastic == (stop,)
+
+
 SLIDER = replace(
     read_figure("male50"),
     path=None,
