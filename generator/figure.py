@@ -629,6 +629,15 @@ class Figure:
         return any(any(joint.followers) for joint in self.joints.values())
 
     @property
+    def moving_joints(self) -> dict[str, Joint]:
+        """The joints of which an end moves, in the order of the file."""
+        return {
+            name: joint
+            for name, joint in self.joints.items()
+            if not {joint.parent.segment, joint.child.segment} <= self.ground
+        }
+
+    @property
     def bodies(self) -> dict[str, Segment]:
         """The segments that move, in the order of the file."""
         return {name: seg for name, seg in self.segments.items() if name not in self.ground}

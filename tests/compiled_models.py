@@ -18,7 +18,7 @@ from generator.simulation.compiled.layout import (
     SPIN_RATE,
 )
 from generator.simulation.compiled.marching import settle_branches
-from generator.simulation.compiled.mechanism import CompiledModel, _Builder
+from generator.simulation.compiled.mechanism import CompiledModel, MechanismBuilder
 from generator.simulation.compiled.piecewise_cubic import piecewise_cubic
 from generator.simulation.exudyn_model.model import ExudynModel
 from springs import FLOATS
@@ -93,12 +93,12 @@ class SettableModel:
 
     model: ExudynModel
     compiled: CompiledModel
-    builder: _Builder
+    builder: MechanismBuilder
 
     @classmethod
     def of(cls, model: ExudynModel) -> "SettableModel":
         plan = model.plan
-        builder = _Builder(
+        builder = MechanismBuilder(
             model.placement,
             model.rates,
             model.spring_set,
@@ -106,10 +106,7 @@ class SettableModel:
             model.loads,
             plan.gravity,
             (plan.start, plan.stop),
-            plan.scene,
-            {} if model.contacts is None else model.contacts.spheres,
-            () if model.contacts is None else model.contacts.pairs,
-            {} if model.contacts is None else model.contacts.laws,
+            model.contacts,
         )
         return cls(model, builder.build(), builder)
 

@@ -53,7 +53,7 @@ from generator.simulation.compiled.layout import (
     VELOCITY,
     IndexArray,
 )
-from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
+from generator.simulation.compiled.mechanism import CompiledModel, MechanismBuilder
 from generator.simulation.compiled.refinement import (
     MAX_STEPS_PER_SECOND,
     AgreedRun,
@@ -98,7 +98,7 @@ _SMALLEST_SCALE = 1.0
 def compile_model(model: RunModel) -> CompiledModel:
     """Compile the equations of a model."""
     plan = model.plan
-    return build_compiled_model(
+    return MechanismBuilder(
         model.placement,
         model.rates,
         model.spring_set,
@@ -106,12 +106,9 @@ def compile_model(model: RunModel) -> CompiledModel:
         model.loads,
         plan.gravity,
         (plan.start, plan.stop),
-        plan.scene,
-        {} if model.contacts is None else model.contacts.spheres,
-        () if model.contacts is None else model.contacts.pairs,
-        {} if model.contacts is None else model.contacts.laws,
+        model.contacts,
         model.tone,
-    )
+    ).build()
 
 
 def run_compiled(

@@ -128,11 +128,7 @@ class _Binder:
 
     def bind(self, upright: Mapping[str, Array], start: float) -> JointTones:
         tone, figure = self._tone, self._figure
-        names = {
-            name: joint
-            for name, joint in figure.joints.items()
-            if not {ref.segment for ref in joint.ends} <= figure.ground
-        }
+        names = figure.moving_joints
         hold: dict[str, tuple[AxisTone, ...]] = {}
         for name, share in tone.hold_shares(figure.joints).items():
             if name in names:

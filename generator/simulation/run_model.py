@@ -16,7 +16,7 @@ from generator.contact.self_contact import Capsule, CapsulePair, capsule_pairs
 from generator.contact.states import ContactModel
 from generator.contact_file.parts import BodyContact
 from generator.diagnostics import Diagnostic, ModelError, NamedMapping
-from generator.figure import ContactSphere, Figure, Joint, Segment, SiteRef, follower_faults
+from generator.figure import ContactSphere, Figure, Segment, SiteRef, follower_faults
 from generator.figure_file.check import require_valid_figure, simulation_diagnostics
 from generator.joint_chain import Chain
 from generator.kinematics.free_root import (
@@ -100,14 +100,44 @@ class BoundSpring:
 
 
 def bind_springs(
+    tree: Tree, springs: SpringSet, tone: JointTones | None
+) -> tuple[dict[str, tuple[BoundSpring, ...]], tuple[CoupledSpring, ...]]:
+    """Return the springs of moving joints, bound to their displacements, and the coupled laws.
+
+    Joints of coupled laws and of tone are among them without springs, to be measured.
+
+    Args:
+        tree: tree of the figure.
+        springs: springs of its joints, without obstacles.
+        tone: tone of the joints; None without any.
+    """
+    moving = tree.figure.moving_joints
+    tones: Mapping[str, Sequence[AxisTone]] = {} if tone is None else tone.hold
+    coupled = tuple(one for one in springs.coupled if all(a.joint in moving for a in one.axes))
+    coupled_joints = dict.fromkeys(axis.joint for spring in coupled for axis in spring.axes)
+    bound = {
+        name: _bind_joint(
+            tree.chains[name],
+            springs.joints.get(name, JointSprings(name)),
+            springs.law,
+            tones.get(name, ()),
+            read_rotation=name in coupled_joints or name in tones,
+        )
+        for name in dict.fromkeys([*springs.joints, *coupled_joints, *tones])
+        if name in moving
+    }
+    return bound, coupled
+
+
+def _bind_joint(
     chain: Chain,
     springs: JointSprings,
     law: SphericalLaw,
-    tones: Sequence[AxisTone] = (),
+    tones: Sequence[AxisTone],
     *,
-    read_rotation: bool = False,
+    read_rotation: bool,
 ) -> tuple[BoundSpring, ...]:
-    """Return the springs of one joint, which have no obstacles, bound to its displacements.
+    """Return the springs of one joint, bound to its displacements.
 
     Args:
         chain: displacements of the joint.
@@ -181,20 +211,6 @@ class RunModel:
         """The figure that moves; with a free root, the detached one."""
         return self.placement.tree.figure
 
-    @property
-    def moving_joints(self) -> dict[str, Joint]:
-        """Joints of which an end moves, by name."""
-        return moving_joints(self.figure)
-
-
-def moving_joints(figure: Figure) -> dict[str, Joint]:
-    """Return the joints of which an end moves, by name."""
-    return {
-        name: joint
-        for name, joint in figure.joints.items()
-        if not {joint.parent.segment, joint.child.segment} <= figure.ground
-    }
-
 
 def prepare_run(
     model: Model | Figure, plan: Plan, contacts: ContactModel | None = None
@@ -222,29 +238,16 @@ def prepare_run(
         rates = consistent_rates(placement, start.rates, fixed=fixed)
     else:
         rates = tree.kinematics.displacement_vector(start.rates)
-    moving, tone = moving_joints(figure), None
+    tone = None
     if plan.tone:
         tone = bind_tone(plan.tone, start.upright, placement, springs, plan.start)
-    tones: Mapping[str, Sequence[AxisTone]] = {} if tone is None else tone.hold
-    coupled = [one for one in springs.coupled if all(a.joint in moving for a in one.axes)]
-    coupled_joints = dict.fromkeys(axis.joint for spring in coupled for axis in spring.axes)
-    bound = {
-        name: bind_springs(
-            tree.chains[name],
-            springs.joints.get(name, JointSprings(name)),
-            springs.law,
-            tones.get(name, ()),
-            read_rotation=name in coupled_joints or name in tones,
-        )
-        for name in dict.fromkeys([*springs.joints, *coupled_joints, *tones])
-        if name in moving
-    }
+    bound, coupled = bind_springs(tree, springs, tone)
     loads = [*constant_site_loads(figure, plan.start, plan.stop), *plan.loads]
     return RunModel(
         placement,
         rates,
         NamedMapping(bound, "the model has no springs at joint"),
-        tuple(coupled),
+        coupled,
         prescribed,
         tuple(load for load in loads if load.site.segment not in figure.ground),
         contacts,

@@ -263,11 +263,7 @@ class NumberedFigure:
 
 def number_figure(figure: Figure) -> NumberedFigure:
     """Number the parts of a figure. Raises InputError for one that the files cannot hold."""
-    moving = [
-        joint
-        for joint in figure.joints.values()
-        if not {joint.parent.segment, joint.child.segment} <= figure.ground
-    ]
+    moving = list(figure.moving_joints.values())
     triads: dict[str, JointTriad] = {}
     diagnostics: list[Diagnostic] = list(simulation_diagnostics(figure))
     if not moving:

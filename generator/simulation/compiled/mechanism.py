@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 
-from generator.contact.scene import Scene
-from generator.contact.self_contact import CapsulePair
+from generator.contact.states import ContactModel
 from generator.drive import Drive
 from generator.figure import ContactSphere, Joint, SiteRef, is_rotation
 from generator.follower_curve import POWERS_FROM, CurveKind, FollowerCurve
@@ -98,19 +98,10 @@ from generator.simulation.compiled.layout import (
     Scratch,
 )
 from generator.simulation.muscle_tone import JointTones
-from springs import (
-    AxisSpring,
-    CoupledAxis,
-    JointSprings,
-    RotationLaw,
-    Singularity,
-    SpringSet,
-    rotation_law,
-)
-from springs.contact_part import PartLaw
+from generator.simulation.run_model import BoundSpring, JointKind, bind_springs
+from springs import AxisSpring, CoupledAxis, RotationLaw, Singularity, SpringSet
 from springs.coordinates import CoordinateLaw
 from springs.tone.activation import Activation
-from springs.tone.law import AxisTone
 
 _NO_SITES = np.zeros(SITE_COLUMNS)
 
@@ -212,23 +203,11 @@ class _Link:
     drive: int = -1
 
 
-def build_compiled_model(
-    placement: Placement,
-    rates: Array,
-    springs: SpringSet,
-    prescribed: PrescribedMotion,
-    loads: Sequence[TimedLoad],
-    gravity: Sequence[float],
-    times: tuple[float, float],
-    scene: Scene | None = None,
-    spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
-    pairs: Sequence[CapsulePair] = (),
-    part_laws: Mapping[str, PartLaw] | None = None,
-    tone: JointTones | None = None,
-) -> CompiledModel:
-    """Compile a figure.
+@dataclass
+class MechanismBuilder:
+    """Build the tables of a figure, joint by joint.
 
-    Args:
+    Attributes:
         placement: initial placement, with closed loops.
         rates: rates of the tree's displacements, shape (m,) [rad/s or m/s].
         springs: the springs of its joints, without obstacles.
@@ -236,49 +215,23 @@ def build_compiled_model(
         loads: loads on moving segments.
         gravity: gravity in world axes [m/s2].
         times: start and stop [s].
-        scene: props that the figure may touch.
-        spheres: contact spheres of the segments that may touch them.
-        pairs: capsules of segments that may touch each other.
-        part_laws: laws of parts of the body, by the names that the spheres have.
-        tone: tone of the joints.
+        contacts: contact with props and of segments; None without any.
+        tone: tone of the joints; None without any.
     """
-    return _Builder(
-        placement,
-        rates,
-        springs,
-        prescribed,
-        loads,
-        gravity,
-        times,
-        scene,
-        spheres,
-        pairs,
-        part_laws,
-        tone,
-    ).build()
 
+    placement: Placement
+    rates: Array
+    springs: SpringSet
+    prescribed: PrescribedMotion
+    loads: Sequence[TimedLoad]
+    gravity: Sequence[float]
+    times: tuple[float, float]
+    contacts: ContactModel | None = None
+    tone: JointTones | None = None
 
-class _Builder:
-    """Build the tables of a figure, joint by joint."""
-
-    def __init__(
-        self,
-        placement: Placement,
-        rates: Array,
-        springs: SpringSet,
-        prescribed: PrescribedMotion,
-        loads: Sequence[TimedLoad],
-        gravity: Sequence[float],
-        times: tuple[float, float],
-        scene: Scene | None = None,
-        spheres: Mapping[str, Sequence[ContactSphere]] | None = None,
-        pairs: Sequence[CapsulePair] = (),
-        part_laws: Mapping[str, PartLaw] | None = None,
-        tone: JointTones | None = None,
-    ) -> None:
-        self.placement, self.rates, self.springs = placement, rates, springs
-        self.prescribed, self.loads, self.gravity, self.times = prescribed, loads, gravity, times
-        self.tree, self.figure = placement.tree, placement.tree.figure
+    def __post_init__(self) -> None:
+        """Begin without links."""
+        self.tree, self.figure = self.placement.tree, self.placement.tree.figure
         self.links: list[_Link] = []
         self.segment_links: dict[str, int] = {}
         self.factor_links: dict[tuple[str, int], int] = {}
@@ -286,12 +239,12 @@ class _Builder:
         self.row_joints: list[tuple[str, bool]] = []
         self.motion_size = 0  # coordinates and rates
         self.closing_angles: list[float] = []
-        self.scene = scene or Scene()
-        self.touching = {name: some for name, some in (spheres or {}).items() if some}
-        self.pairs, self.part_laws = pairs, part_laws
-        self.tone = tone
+        self.touching: dict[str, Sequence[ContactSphere]] = {}
+        if self.contacts is not None:
+            self.touching = {name: some for name, some in self.contacts.spheres.items() if some}
 
     def build(self) -> CompiledModel:
+        """Return the model with its initial state."""
         for branch in self.tree.joints:
             self._add_joint(branch)
         links, constants, points = self._link_tables()
@@ -300,12 +253,12 @@ class _Builder:
         activation = () if self.tone is None else (self.tone.activation,)
         drives = [drive for drive, _ in self.drives]
         knots = smooth_intervals(self.loads, drives, self.times, activation)
-        scene, touching = self.scene, self.touching
+        touching, contacts = self.touching, self.contacts
         spheres, pairs = NO_SPHERES, NO_PAIRS
-        if scene.props or touching:
-            spheres = contact_tables(scene, touching, self.segment_links, points, self.part_laws)
-        if self.pairs:
-            pairs = pair_tables(self.pairs, self.segment_links, points)
+        if contacts is not None:
+            scene, laws = contacts.scene, contacts.laws
+            spheres = contact_tables(scene, touching, self.segment_links, points, laws)
+            pairs = pair_tables(contacts.pairs, self.segment_links, points)
         state = self._initial_state(links)
         mechanism = Mechanism(
             links,
@@ -482,11 +435,7 @@ class _Builder:
 
     def _laws(self) -> tuple[IndexArray, Array, list[LawUse], list[str]]:
         """Measured joints with their sites, the laws that use them, and the joints' names."""
-        coupled = [
-            spring
-            for spring in self.springs.coupled
-            if all(axis.joint in self._moving for axis in spring.axes)
-        ]
+        bound, coupled = bind_springs(self.tree, self.springs, self.tone)
         coupled_names = {axis.joint for spring in coupled for axis in spring.axes}
         rows: list[list[int]] = []
         sites: list[Array] = []
@@ -494,43 +443,35 @@ class _Builder:
         names: list[str] = []
         row_of: dict[str, int] = {}
         laws: dict[str, RotationLaw] = {}
-        holds = not (self.touching or self.pairs)
-        hold: Mapping[str, tuple[AxisTone, ...]] = {}
-        if self.tone is not None:
-            hold = self.tone.hold
-        for name in dict.fromkeys([*self.springs.joints, *coupled_names, *hold]):
-            if name not in self._moving:
-                continue
+        holds = not (self.touching or (self.contacts and self.contacts.pairs))
+        for name, one in ((name, one) for name, group in bound.items() for one in group):
             joint, chain = self.figure.joints[name], self.tree.chains[name]
-            own = self.springs.joints.get(name, JointSprings(name))
-            if own.axes or own.reach or name in coupled_names or name in hold:
-                row_of[name] = len(rows)
-                springs: Sequence[AxisSpring | None]
-                if len(chain.rotations) == 1:
-                    springs = [a.oriented_along(chain.rotation_axes[0]) for a in own.axes] or [None]
+            springs: Sequence[AxisSpring | None] = one.springs
+            match one.kind:
+                case JointKind.REVOLUTE:
+                    row_of[name] = len(rows)
+                    springs = springs or (None,)
                     row, site = self._angle_row(joint, chain)
-                else:
-                    law = laws[name] = rotation_law(own, self.springs.law, chain.rotation_axes)
-                    springs = law.springs if isinstance(law, CoordinateLaw) else ()
-                    elastic = name in coupled_names or own.is_elastic
+                case JointKind.SPHERICAL:
+                    assert one.law is not None
+                    row_of[name], law = len(rows), one.law
+                    laws[name] = law
+                    elastic = name in coupled_names or any(spring.elastic for spring in law.axes)
                     row, site = self._rotation_row(joint, law, elastic)
+                    springs = law.springs if isinstance(law, CoordinateLaw) else ()
                     if not springs:
                         uses.append(rotation_vector_law(law, len(rows), holds_pieces=holds))
-                uses += [
-                    displacement_law(spring, (len(rows), k), holds_pieces=holds)
-                    for k, spring in enumerate(springs)
-                ]
-                rows.append(row)
-                sites.append(site)
-                names.append(name)
-            for spring in own.translations:
-                index = chain.translation_along(spring.direction)
-                spring = spring.oriented_along(chain.joint_axes[index].axis)
-                uses.append(displacement_law(spring, (len(rows), 0), holds_pieces=holds))
-                row, site = self._shift_row(joint, chain, index)
-                rows.append(row)
-                sites.append(site)
-                names.append(name)
+                case JointKind.PRISMATIC:
+                    row, site = self._shift_row(joint, chain, one.axis_index)
+                case _:
+                    assert_never(one.kind)
+            uses += [
+                displacement_law(spring, (len(rows), k), holds_pieces=holds)
+                for k, spring in enumerate(springs)
+            ]
+            rows.append(row)
+            sites.append(site)
+            names.append(name)
         for spring in coupled:
             by_vector = [
                 name
@@ -550,9 +491,8 @@ class _Builder:
             rows.append([-1, -1, -1, 0, ACTIVATION, -1])
             sites.append(_NO_SITES)
             names.append("")
-            for name, axes in hold.items():
-                if name in row_of:
-                    uses += self._hold_laws(name, axes, row_of[name], laws.get(name), activation)
+            for name in self.tone.hold:
+                uses += _hold_laws(bound[name][0], row_of[name], activation)
             for name, righting in self.tone.righting.items():
                 joint = self.figure.joints[name]
                 uses.append(vector_tone_law(righting.axes, len(rows), activation, is_righting=True))
@@ -567,27 +507,6 @@ class _Builder:
             uses,
             names,
         )
-
-    def _hold_laws(
-        self,
-        name: str,
-        axes: tuple[AxisTone, ...],
-        row: int,
-        law: RotationLaw | None,
-        activation: int,
-    ) -> list[LawUse]:
-        """Tones that hold the displacements of a joint, as `rotation_tone` states them."""
-        if law is None:
-            (only,) = self.tree.chains[name].rotation_axes
-            return [tone_law(axis.oriented_along(only), (row, 0), activation) for axis in axes]
-        if not isinstance(law, CoordinateLaw):
-            return [vector_tone_law(axes, row, activation)]
-        chain = law.coordinates
-        places = [chain.place(axis.direction)[0] for axis in axes]
-        return [
-            tone_law(axis.oriented_along(chain.axes[k]), (row, k), activation)
-            for axis, k in zip(axes, places, strict=True)
-        ]
 
     def _place(self, axis: CoupledAxis, row: int, law: RotationLaw | None) -> tuple[Place, float]:
         """Displacement about an axis of a joint, and the sense in which it is counted."""
@@ -689,15 +608,6 @@ class _Builder:
             return pose[:3, 3], pose[:3, :3] @ frame
         return pose[:3, 3] - self._own_point(link), pose[:3, :3] @ frame
 
-    @property
-    def _moving(self) -> set[str]:
-        """Names of the joints that are connected to a moving segment."""
-        return {
-            name
-            for name, joint in self.figure.joints.items()
-            if not {ref.segment for ref in joint.ends} <= self.figure.ground
-        }
-
     def _link_row(self, name: str, factor: int) -> list[int]:
         """Row of a single displacement of a joint in the tree."""
         return [-1, -1, self.factor_links[name, factor], 0, ROTATION_VECTOR, -1]
@@ -755,6 +665,20 @@ class _Builder:
             np.array(rows, dtype=np.int64).reshape(-1, 3),
             np.array(places, dtype=float).reshape(-1, 3),
         )
+
+
+def _hold_laws(turns: BoundSpring, row: int, activation: int) -> list[LawUse]:
+    """Tones that hold the displacements of a joint, as `rotation_tone` states them."""
+    if turns.law is None:
+        return [tone_law(axis, (row, 0), activation) for axis in turns.tone]
+    if not isinstance(turns.law, CoordinateLaw):
+        return [vector_tone_law(turns.tone, row, activation)]
+    chain = turns.law.coordinates
+    places = [chain.place(axis.direction)[0] for axis in turns.tone]
+    return [
+        tone_law(axis.oriented_along(chain.axes[k]), (row, k), activation)
+        for axis, k in zip(turns.tone, places, strict=True)
+    ]
 
 
 def _product(p: Array, q: Array) -> Array:

@@ -107,7 +107,7 @@ def build_exudyn(
     Raises WallLimitError.
     """
     placement, prescribed, plan = run.placement, run.prescribed, run.plan
-    figure, moving = run.figure, run.moving_joints
+    figure, moving = run.figure, run.figure.moving_joints
     container = None
     if mbs is None:
         container = exu.SystemContainer()

@@ -45,7 +45,7 @@ from generator.simulation.compiled.layout import (
     THREE_ANGLES,
 )
 from generator.simulation.compiled.marching import COLLAPSED, FINISHED, PAUSED, TURNED_OVER, march
-from generator.simulation.compiled.mechanism import CompiledModel, build_compiled_model
+from generator.simulation.compiled.mechanism import CompiledModel, MechanismBuilder
 from generator.simulation.compiled.recorder import BranchingLawError
 from generator.simulation.compiled.refinement import MAX_STEPS_PER_SECOND
 from generator.simulation.compiled.runge_kutta import (
@@ -560,12 +560,12 @@ class Stepper:
         start: float,
     ) -> CompiledModel:
         """Compile the equations of a setting, with the loads of the file and of the plan."""
-        figure, contacts = setting.tree.figure, setting.contacts
+        figure = setting.tree.figure
         stop = min(self._last_time, start + _LOAD_HORIZON)
         stop = stop if stop > start else start + _MIN_LOAD_DURATION
         loads = [*constant_site_loads(figure, start, stop), *self._plan.loads]
         try:
-            return build_compiled_model(
+            return MechanismBuilder(
                 placement,
                 rates,
                 setting.springs,
@@ -573,11 +573,8 @@ class Stepper:
                 [load for load in loads if load.site.segment not in figure.ground],
                 setting.gravity,
                 (start, stop),
-                None if contacts is None else contacts.scene,
-                None if contacts is None else contacts.spheres,
-                () if contacts is None else contacts.pairs,
-                {} if contacts is None else contacts.laws,
-            )
+                setting.contacts,
+            ).build()
         except BranchingLawError as failure:
             raise ModelError(str(failure)) from None
 

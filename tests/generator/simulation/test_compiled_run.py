@@ -216,14 +216,14 @@ def test_accelerations_that_differ_from_exudyn_s_do_not_count(
     monkeypatch, share, is_compiled
 ) -> None:
     """A mass that is wrong by a millionth is noticed; one of 1e-11 is within the bound."""
-    build = mechanism._Builder.build
+    build = mechanism.MechanismBuilder.build
 
     def build_wrong(builder):
         made = build(builder)
         made.mechanism.constants[:, layout.MASS] *= np.array([1.0, 1.0 + share])
         return made
 
-    monkeypatch.setattr(mechanism._Builder, "build", build_wrong)
+    monkeypatch.setattr(mechanism.MechanismBuilder, "build", build_wrong)
     run = simulate(row(2), Plan(stop=0.1, springs=SpringSet()))
     assert run.outcome.succeeded
     if is_compiled:
