@@ -1,6 +1,6 @@
 """The springs of a joint, of several joints, and of a figure."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import hypot
@@ -60,6 +60,15 @@ class JointSprings:
     def is_elastic(self) -> bool:
         """True with an elastic law of the rotation."""
         return self.reach is not None or any(axis.elastic for axis in self.axes)
+
+    def with_laws(self, change: Callable[[AxisSpring], AxisSpring]) -> "JointSprings":
+        """Return the springs with a change of each, and of the laws of the reach."""
+        return replace(
+            self,
+            axes=tuple(map(change, self.axes)),
+            translations=tuple(map(change, self.translations)),
+            reach=self.reach and self.reach.with_laws(change),
+        )
 
 
 @short_repr
@@ -153,12 +162,7 @@ class SpringSet:
         if elastic == damping == 1.0:
             return self
         joints = {
-            name: replace(
-                joint,
-                axes=tuple(axis.scaled(elastic, damping) for axis in joint.axes),
-                translations=tuple(axis.scaled(elastic, damping) for axis in joint.translations),
-                reach=joint.reach and joint.reach.scaled(elastic),
-            )
+            name: joint.with_laws(lambda spring: spring.scaled(elastic, damping))
             for name, joint in self.joints.items()
         }
         coupled = tuple(

@@ -14,7 +14,7 @@ With the quaternion (w, u c + x) of the rotation from the limb at the centre, x 
 tan(theta/2) = |x| / sqrt(w^2 + u^2) and t = atan2(2 u w, w^2 - u^2).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import atan2, cos, pi, sin
@@ -184,10 +184,9 @@ class Reach:
         """Torque beyond the boundary at the centre [N m]; there its direction is not defined."""
         return float(total_torque(self.beyond.elastic, -self.fit.boundary[0][0], FLOATS))
 
-    def scaled(self, elastic: float) -> "Reach":
-        """Return the reach with a factor of its torques."""
-        beyond, turn = self.beyond.scaled(elastic, 1.0), self.turn.scaled(elastic, 1.0)
-        return replace(self, beyond=beyond, turn=turn)
+    def with_laws(self, change: Callable[[AxisSpring], AxisSpring]) -> "Reach":
+        """Return the reach with a change of both laws."""
+        return replace(self, beyond=change(self.beyond), turn=change(self.turn))
 
     def depth(self, r: Vector, ops: Operations = NUMPY) -> Real:
         """Return the angle beyond the boundary, negative inside [rad]."""

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from itertools import compress
 from math import hypot
 
-from generator.diagnostics import shorten
-from generator.figure import Joint, Vector, is_rotation
+from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
+from generator.figure import Figure, Joint, Vector, is_rotation
 from generator.rotations import PERPENDICULAR_TOLERANCE, unit_axis
 from springs.axis import UNKNOWN_AXIS
 from springs.joint import CoupledSpring
@@ -110,6 +110,51 @@ def _slide_by_name(joint: Joint, name: str) -> Vector:
         hint = f"it slides along {_format_axes(slides)}" if slides else "it has no translation"
         raise AxisError(f"{who} does not slide {name}", hint)
     return found
+
+
+def find_joint(
+    figure: Figure, name: str, span: Span | None, diagnostics: Diagnostics
+) -> Joint | None:
+    """Return a joint of a figure; None with a fault noted."""
+    joint = figure.joints.get(name)
+    if joint is None:
+        hint = spelling_hint(name, figure.joints)
+        diagnostics.error(f"the figure has no joint `{shorten(name)}`", span, hint)
+    return joint
+
+
+def find_axis(
+    figure: Figure | None,
+    joint: str,
+    name: str | None,
+    diagnostics: Diagnostics,
+    span: Span | None,
+    axis_span: Span | None,
+) -> Vector | None:
+    """Return the axis of a spring's positive angle in the joint's frame; None with a fault noted.
+
+    Without a figure, which axis is the only one is unknown, and others are taken as named.
+
+    Args:
+        figure: the figure; None if it is not known.
+        joint: name of the joint.
+        name: name of the axis, as for `axis_by_name`.
+        diagnostics: diagnostics for faults.
+        span: place of the joint's name.
+        axis_span: place of the axis' name, if it is written.
+    """
+    if figure is None:
+        letter = (name or "").removeprefix(SLIDE_PREFIX)
+        x, y, z = (float(letter == each) for each in AXIS_NAMES)
+        return (x, y, z) if letter else UNKNOWN_AXIS
+    own = find_joint(figure, joint, span, diagnostics)
+    if own is None:
+        return None
+    try:
+        return axis_by_name(own, name)
+    except AxisError as fault:
+        diagnostics.error(str(fault), axis_span or span, fault.hint)
+        return None
 
 
 def axis_by_number(joint: Joint, number: int) -> Vector:

@@ -1,17 +1,17 @@
 """Binding of the springs of a file to the joints of a figure."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
 from typing import TypeAlias
 
-from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
+from generator.diagnostics import Diagnostics, Span, shorten
 from generator.figure import Figure, Joint, Vector
 from generator.springs_file.axes import (
     AxisError,
-    axis_by_name,
     axis_by_number,
+    find_axis,
     is_bounded,
     is_slide,
     parallel_sign,
@@ -81,38 +81,15 @@ def bind_optional_records(
 
 
 def bind_springs_file(
-    figure: Figure, content: SpringsFile, diagnostics: Diagnostics
-) -> list[BoundEntry]:
-    """Bind the springs about axes; a stated sense or dead zone overrides the rule."""
-
-    def resolve_axis(entry: SpringEntry) -> tuple[Vector, bool] | None:
-        (name,), place = entry.joints, entry.origins.get("joints.0")
-        joint = figure.joints.get(name)
-        if joint is None:
-            hint = spelling_hint(name, figure.joints)
-            diagnostics.error(f"the figure has no joint `{shorten(name)}`", place, hint)
-            return None
-        try:
-            direction = axis_by_name(joint, entry.axis)
-        except AxisError as fault:
-            diagnostics.error(str(fault), entry.origins.get("axis") or place, fault.hint)
-            return None
-        return direction, is_bounded(joint, direction)
-
-    return bind_entries(content, resolve_axis, diagnostics)
-
-
-def bind_entries(
-    content: SpringsFile,
-    resolve_axis: Callable[[SpringEntry], tuple[Vector, bool] | None],
-    diagnostics: Diagnostics,
+    figure: Figure | None, content: SpringsFile, diagnostics: Diagnostics
 ) -> list[BoundEntry]:
     """Bind the springs about axes, each joint of a table by itself.
 
+    A stated sense or dead zone overrides the rule.
+
     Args:
+        figure: the figure; None if it is not known, so that no limits bound an axis.
         content: the file.
-        resolve_axis: finds the axis of the joint of a table, and whether stops bound its range;
-            None with a fault noted.
         diagnostics: diagnostics for faults.
     """
     bound: list[BoundEntry] = []
@@ -122,9 +99,10 @@ def bind_entries(
             if origins:
                 origins["joints.0"] = origins[f"joints.{k}"]
             entry = replace(table, joints=(name,), origins=origins)
-            found = resolve_axis(entry)
-            if found is not None:
-                direction, bounded = found
+            place, axis_place = (origins.get(key) for key in ("joints.0", "axis"))
+            direction = find_axis(figure, name, entry.axis, diagnostics, place, axis_place)
+            if direction is not None:
+                bounded = figure is not None and is_bounded(figure.joints[name], direction)
                 spring = spring_from_entry(name, entry, direction, diagnostics, bounded=bounded)
                 if spring is not None:
                     bound.append((entry, spring))
@@ -208,19 +186,21 @@ def spring_from_entry(
         bounded: whether stops bound the range, as for `passive_cubic`.
     """
     law, why = _base_law(joint, entry, diagnostics, bounded=bounded)
-    if law is None:
-        return None if entry.law is not None else _damper_from_entry(direction, entry)
-    changed = modified_law(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
-    if not is_finite(changed):
-        diagnostics.error(
-            f"the torque of this law of `{shorten(joint)}` is too large for a number within a turn",
-            _law_span(entry),
-            "are its rates for angles in rad?",
-        )
+    if law is None and entry.law is not None:
         return None
+    if law is not None:
+        law = modified_law(law, entry.scale, entry.offset, entry.hysteresis, entry.slip_rate)
+        if not is_finite(law):
+            diagnostics.error(
+                f"the torque of this law of `{shorten(joint)}` is too large for a number within a "
+                "turn",
+                _law_span(entry),
+                "are its rates for angles in rad?",
+            )
+            return None
     return AxisSpring(
         direction,
-        (changed,),
+        () if law is None else (law,),
         entry.damping or Damping(),
         entry.motion,
         entry.reference,
@@ -253,12 +233,6 @@ def _scale_and_shift(law: Elastic, scale: float, offset: float) -> Elastic:
     return law if (scale, offset) == (1.0, 0.0) else Transformed(law, scale, offset)
 
 
-def _damper_from_entry(direction: Vector, entry: SpringEntry) -> AxisSpring:
-    """Return the spring of a table without an elastic law."""
-    damping = entry.damping or Damping()
-    return AxisSpring(direction, (), damping, entry.motion, entry.reference, entry.why)
-
-
 def _law_span(entry: SpringEntry) -> Span | None:
     """Span of the law of a table."""
     found = (entry.origins[key] for key in ELASTIC_KEYS if key in entry.origins)
@@ -270,9 +244,7 @@ def _base_law(
 ) -> tuple[Elastic | None, str]:
     """Return the law of a table before its modifiers, and how the rule of a cubic read it."""
     stated = entry.law
-    if isinstance(stated, PublishedLaw):
-        return stated.law, ""
-    if isinstance(stated, SlideEntry):
+    if isinstance(stated, PublishedLaw | SlideEntry):
         return stated.law, ""
     if not isinstance(stated, CubicEntry):
         return stated, ""

@@ -1,14 +1,12 @@
 """Binding of the coupled laws of a springs file to the joints of a figure."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
-from generator.figure import Figure, Vector
-from generator.springs_file.axes import AxisError, axis_by_name, parallel_sign
+from generator.diagnostics import Diagnostics, shorten
+from generator.figure import Figure
+from generator.springs_file.axes import find_axis, parallel_sign
 from generator.springs_file.coupled import CoupledEntry
 from generator.springs_file.laws import MAX_LAW_VALUE
 from generator.springs_file.parse import SpringsFile
@@ -19,48 +17,14 @@ _TEST_ANGLES = np.radians([-200.0, 200.0])
 """Angles that a joint may reach [rad]."""
 
 
-@dataclass(frozen=True)
-class CoordinateBinding:
-    """Joint and axis name of a coordinate, with their spans."""
-
-    joint: str
-    axis: str | None
-    span: Span | None
-    axis_span: Span | None
-
-
-AxisResolver = Callable[[CoordinateBinding, Diagnostics], Vector | None]
-"""Finds the axis of a joint in its frame; None with a fault noted."""
-
-
 def bind_coupled_springs(
-    figure: Figure, content: SpringsFile, diagnostics: Diagnostics
+    figure: Figure | None, content: SpringsFile, diagnostics: Diagnostics
 ) -> tuple[CoupledSpring, ...]:
-    """Bind the coupled laws of a file to a figure."""
-
-    def direction(hung: CoordinateBinding, findings: Diagnostics) -> Vector | None:
-        joint = figure.joints.get(hung.joint)
-        if joint is None:
-            missing = f"the figure has no joint `{shorten(hung.joint)}`"
-            findings.error(missing, hung.span, spelling_hint(hung.joint, figure.joints))
-            return None
-        try:
-            return axis_by_name(joint, hung.axis)
-        except AxisError as fault:
-            findings.error(str(fault), hung.axis_span or hung.span, fault.hint)
-            return None
-
-    return build_coupled_springs(content, direction, diagnostics)
-
-
-def build_coupled_springs(
-    content: SpringsFile, resolve_axis: AxisResolver, diagnostics: Diagnostics
-) -> tuple[CoupledSpring, ...]:
-    """The coupled laws of a file, one spring for each side.
+    """Bind the coupled laws of a file, one spring for each side.
 
     Args:
+        figure: the figure; None if it is not known.
         content: the file.
-        resolve_axis: finds the axes.
         diagnostics: diagnostics for faults.
     """
     made: list[CoupledSpring] = []
@@ -74,7 +38,7 @@ def build_coupled_springs(
             )
             continue
         for k in range(len(entry.joints)):
-            axes = _bind_side(entry, k, resolve_axis, diagnostics)
+            axes = _bind_side(figure, entry, k, diagnostics)
             if axes is None:
                 continue
             made.append(
@@ -112,7 +76,7 @@ def _report_duplicate(
 
 
 def _bind_side(
-    entry: CoupledEntry, k: int, resolve_axis: AxisResolver, diagnostics: Diagnostics
+    figure: Figure | None, entry: CoupledEntry, k: int, diagnostics: Diagnostics
 ) -> tuple[CoupledAxis, ...] | None:
     """The axes of one side; None with a fault noted."""
     places = entry.joint_spans[k] if entry.joint_spans else (None,) * len(entry.joints[k])
@@ -120,9 +84,7 @@ def _bind_side(
     for name, axis, sense, place in zip(
         entry.joints[k], entry.axes, entry.senses, places, strict=True
     ):
-        found = resolve_axis(
-            CoordinateBinding(name, axis, place, entry.origins.get("axes")), diagnostics
-        )
+        found = find_axis(figure, name, axis, diagnostics, place, entry.origins.get("axes"))
         if found is not None:
             x, y, z = found
             axes.append(CoupledAxis(name, found if sense > 0 else (-x, -y, -z)))

@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from generator.diagnostics import Diagnostics, Span, shorten, spelling_hint
+from generator.diagnostics import Diagnostics, Span, shorten
 from generator.figure import Figure, Joint, Vector
 from generator.springs_file.axes import (
     AXIS_NAMES,
     AxisError,
     axis_by_name,
     axis_label,
+    find_joint,
     parallel_sign,
     rotation_axes,
 )
@@ -35,13 +36,10 @@ def bind_reaches(
     for entry in content.reaches:
         for k, name in enumerate(entry.joints):
             span = entry.origins.get(f"joints.{k}")
-            joint = figure.joints.get(name)
-            if joint is None:
-                message = f"the figure has no joint `{shorten(name)}`"
-                diagnostics.error(message, span, spelling_hint(name, figure.joints))
-            elif name in found:
+            joint = find_joint(figure, name, span, diagnostics)
+            if name in found:
                 diagnostics.error(f"a second reach of `{shorten(name)}`", span)
-            else:
+            elif joint is not None:
                 reach = _build_reach(joint, entry, content, span, diagnostics)
                 if reach is not None:
                     found[name] = reach

@@ -25,7 +25,12 @@ from generator.springs_file.laws import CubicEntry, EntryLaw, SlideEntry, write_
 from generator.springs_file.parse import SPRINGS_FILE, SpringEntry, SpringsFile
 from generator.springs_file.published import PublishedLaw
 from generator.springs_file.reach import ReachEntry
-from generator.springs_file.read import PRINTED_SPRINGS, find_springs_file, load_springs
+from generator.springs_file.read import (
+    PRINTED_SPRINGS,
+    find_springs_file,
+    load_springs,
+    spring_along,
+)
 from generator.springs_file.write import write_springs
 from springs import (
     AxisSpring,
@@ -205,7 +210,7 @@ def apply_edits(springs: SpringSet, edits: Iterable[SpringEdit]) -> SpringSet:
     for edit in edits:
         own = joints.get(edit.joint)
         axes = () if own is None else own.axes
-        if not any(parallel_sign(axis.direction, edit.direction) for axis in axes):
+        if spring_along(axes, edit.direction) is None:
             raise ModelError(f"`{shorten(edit.joint)}` has no spring about this axis")
         assert own is not None
         changed = tuple(
@@ -224,7 +229,7 @@ def edit_of_other_side(springs: SpringSet, edit: SpringEdit) -> SpringEdit | Non
     name = other_side(edit.joint)
     if name is None or name not in springs.joints or edit.joint not in springs.joints:
         return None
-    spring = _spring_about(springs.joints[edit.joint].axes, edit.direction)
+    spring = spring_along(springs.joints[edit.joint].axes, edit.direction)
     if spring is None:
         return None
     for other in springs.joints[name].axes:
@@ -237,18 +242,14 @@ def edit_of_other_side(springs: SpringSet, edit: SpringEdit) -> SpringEdit | Non
     return None
 
 
-def _spring_about(axes: Iterable[AxisSpring], direction: Direction) -> AxisSpring | None:
-    return next((axis for axis in axes if parallel_sign(axis.direction, direction)), None)
-
-
 def _paired(
     joint: JointSprings, below: JointSprings
 ) -> Iterator[tuple[AxisSpring, AxisSpring | None, bool]]:
     """Yield the springs of a joint with those of another set, and whether along a translation."""
     for spring in joint.axes:
-        yield spring, _spring_about(below.axes, spring.direction), False
+        yield spring, spring_along(below.axes, spring.direction), False
     for spring in joint.translations:
-        yield spring, _spring_about(below.translations, spring.direction), True
+        yield spring, spring_along(below.translations, spring.direction), True
 
 
 def format_changes(
@@ -270,38 +271,18 @@ def format_changes(
     Raises:
         ModelError: a springs file cannot state a law.
     """
-    entries: list[SpringEntry] = []
-    reaches: list[ReachEntry] = []
-    for name, joint in springs.joints.items():
-        below = base.joints.get(name, JointSprings(name))
-        if joint.reach is not None and (
-            name not in base.joints or joint.reach != base.joints[name].reach
-        ):
-            _add_reach(figure, name, joint.reach, reaches, entries)
-        for spring, before, slides in _paired(joint, below):
-            if before is None or spring != before.oriented_along(spring.direction):
-                entry = _entry(figure.joints[name], spring, before, slides=slides)
-                _add_entry(entries, entry)
+    entries, reaches = _tables(figure, springs, base, is_relative=True)
     if not entries and not reaches and law is None:
         return ""
     stem = None if figure.path is None else figure.path.stem
-    return write_springs(
-        SpringsFile(tuple(entries), stem, law, reaches=tuple(reaches), extends=extends)
-    )
+    return write_springs(SpringsFile(entries, stem, law, reaches=reaches, extends=extends))
 
 
 def format_all(figure: Figure, springs: SpringSet) -> str:
     """Return a springs file without laws over several joints that extends no other."""
-    entries: list[SpringEntry] = []
-    reaches: list[ReachEntry] = []
-    for name, joint in springs.joints.items():
-        if joint.reach is not None:
-            _add_reach(figure, name, joint.reach, reaches, entries)
-        for spring, _, slides in _paired(joint, JointSprings(name)):
-            if elastic_law(spring) is not None or spring.damping != Damping():
-                _add_entry(entries, _entry(figure.joints[name], spring, None, slides=slides))
+    entries, reaches = _tables(figure, springs)
     stem = None if figure.path is None else figure.path.stem
-    file = SpringsFile(tuple(entries), stem, springs.law, reaches=tuple(reaches), stands_alone=True)
+    file = SpringsFile(entries, stem, springs.law, reaches=reaches, stands_alone=True)
     return write_springs(file) if entries or reaches else ""
 
 
@@ -316,21 +297,13 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     """
     bare = replace(figure, path=None, springs_text=None)
     own = load_springs(bare).require_value()
-    entries: list[SpringEntry] = []
-    reaches: list[ReachEntry] = []
-    for name, joint in springs.joints.items():
-        if joint.reach is not None:
-            _add_reach(figure, name, joint.reach, reaches, entries)
-        below = own.joints.get(name, JointSprings(name))
-        for spring, before, slides in _paired(joint, below):
-            if before is None or spring != before.oriented_along(spring.direction):
-                _add_entry(entries, _entry(figure.joints[name], spring, None, slides=slides))
+    entries, reaches = _tables(figure, springs, own)
     coupled = tuple(_coupled_entry(figure, spring) for spring in springs.coupled)
     text = ""
     law = None if springs.law is own.law else springs.law
     if entries or coupled or reaches or law:
         try:
-            text = write_springs(SpringsFile(tuple(entries), None, law, coupled, tuple(reaches)))
+            text = write_springs(SpringsFile(entries, None, law, coupled, reaches))
         except ValueError as failure:
             raise ModelError(f"a springs file cannot state these springs: {failure}") from None
     made = springs_from_text(text, bare, Path(f"model{SPRINGS_FILE.suffix}"))
@@ -339,14 +312,35 @@ def format_besides_fields(figure: Figure, springs: SpringSet) -> str:
     return text
 
 
-def _add_reach(
-    figure: Figure, name: str, reach: Reach, reaches: list[ReachEntry], entries: list[SpringEntry]
-) -> None:
-    """Add the tables of a reach and its laws."""
-    table, laws = reach_tables(figure.joints[name], reach)
-    _add_entry(reaches, table)
-    for entry in laws:
-        _add_entry(entries, entry)
+def _tables(
+    figure: Figure, springs: SpringSet, base: SpringSet | None = None, *, is_relative: bool = False
+) -> tuple[tuple[SpringEntry, ...], tuple[ReachEntry, ...]]:
+    """Return the tables of springs about single axes, and of reaches. Raises ModelError.
+
+    Args:
+        figure: figure of the springs.
+        springs: springs to state.
+        base: springs from which the stated ones differ; None for all with a law or damping.
+        is_relative: whether a table leaves out what the base has.
+    """
+    entries: list[SpringEntry] = []
+    reaches: list[ReachEntry] = []
+    for name, joint in springs.joints.items():
+        below = (base or SpringSet()).joints.get(name, JointSprings(name))
+        if joint.reach is not None and joint.reach != below.reach:
+            table, laws = reach_tables(figure.joints[name], joint.reach)
+            _add_entry(reaches, table)
+            for entry in laws:
+                _add_entry(entries, entry)
+        for spring, before, slides in _paired(joint, below):
+            if base is None:
+                is_stated = elastic_law(spring) is not None or spring.damping != Damping()
+            else:
+                is_stated = before is None or spring != before.oriented_along(spring.direction)
+            if is_stated:
+                known = before if is_relative else None
+                _add_entry(entries, _entry(figure.joints[name], spring, known, slides=slides))
+    return tuple(entries), tuple(reaches)
 
 
 def reach_tables(joint: Joint, reach: Reach) -> tuple[ReachEntry, tuple[SpringEntry, ...]]:
@@ -397,44 +391,36 @@ def _entry_about(
     axis: str | None, joint: Joint, spring: AxisSpring, before: AxisSpring | None
 ) -> SpringEntry:
     """Return the table of a spring about a named axis."""
-    law = elastic_law(spring)
-    stop = stop_of(spring)
+    law, stop = elastic_law(spring), stop_of(spring)
     if law is None and spring.laws_besides_stops:
         raise ModelError(f"a springs file cannot state several laws of `{shorten(joint.name)}`")
-    same = before is not None and before.elastic == spring.elastic
-    linear = law is not None and isinstance(plain_law(law).law, Linear)
-    if law is None or (same and not linear):  # the fields of a figure have linear laws only
-        reference, why = ("", "") if law is not None else (spring.reference, spring.why)
-        return SpringEntry(
-            (joint.name,),
-            axis,
-            damping=spring.damping,
-            motion=spring.motion,
-            reference=reference,
-            why=why,
-            stop_stiffness=stop.stiffness,
-            stop_onset=stop.onset,
-        )
-    plain, stated = _entry_law(joint, plain_law(law), slides=is_slide(axis))
-    keeps = before is not None and before.damping == spring.damping and not linear
-    if isinstance(stated, PublishedLaw) or not keeps:  # published laws may bring their own damping
-        damping: Damping | None = spring.damping
-    else:
-        damping = None
-    return SpringEntry(
+    entry = SpringEntry(
         (joint.name,),
         axis,
-        stated,
-        plain.scale,
-        plain.offset,
-        plain.hysteresis,
-        plain.slip_rate,
-        damping,
+        damping=spring.damping,
         motion=spring.motion,
         reference=spring.reference,
         why=spring.why,
         stop_stiffness=stop.stiffness,
         stop_onset=stop.onset,
+    )
+    if law is None:
+        return entry
+    whole = plain_law(law)
+    is_linear = isinstance(whole.law, Linear)  # the fields of a figure have linear laws only
+    if before is not None and before.elastic == spring.elastic and not is_linear:
+        return replace(entry, reference="", why="")
+    plain, stated = _entry_law(joint, whole, slides=is_slide(axis))
+    keeps = before is not None and before.damping == spring.damping and not is_linear
+    if keeps and not isinstance(stated, PublishedLaw):  # which may bring its own damping
+        entry = replace(entry, damping=None)
+    return replace(
+        entry,
+        law=stated,
+        scale=plain.scale,
+        offset=plain.offset,
+        hysteresis=plain.hysteresis,
+        slip_rate=plain.slip_rate,
     )
 
 
@@ -486,23 +472,20 @@ def _published_laws() -> dict[Elastic, PublishedLaw]:
     return laws
 
 
-def springs_from_text(
-    text: str, figure: Figure, file: Path, choice: str | Path | None = None
-) -> SpringSet:
+def springs_from_text(text: str, figure: Figure, file: Path) -> SpringSet:
     """Return the springs of a figure that a text gives as a springs file.
 
     Args:
-        text: text of the file, or "" for the springs that it would extend.
+        text: text of the file, or "" for the springs of the figure without a choice.
         figure: the figure.
         file: its path; it need not exist. A file that is there may be extended by the text.
-        choice: choice of the springs for an empty text, as for `read_springs`.
 
     Raises:
         InputError: anything is wrong; it holds all faults.
     """
     folder, stem = (None, None) if figure.path is None else (figure.path.parent, figure.path.stem)
     if not text:
-        return load_springs(figure, folder, stem, choice).require_value()
+        return load_springs(figure, folder, stem).require_value()
     file = file.with_name(f"{_UNSAVED}{file.name}")  # another name than any file that is extended
     return load_springs(figure, folder, stem, file, text=text).require_value()
 

@@ -25,9 +25,9 @@ from generator.figure import AxisKind, Figure, Joint, Vector, is_rotation
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.resolve import origin_span
 from generator.rotations import unit_axis
-from generator.springs_file.axes import SLIDE_PREFIX, is_slide, parallel_sign
-from generator.springs_file.bind import bind_entries, bind_optional_records, bind_springs_file
-from generator.springs_file.bind_coupled import bind_coupled_springs, build_coupled_springs
+from generator.springs_file.axes import is_slide, parallel_sign
+from generator.springs_file.bind import bind_optional_records, bind_springs_file
+from generator.springs_file.bind_coupled import bind_coupled_springs
 from generator.springs_file.bind_reach import bind_reaches
 from generator.springs_file.extend import extend_springs, stop_of
 from generator.springs_file.optional import OPTIONAL_FILE
@@ -36,7 +36,6 @@ from generator.springs_file.parse import (
     EXTENDS_KEY,
     NO_BASE,
     SPRINGS_FILE,
-    SpringEntry,
     SpringsFile,
 )
 from generator.text_io import is_file, load_text, make_source
@@ -51,7 +50,6 @@ from springs import (
     Stop,
     rotation_law,
 )
-from springs.axis import UNKNOWN_AXIS
 from springs.stop import (
     DEFAULT_STOP_ONSET,
     DEFAULT_STOP_STIFFNESS,
@@ -475,7 +473,7 @@ def _complete_joint(
         axis = unit_axis(factor.axis)
         match factor.kind:
             case AxisKind.ROTATION:
-                own = _first_parallel(bound.axes, axis)
+                own = spring_along(bound.axes, axis)
                 if own is None:
                     stop = (DEFAULT_STOP_STIFFNESS, DEFAULT_STOP_ONSET)
                     axes += _figure_spring(joint, k, axis, stop, diagnostics) if with_base else ()
@@ -483,7 +481,7 @@ def _complete_joint(
                     used.append(own)
                     axes.append(_add_limits(joint, own))
             case AxisKind.TRANSLATION:
-                own = _first_parallel(bound.translations, axis)
+                own = spring_along(bound.translations, axis)
                 stop = (DEFAULT_TRANSLATION_STOP_STIFFNESS, DEFAULT_TRANSLATION_STOP_ONSET)
                 if own is None:
                     slides += _figure_spring(joint, k, axis, stop, diagnostics) if with_base else ()
@@ -496,8 +494,8 @@ def _complete_joint(
     return JointSprings(joint.name, tuple(axes), tuple(slides)) if axes or slides else None
 
 
-def _first_parallel(springs: Iterable[AxisSpring], axis: Vector) -> AxisSpring | None:
-    """Return the first spring along an axis in either sense."""
+def spring_along(springs: Iterable[AxisSpring], axis: Vector) -> AxisSpring | None:
+    """Return the first spring along an axis in either sense; None without one."""
     return next((one for one in springs if parallel_sign(one.direction, axis)), None)
 
 
@@ -548,14 +546,6 @@ def _build_stops(joint: Joint, k: int, stiffness: float, onset: float) -> list[S
     lower = None if joint.lower_limit is None else joint.lower_limit[k]
     upper = None if joint.upper_limit is None else joint.upper_limit[k]
     return [] if lower is None and upper is None else [Stop(lower, upper, stiffness, onset)]
-
-
-_AXIS_DIRECTIONS: Mapping[str | None, Vector] = {
-    "x": (1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-    None: UNKNOWN_AXIS,
-}
 
 
 def load_springs_file(path: Path) -> Parsed[tuple[SpringSet, SpringSet, Figure | None]]:
@@ -610,17 +600,10 @@ def _springs_without_figure(
 
     Whatever that is, a second spring about it is one too many, and so is one about another axis.
     """
-
-    def resolve_axis(entry: SpringEntry) -> tuple[Vector, bool]:
-        letter = (entry.axis or "").removeprefix(SLIDE_PREFIX) or None
-        return _AXIS_DIRECTIONS[letter], False
-
     joints: dict[str, JointSprings] = {}
-    for entry, spring in bind_entries(content, resolve_axis, diagnostics):
+    for entry, spring in bind_springs_file(None, content, diagnostics):
         own = joints.get(entry.joints[0], JointSprings(entry.joints[0]))
         field = "translations" if is_slide(entry.axis) else "axes"
         joints[own.joint] = replace(own, **{field: (*getattr(own, field), spring)})
-    coupled = build_coupled_springs(
-        content, lambda binding, _: _AXIS_DIRECTIONS[binding.axis], diagnostics
-    )
+    coupled = bind_coupled_springs(None, content, diagnostics)
     return SpringSet(joints, content.law or SphericalLaw.CONSERVATIVE, origin, coupled)

@@ -27,7 +27,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from generator.diagnostics import Diagnostic, InputError, UsageError, error
+from generator.diagnostics import InputError, UsageError, error
 from generator.study.content_key import Versions
 from generator.study.run_results import RunResults
 from generator.study.study import OUTCOMES, RunResult
@@ -94,7 +94,7 @@ def lock_folder(folder: Path) -> Generator[None]:
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as failure:
-        raise InputError([_unwritable(path, failure)]) from None
+        raise unwritable(path, failure, is_under_way=False) from None
     try:
         try:
             _lock(descriptor)
@@ -144,7 +144,7 @@ def read_journal(
 
     Raises:
         InputError: the file cannot be read.
-        UsageError: it was written before lines had checksums, or is another file.
+        UsageError: it is another file.
     """
     names, header = tuple(measures), None
     results, has_line = RunResults(names, runs), np.zeros(runs, bool)
@@ -157,7 +157,7 @@ def read_journal(
         size += len(line)
         try:
             if number == 1:
-                header = _parse_header(line, path)
+                header = _parse_header(line)
                 start = header.checksum
                 continue
             entry = _checked_entry(line, start)
@@ -226,14 +226,8 @@ def _checked_entry(line: bytes, start: int) -> Mapping[str, Any]:
     return entry
 
 
-def _parse_header(line: bytes, path: Path) -> JournalHeader:
+def _parse_header(line: bytes) -> JournalHeader:
     """Parse the first line. Raises one of several errors for a damaged one."""
-    content = json.loads(line)
-    if list(content) == list(_header_entry(JournalHeader("", Versions("", "")))):
-        raise UsageError(
-            f"`{path}` was written by an earlier version of exudyn-mover, and its lines have no "
-            "checksums: choose another folder, or delete this one."
-        )
     entry = _checked_entry(line, 0)
     versions = Versions(str(entry["exudyn-mover"]), str(entry["exudyn"]))
     return JournalHeader(str(entry["study"]), versions)
@@ -302,8 +296,7 @@ class Journal:
             while data:
                 data = data[self._file.write(data) :]
         except OSError as failure:
-            hint = "the finished runs are kept, and the same command continues"
-            raise InputError([_unwritable(self._path, failure, hint)]) from None
+            raise unwritable(self._path, failure) from None
 
 
 @contextmanager
@@ -322,7 +315,7 @@ def open_journal(path: Path, content: JournalContent, header: JournalHeader) -> 
         with open(path, "ab", buffering=0) as file:
             file.truncate(content.size)
     except OSError as failure:
-        raise InputError([_unwritable(path, failure)]) from None
+        raise unwritable(path, failure, is_under_way=False) from None
     with open(path, "ab", buffering=0) as file:
         journal = Journal(path, file, header, content.has_line)
         if content.size == 0:
@@ -330,5 +323,8 @@ def open_journal(path: Path, content: JournalContent, header: JournalHeader) -> 
         yield journal
 
 
-def _unwritable(path: Path, failure: OSError, hint: str = "") -> Diagnostic:
-    return error(f"`{path}` cannot be written: {os_error_reason(failure)}", hint=hint)
+def unwritable(path: Path, failure: OSError, *, is_under_way: bool = True) -> InputError:
+    """Return the error of a file of a sweep, which may have finished runs by now."""
+    hint = "the finished runs are kept, and the same command continues" if is_under_way else ""
+    reason = os_error_reason(failure)
+    return InputError([error(f"`{path}` cannot be written: {reason}", hint=hint)])

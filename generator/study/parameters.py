@@ -18,6 +18,7 @@ from generator.run_options import MAX_GRAVITY, RUN_OPTIONS, VARYING_OPTIONS
 from generator.simulation.falls import with_start
 from generator.simulation.plan import Plan
 from generator.springs_file.axes import parallel_sign
+from generator.springs_file.read import spring_along
 from generator.study.parameter_paths import (
     FREE_MOTIONS,
     MASS_INDEX_UNIT,
@@ -169,10 +170,17 @@ def _apply(case: Case, path: ParameterPath, value: float) -> Case:
     if path.quantity not in _SIGNED and value < 0.0:
         raise ValueError("it must not be negative")
     match path.quantity:
-        case Quantity.SCALE | Quantity.DAMPING_SCALE | Quantity.COUPLED_SCALE:
+        case Quantity.SCALE | Quantity.COUPLED_SCALE:
             return _scale_springs(case, path, value)
+        case Quantity.DAMPING_SCALE:
+            return _change_springs(
+                case,
+                path.targets,
+                lambda spring: spring.scaled(1.0, value, stops=False),
+                is_elastic=False,
+            )
         case Quantity.STOP_SCALE:
-            return _scale_stops(case, path, value)
+            return _change_springs(case, path.targets, partial(_scale_stops, value=value))
         case Quantity.PART_STIFFNESS | Quantity.PART_DAMPING:
             return _scale_parts(case, path, value)
         case Quantity.OFFSET:
@@ -251,10 +259,7 @@ def _spring_at(case: Case, target: Target) -> AxisSpring | None:
     own = case.springs.joints.get(target.name)
     if own is None or target.direction is None:
         return None
-    for spring in own.translations if target.slides else own.axes:
-        if parallel_sign(spring.direction, target.direction):
-            return spring
-    return None
+    return spring_along(own.translations if target.slides else own.axes, target.direction)
 
 
 def _change_axis(case: Case, target: Target, change: Callable[[AxisSpring], AxisSpring]) -> Case:
@@ -275,78 +280,55 @@ def _change_axis(case: Case, target: Target, change: Callable[[AxisSpring], Axis
     return case.with_springs(replace(springs, joints=joints))
 
 
-def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
-    """Return the case with a factor of elastic torques, or of damping and friction."""
-    is_elastic = path.quantity is not Quantity.DAMPING_SCALE
-    factors = (value, 1.0) if is_elastic else (1.0, value)
+def _change_springs(
+    case: Case,
+    targets: Sequence[Target],
+    change: Callable[[AxisSpring], AxisSpring],
+    *,
+    is_elastic: bool = True,
+) -> Case:
+    """Return the case with a change of the springs about axes, or of all without targets.
 
-    def scale(spring: AxisSpring) -> AxisSpring:
-        return spring.scaled(*factors, stops=False)
-
-    springs = case.springs
-    if path.targets:
-        for target in path.targets:
+    An elastic change of an axis is one of the reach of its joint as well, which has no damping.
+    """
+    if targets:
+        for target in targets:
             if _spring_at(case, target) is not None:
-                case = _change_axis(case, target, scale)
-        if not is_elastic:
-            return case
-        coupled = tuple(_scale_coupled(each, path.targets, value) for each in springs.coupled)
-        names = {target.name for target in path.targets}
+                case = _change_axis(case, target, change)
+        names = {target.name for target in targets} if is_elastic else set[str]()
         joints = {
-            name: _with_reach(joint, scale) if name in names else joint
+            name: replace(joint, reach=joint.reach and joint.reach.with_laws(change))
+            if name in names
+            else joint
             for name, joint in case.springs.joints.items()
         }
-        return case.with_springs(replace(case.springs, joints=joints, coupled=coupled))
-    if is_elastic:
-        coupled = tuple(
-            replace(spring, law=spring.law.scaled(value), original=None)
-            for spring in springs.coupled
-        )
-        springs = replace(springs, coupled=coupled)
-    if path.quantity is not Quantity.COUPLED_SCALE:
-        joints = {
-            name: replace(
-                _with_reach(joint, scale),
-                axes=tuple(map(scale, joint.axes)),
-                translations=tuple(map(scale, joint.translations)),
-            )
-            for name, joint in springs.joints.items()
-        }
-        springs = replace(springs, joints=joints)
-    return case.with_springs(springs)
-
-
-def _scale_stops(case: Case, path: ParameterPath, value: float) -> Case:
-    """Return the case with a factor of the torques of stops."""
-
-    def scale(spring: AxisSpring) -> AxisSpring:
-        return replace(
-            spring,
-            elastic=tuple(
-                replace(law, stiffness=value * law.stiffness) if isinstance(law, Stop) else law
-                for law in spring.elastic
-            ),
-        )
-
-    if path.targets:
-        for target in path.targets:
-            if _spring_at(case, target) is not None:
-                case = _change_axis(case, target, scale)
-        names = {target.name for target in path.targets}
-        joints = {
-            name: _with_reach(joint, scale) if name in names else joint
-            for name, joint in case.springs.joints.items()
-        }
-        return case.with_springs(replace(case.springs, joints=joints))
-    joints = {
-        name: replace(
-            _with_reach(joint, scale),
-            axes=tuple(map(scale, joint.axes)),
-            translations=tuple(map(scale, joint.translations)),
-        )
-        for name, joint in case.springs.joints.items()
-    }
+    else:
+        joints = {name: joint.with_laws(change) for name, joint in case.springs.joints.items()}
     return case.with_springs(replace(case.springs, joints=joints))
+
+
+def _scale_springs(case: Case, path: ParameterPath, value: float) -> Case:
+    """Return the case with a factor of elastic torques."""
+    if path.quantity is not Quantity.COUPLED_SCALE:
+        case = _change_springs(
+            case, path.targets, lambda spring: spring.scaled(value, 1.0, stops=False)
+        )
+    coupled = tuple(
+        _scale_coupled(spring, path.targets, value)
+        if path.targets
+        else replace(spring, law=spring.law.scaled(value), original=None)
+        for spring in case.springs.coupled
+    )
+    return case.with_springs(replace(case.springs, coupled=coupled))
+
+
+def _scale_stops(spring: AxisSpring, value: float) -> AxisSpring:
+    """Return a spring with a factor of the torques of its stops."""
+    laws = (
+        replace(law, stiffness=value * law.stiffness) if isinstance(law, Stop) else law
+        for law in spring.elastic
+    )
+    return replace(spring, elastic=tuple(laws))
 
 
 def _scale_parts(case: Case, path: ParameterPath, value: float) -> Case:
@@ -368,14 +350,6 @@ def _scale_parts(case: Case, path: ParameterPath, value: float) -> Case:
         parts.append(replace(part, law=law))
     contact = replace(case.model.contact, parts=tuple(parts))
     return replace(case, model=replace(case.model, contact=contact))
-
-
-def _with_reach(joint: JointSprings, change: Callable[[AxisSpring], AxisSpring]) -> JointSprings:
-    """Return the springs of a joint with a change of the laws of its reach."""
-    if joint.reach is None:
-        return joint
-    beyond, turn = change(joint.reach.beyond), change(joint.reach.turn)
-    return replace(joint, reach=replace(joint.reach, beyond=beyond, turn=turn))
 
 
 def _shift_springs(case: Case, path: ParameterPath, offset: float) -> Case:

@@ -23,7 +23,13 @@ from generator.motion_files.action import LENGTH_UNIT
 from generator.run_options import STUDY_OPTIONS
 from generator.simulation.falls import FALLS, fall_plan
 from generator.simulation.plan import Plan, option_faults, plan_fields
-from generator.study.study_tables import RUN_KEYS, parse_table, relative_path, value_of_file
+from generator.study.study_tables import (
+    RUN_KEYS,
+    note_failure,
+    parse_table,
+    relative_path,
+    value_of_file,
+)
 from generator.toml_file.reader import TableReader
 from generator.toml_file.rows import Number
 from generator.tone import ALL, Tone
@@ -105,8 +111,7 @@ def _parse_fall(top: TableReader, figure: Figure | None) -> Plan | None:
     try:
         return fall_plan(figure, kind)
     except MoverError as failure:
-        message, _, hint = str(failure).partition("; ")
-        top.error("fall", message, hint)
+        note_failure(top.diagnostics, failure, top.span("fall"))
         return None
 
 
@@ -126,8 +131,7 @@ def _parse_tone(top: TableReader, figure: Figure, folder: Path) -> Tone | None:
         tone.righting_shares(figure.joints)
         tone.hold_shares(figure.joints)
     except ModelError as failure:
-        message, _, hint = str(failure).partition("; ")
-        top.error("tone", message, hint)
+        note_failure(top.diagnostics, failure, top.span("tone"))
     return tone
 
 

@@ -436,12 +436,10 @@ def correlations(
     count, dimension = values.shape
     columns = np.column_stack([values, outputs])
     random = np.random.default_rng(seed)
-    sampled: list[Array] = []
-    left = settings.resamples
-    while left:
-        size = min(left, max(1, _MAX_WEIGHTS // (count * dimension)))
-        sampled.append(_correlate(columns[random.integers(count, size=(size, count))]))
-        left -= size
+    sampled = [
+        _correlate(columns[random.integers(count, size=(size, count))])
+        for size in _batches(settings, count * dimension)
+    ]
     value = _correlate(columns[None])[0]
     tail = (1.0 - settings.confidence) / 2.0
     low, high = np.nanquantile(np.concatenate(sampled), [tail, 1.0 - tail], axis=0)
@@ -492,16 +490,22 @@ def _estimate(
     """
     random = np.random.default_rng(seed)
     count = len(terms)
-    means: list[Array] = []
-    left = settings.resamples
-    while left:
-        size = min(left, max(1, _MAX_WEIGHTS // count))
-        weights = random.multinomial(count, np.full(count, 1.0 / count), size=size)
-        means.append(weights @ terms / count)
-        left -= size
+    means = [
+        random.multinomial(count, np.full(count, 1.0 / count), size=size) @ terms / count
+        for size in _batches(settings, count)
+    ]
     tail = (1.0 - settings.confidence) / 2.0
     low, high = np.nanquantile(function(np.concatenate(means)), [tail, 1.0 - tail], axis=0)
     return function(terms.mean(axis=0)), low, high
+
+
+def _batches(settings: Sensitivity, weights: int) -> Iterator[int]:
+    """Yield numbers of bootstrap samples, each with so many weights, that fit into memory."""
+    left = settings.resamples
+    while left:
+        size = min(left, max(1, _MAX_WEIGHTS // weights))
+        yield size
+        left -= size
 
 
 def _by_parameter(

@@ -71,6 +71,7 @@ from generator.study.study_tables import (
     STUDY_KEYS,
     STUDY_SUFFIX,
     check_keys,
+    note_failure,
     parse_row,
     parse_table,
     relative_path,
@@ -333,7 +334,7 @@ def _check_paths(study: Study, top: TableReader) -> None:
                     text, case, study.persons, falls=bool(study.fall), holds=study.holds
                 )
             except MoverError as failure:
-                _note_failure(top, failure, span)
+                note_failure(top.diagnostics, failure, span)
                 continue
             known = next((first[number] for number in path.numbers if number in first), None)
             if known is not None:
@@ -364,7 +365,7 @@ def _check_values(
                 message = f"two standard deviations from the centre, {failure}"
                 top.diagnostics.warning(message, span, "runs beyond it fail")
             else:
-                _note_failure(top, failure, span)
+                note_failure(top.diagnostics, failure, span)
             return
 
 
@@ -415,12 +416,6 @@ def _sample_values(
             column = [row[number] for row in study.design.rows]
             span = top.spans.value("design", 0, "file")
             yield from ((value, span, False) for value in sorted(column)[:: len(column) - 1 or 1])
-
-
-def _note_failure(top: TableReader, failure: MoverError, span: Span) -> None:
-    """Note an error, of which a second clause is the hint."""
-    message, _, hint = str(failure).partition("; ")
-    top.diagnostics.error(message, span, hint)
 
 
 def _check_measures(study: Study, top: TableReader) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from generator.diagnostics import Diagnostics, Parsed, shorten
+from generator.diagnostics import Diagnostics, MoverError, Parsed, Span, shorten
 from generator.input_files.csv_columns import MAX_ABS_VALUE
 from generator.person.joints import Neck
 from generator.person.survey import Sex
@@ -124,6 +124,12 @@ def value_of_file(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:
     placed = [replace(one, span=one.span or place) for one in parsed.diagnostics]
     table.diagnostics.extend(Diagnostics(placed))
     return parsed.value
+
+
+def note_failure(diagnostics: Diagnostics, failure: MoverError, span: Span | None) -> None:
+    """Note an error, of which a second clause is the hint."""
+    message, _, hint = str(failure).partition("; ")
+    diagnostics.error(message, span, hint)
 
 
 def check_keys(table: TableReader, own: TableRows) -> None:

@@ -26,6 +26,7 @@ from generator.study.journal import (
     lock_folder,
     open_journal,
     read_journal,
+    unwritable,
 )
 from generator.study.method_check import (
     CHECK_NAME,
@@ -249,7 +250,7 @@ def _carry_out(
             except OSError as failure:
                 if motions is None:
                     raise
-                raise _unwritable(motions, failure) from None
+                raise unwritable(motions, failure) from None
             if run is None:
                 return
             journal.add(run)
@@ -339,9 +340,4 @@ def _write(path: Path, write: Callable[[Path], None]) -> None:
     try:
         write(path)
     except OSError as failure:
-        raise _unwritable(path, failure) from None
-
-
-def _unwritable(path: Path, failure: OSError) -> InputError:
-    hint = "the finished runs are kept, and the same command continues"
-    return InputError([error(f"`{path}` cannot be written: {os_error_reason(failure)}", hint=hint)])
+        raise unwritable(path, failure) from None

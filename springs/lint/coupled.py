@@ -11,7 +11,7 @@ import numpy as np
 from springs.backends import Array
 from springs.coupled import CoupledExponential, loop_work, nearest_conservative_law
 from springs.elastic import Range
-from springs.lint.finding import Finding, FindingKind
+from springs.lint.finding import Finding, FindingKind, doubts_first
 
 DEFAULT_RANGE = (radians(-90.0), radians(90.0))
 """Range of an angle whose valid range is not known [rad]."""
@@ -88,7 +88,7 @@ def lint_coupled(law: CoupledExponential) -> tuple[Finding, ...]:
         *_lint_max_torque(grid),
         *_lint_valid_range(grid),
     )
-    return tuple(sorted(found, key=lambda finding: not finding.is_doubt))
+    return doubts_first(found)
 
 
 def lint_original_law(original: CoupledExponential) -> tuple[Finding, ...]:

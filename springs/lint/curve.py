@@ -26,7 +26,7 @@ from springs.elastic import (
 )
 from springs.hysteresis import Hysteresis
 from springs.joint import JointSprings
-from springs.lint.finding import Finding, FindingKind
+from springs.lint.finding import Finding, FindingKind, doubts_first
 from springs.published.range_of_motion import RangeEnd
 from springs.transformed import Transformed
 
@@ -124,7 +124,7 @@ def lint_valid_range(curve: SampledCurve) -> Iterator[Finding]:
         if message:
             torques = curve.torque_at(curve.low), curve.torque_at(curve.high)
             places = " and ".join(
-                f"{torque + 0.0:.4g} N m at {_format_plain_degrees(end)} deg"
+                f"{torque + 0.0:.4g} N m at {_format_degrees(end)}"
                 for end, torque in zip(ends, torques, strict=True)
             )
             yield Finding(FindingKind.VALID_RANGE, False, f"{message}; {places}", ends, torques)
@@ -136,7 +136,7 @@ def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
         if not isinstance(law, Hysteresis):
             continue
         lost, ends = law.cycle_loss(curve.low, curve.high), (curve.low, curve.high)
-        over = f"{_format_plain_degrees(curve.low)} .. {_format_plain_degrees(curve.high)} deg"
+        over = f"{_format_degrees(curve.low, '')} .. {_format_degrees(curve.high)}"
         message = f"a slow cycle over {over} loses {lost:.4g} J to the hysteresis"
         yield Finding(FindingKind.HYSTERESIS, False, message, ends, (lost,))
         up, down = (
@@ -147,14 +147,10 @@ def lint_hysteresis(curve: SampledCurve) -> Iterator[Finding]:
         if excess[worst] > _HYSTERESIS_TOLERANCE * max(1.0, curve.max_torque):
             angle, amount = float(curve.angles[worst]), float(excess[worst])
             message = (
-                f"at {_format_plain_degrees(angle)} deg the curve of the growing angle lies "
+                f"at {_format_degrees(angle)} the curve of the growing angle lies "
                 f"{amount:.3g} N m above that of the falling one: a cycle there feeds energy"
             )
             yield Finding(FindingKind.HYSTERESIS, True, message, (angle,), (amount,))
-
-
-def _format_plain_degrees(angle: float) -> str:
-    return f"{round(degrees(angle), 1) + 0.0:.1f}"
 
 
 def _has_valid_range(law: Elastic) -> bool:
@@ -201,7 +197,7 @@ def lint_curve(
         *(_lint_range_end(curve, low, -1.0) if low is not None else ()),
         *(_lint_range_end(curve, high, 1.0) if high is not None else ()),
     ]
-    return tuple(sorted(found, key=lambda finding: not finding.is_doubt))
+    return doubts_first(found)
 
 
 def lint_range(low: RangeEnd | None, high: RangeEnd | None) -> tuple[float, float]:
@@ -447,7 +443,7 @@ def lint_symmetry(
         return ()
     others = joints[name].axes if name in joints else ()
     direction = spring.direction if image is None else (image[0], image[1], image[2])
-    other = next((one for one in others if _is_same_axis(one, direction)), None)
+    other = next((one for one in others if is_same_axis(one, direction)), None)
     if other is not None and image is not None and float(image @ other.direction) < 0.0:
         other = other.with_opposite_axis()
     if other is None:
@@ -470,6 +466,6 @@ def lint_symmetry(
     return (Finding(FindingKind.SYMMETRY, False, "left and right are mirror images"),)
 
 
-def _is_same_axis(spring: AxisSpring, direction: tuple[float, float, float]) -> bool:
+def is_same_axis(spring: AxisSpring, direction: tuple[float, float, float]) -> bool:
     """Return whether a spring is about the line of a direction in its joint's frame."""
     return float(np.linalg.norm(np.cross(spring.direction, direction))) < _PARALLEL_ANGLE

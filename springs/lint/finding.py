@@ -1,5 +1,6 @@
 """Findings of the checks of a curve."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -66,3 +67,8 @@ class Finding:
     sentence: str
     angles: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
+
+
+def doubts_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings with the doubts first, otherwise in their order."""
+    return tuple(sorted(findings, key=lambda finding: not finding.is_doubt))

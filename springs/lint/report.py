@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import radians
 
 import numpy as np
 
@@ -13,15 +12,14 @@ from springs.lint.coupled import DEFAULT_RANGE, lint_coupled, lint_original_law
 from springs.lint.curve import (
     FIRM_TORQUE,
     MirrorRotations,
+    is_same_axis,
     lint_curve,
     lint_range,
     lint_symmetry,
     other_side,
 )
-from springs.lint.finding import Finding, FindingKind
+from springs.lint.finding import Finding, FindingKind, doubts_first
 from springs.published.range_of_motion import PREFERRED_PUBLICATIONS, RangeEnd, normal_range
-
-_PARALLEL_ANGLE = radians(0.01)
 
 
 @dataclass(frozen=True)
@@ -62,8 +60,7 @@ def _build_report(group: Sequence[CoupledSpring], springs: SpringSet) -> Coupled
         *_lint_sides(group, springs.coupled),
         *_lint_duplicate_laws(group, springs),
     ]
-    ordered = sorted(found, key=lambda finding: not finding.is_doubt)
-    return CoupledReport(tuple(group), tuple(ordered))
+    return CoupledReport(tuple(group), doubts_first(found))
 
 
 def _lint_sides(
@@ -115,8 +112,7 @@ def _own_curves(
 ) -> Iterator[AxisSpring]:
     """The springs about an axis of a joint that are more than stops and damping."""
     for spring in springs.joints[joint].axes if joint in springs.joints else ():
-        across = float(np.linalg.norm(np.cross(spring.direction, direction)))
-        if across < _PARALLEL_ANGLE and spring.laws_besides_stops:
+        if is_same_axis(spring, direction) and spring.laws_besides_stops:
             yield spring
 
 
@@ -206,5 +202,4 @@ def _add_to_reports(
             reports[place] = CurveReport(joints, one.spring, low, high, one.findings)
             return
     found = (*lint_curve(spring, low, high), *symmetry_findings)
-    ordered = tuple(sorted(found, key=lambda finding: not finding.is_doubt))
-    reports.append(CurveReport((name,), spring, low, high, ordered))
+    reports.append(CurveReport((name,), spring, low, high, doubts_first(found)))

@@ -194,7 +194,8 @@ def test_a_reach_takes_the_place_of_elastic_laws_under_any_law():
 
 def test_a_factor_scales_the_torque():
     r = raised(180, 60, 80.0)
-    assert np.allclose(ARM.scaled(2.5).torque(r), 2.5 * ARM.torque(r))
+    scaled = ARM.with_laws(lambda law: law.scaled(2.5, 1.0))
+    assert np.allclose(scaled.torque(r), 2.5 * ARM.torque(r))
 
 
 @pytest.mark.parametrize(

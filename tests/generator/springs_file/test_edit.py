@@ -67,7 +67,8 @@ def test_a_file_of_edits_is_read_as_the_edited_springs(choice, edits):
     assert springs.joints == changed.joints
     assert (springs.law, springs.coupled) == (base.law, base.coupled)
     assert bool(text) == (changed != base)
-    assert springs_from_text(text, FIGURE, Path("my.springs.toml"), choice).joints == springs.joints
+    again = springs_from_text(text, FIGURE, Path("my.springs.toml")) if text else base
+    assert again.joints == springs.joints
 
 
 @settings(max_examples=50, deadline=None)

@@ -176,7 +176,9 @@ def test_a_journal_without_checksums_is_refused(tmp_path: Path) -> None:
     sweep(tmp_path)
     lines = [re.sub(rb', "crc32": "[0-9a-f]{8}"', b"", line) for line in journal_lines(tmp_path)]
     (tmp_path / JOURNAL_NAME).write_bytes(b"".join(lines))
-    with pytest.raises(UsageError, match=r"an earlier version.*: choose another folder, or delete"):
+    with pytest.raises(
+        UsageError, match="does not begin as a journal of runs: choose another folder"
+    ):
         sweep(tmp_path)
 
 
