@@ -507,29 +507,6 @@ def check_target(figure: Figure, file: Path, choice: str | Path | None) -> None:
             )
 
 
-def edited_springs(
-    figure: Figure,
-    springs: SpringSet,
-    edits: Iterable[SpringEdit],
-    file: Path,
-    choice: str | Path | None = None,
-) -> tuple[SpringSet, str]:
-    """Return changed springs, and the springs file from which they are read.
-
-    Args:
-        figure: the figure.
-        springs: springs of the choice.
-        edits: changes of them.
-        file: path of the springs file; it need not exist.
-        choice: choice of the springs, as for `read_springs`.
-
-    Raises:
-        ModelError: a springs file cannot state the change.
-        InputError: the text cannot be read, as with a cubic that restores in no sense.
-    """
-    return springs_and_text(figure, springs, apply_edits(springs, edits), file, choice)
-
-
 def springs_and_text(
     figure: Figure,
     springs: SpringSet,

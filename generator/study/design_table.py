@@ -39,7 +39,6 @@ from generator.study.study_tables import (
     parse_row,
     parse_table,
     parse_texts,
-    relative_path,
     require_keys,
     require_table,
     value_of_file,
@@ -200,7 +199,7 @@ def parse_design(
         message = f"{runs} is not a power of two, which a Sobol sequence needs to be balanced"
         add = table.diagnostics.warning if sensitivity is None else table.diagnostics.error
         add(message, table.span("runs"), f"write {near} or {2 * near}")
-    file = relative_path(table.content["file"], folder) if is_list else None
+    file = folder / table.content["file"] if is_list else None
     return Design(kind, runs, seed or 0, rows, file)
 
 
@@ -213,7 +212,7 @@ def _parse_rows(
     name = table.text("file")
     if name is None or not names:
         return None
-    path = relative_path(name, folder)
+    path = folder / name
     source, unreadable = load_text(path, str(path))
     if unreadable is not None:
         return value_of_file(

@@ -27,7 +27,6 @@ from generator.study.study_tables import (
     RUN_KEYS,
     note_failure,
     parse_table,
-    relative_path,
     value_of_file,
 )
 from generator.toml_file.reader import TableReader
@@ -154,7 +153,7 @@ def _parse_start(top: TableReader, figure: Figure, folder: Path) -> dict[str, tu
     name = top.text("pose")
     if name is None:
         return values
-    pose = value_of_file(top, "pose", POSE_FILE.parse_file(relative_path(name, folder), figure))
+    pose = value_of_file(top, "pose", POSE_FILE.parse_file(folder / name, figure))
     if pose is None:
         return values
     tree = build_tree(figure)

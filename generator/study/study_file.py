@@ -74,7 +74,6 @@ from generator.study.study_tables import (
     note_failure,
     parse_row,
     parse_table,
-    relative_path,
     require_keys,
     require_table,
     value_of_file,
@@ -199,7 +198,7 @@ def _springs_choice(top: TableReader, folder: Path) -> str | Path | None:
     choice = top.text("springs")
     if choice is None:
         return None
-    path = relative_path(choice, folder)
+    path = folder / choice
     is_path = len(Path(choice).parts) > 1 or Path(choice).suffix in (".toml", OPTIONAL_FILE.suffix)
     return path if is_path or is_file(path) else choice
 

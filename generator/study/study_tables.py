@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from generator.diagnostics import Diagnostics, MoverError, Parsed, Span, shorten
@@ -111,11 +110,6 @@ def require_table(top: TableReader, name: str, example: str) -> TableReader | No
         hint = f"write `[{name}]` and `{example}` below it"
         top.diagnostics.error(f"this study has no {name}", top.spans.table(name), hint)
     return None
-
-
-def relative_path(text: str, folder: Path) -> Path:
-    """Return the path of a file that a study in `folder` names."""
-    return folder / Path(text)
 
 
 def value_of_file(table: TableReader, key: str, parsed: Parsed[V]) -> V | None:

@@ -26,7 +26,7 @@ from generator.springs_file.edit import (
     apply_edits,
     check_target,
     edit_of_other_side,
-    edited_springs,
+    springs_and_text,
 )
 from springs import AxisSpring, SpringSet
 from springs.axis import Direction
@@ -138,7 +138,8 @@ class CurveEditor:
         return text
 
     def _read(self, edits: Mapping[CurveKey, SpringEdit], file: Path) -> tuple[SpringSet, str]:
-        return edited_springs(self.figure, self.loaded, edits.values(), file, self._choice)
+        changed = apply_edits(self.loaded, edits.values())
+        return springs_and_text(self.figure, self.loaded, changed, file, self._choice)
 
 
 MAX_PUBLISHED = 5

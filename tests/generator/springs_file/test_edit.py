@@ -19,10 +19,10 @@ from generator.springs_file.edit import (
     cubic_dead_zone,
     edit_of_other_side,
     edit_spring,
-    edited_springs,
     format_all,
     format_changes,
     plain_law,
+    springs_and_text,
     springs_from_text,
 )
 from generator.springs_file.read import load_springs, read_springs
@@ -62,7 +62,9 @@ EDITS = st.builds(
 @pytest.mark.parametrize("choice", [None, "printed"])
 def test_a_file_of_edits_is_read_as_the_edited_springs(choice, edits):
     base = read_springs(choice, FIGURE)
-    springs, text = edited_springs(FIGURE, base, edits, Path("my.springs.toml"), choice)
+    springs, text = springs_and_text(
+        FIGURE, base, apply_edits(base, edits), Path("my.springs.toml"), choice
+    )
     changed = apply_edits(base, edits)
     assert springs.joints == changed.joints
     assert (springs.law, springs.coupled) == (base.law, base.coupled)
@@ -151,7 +153,9 @@ def test_a_published_curve_is_named_in_the_file(tmp_path: Path):
     base = read_springs(path, FIGURE)
     direction = spring_of(base, "left_hip_joint", "medial rotation").direction
     edit = SpringEdit("left_hip_joint", direction, scale=1.5)
-    springs, text = edited_springs(FIGURE, base, [edit], tmp_path / "my.springs.toml", path)
+    springs, text = springs_and_text(
+        FIGURE, base, apply_edits(base, [edit]), tmp_path / "my.springs.toml", path
+    )
     assert 'extends = "hip.springs.toml"\n' in text
     assert 'published = "van_arkel_2015/hip_rotation"\nscale = 3\n' in text
     spring = spring_of(springs, "left_hip_joint", "medial rotation")
@@ -171,7 +175,9 @@ def test_a_published_curve_does_not_bring_its_damping_back(tmp_path: Path):
     assert curve("saul_2015/elbow_flexion").damping not in (None, 0.25)
     direction = base.joints["left_elbow"].axes[0].direction
     edit = SpringEdit("left_elbow", direction, scale=2.0)
-    springs, _ = edited_springs(FIGURE, base, [edit], tmp_path / "my.springs.toml", path)
+    springs, _ = springs_and_text(
+        FIGURE, base, apply_edits(base, [edit]), tmp_path / "my.springs.toml", path
+    )
     assert springs.joints["left_elbow"].axes[0].damping == Damping(0.25)
 
 
@@ -203,7 +209,9 @@ def test_the_fields_of_a_figure_stay_where_damping_is_changed(tmp_path: Path):
         for axis in joint.axes
     ]
     assert edits
-    springs, _ = edited_springs(figure, base, edits, tmp_path / "my.springs.toml")
+    springs, _ = springs_and_text(
+        figure, base, apply_edits(base, edits), tmp_path / "my.springs.toml"
+    )
     for name, joint in base.joints.items():
         for before, after in zip(joint.axes, springs.joints[name].axes, strict=True):
             assert before.elastic == after.elastic
@@ -216,7 +224,7 @@ def test_the_saved_file_extends_the_springs_by_name(choice, tmp_path: Path):
     elbow = base.joints["left_elbow"].axes[0].direction
     edit = SpringEdit("left_elbow", elbow, offset=radians(5.0))
     path = tmp_path / "my.springs.toml"
-    springs, text = edited_springs(FIGURE, base, [edit], path, choice)
+    springs, text = springs_and_text(FIGURE, base, apply_edits(base, [edit]), path, choice)
     assert f'extends = "{choice or "prototype"}"\n' in text
     path.write_text(text, encoding="utf-8")
     again = load_springs(FIGURE, FIGURE.path and FIGURE.path.parent, "prototype", path)
@@ -251,7 +259,7 @@ def test_a_file_may_be_extended_by_changes_of_its_name_that_are_not_saved(tmp_pa
     path.write_text('[[spring]]\njoints = ["left_knee"]\nstiffness_Nm_rad = 2\n', "utf-8")
     base = read_springs(path, FIGURE)
     edit = SpringEdit("left_knee", KNEE, stiffness=3.0)
-    springs, text = edited_springs(FIGURE, base, [edit], path, path)
+    springs, text = springs_and_text(FIGURE, base, apply_edits(base, [edit]), path, path)
     assert springs.joints["left_knee"].axes[0].elastic == (Linear(3.0),)
     assert springs_from_text(text, FIGURE, path).joints == springs.joints
     check_target(FIGURE, tmp_path / "other.springs.toml", path)
@@ -265,4 +273,4 @@ def test_a_curve_beside_a_law_over_several_joints_is_not_changed_alone(tmp_path:
     springs = read_springs(None, figure)
     edit = SpringEdit("left_knee", springs.joints["left_knee"].axes[0].direction, scale=2.0)
     with pytest.raises(ModelError, match="beside a law over several joints"):
-        edited_springs(figure, springs, [edit], tmp_path / "a.springs.toml")
+        springs_and_text(figure, springs, apply_edits(springs, [edit]), tmp_path / "a.springs.toml")
