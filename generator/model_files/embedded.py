@@ -30,7 +30,7 @@ from generator.input_files.coordinates import (
 )
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model import Model
 from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import Body, BodyTree
@@ -281,9 +281,8 @@ def imported_from_embedded(
         return None
     losses = Losses(read_losses.format)
     if not same["others"]:
-        losses.add(
-            "cameras, sensors, settings of a run and the like that were added or changed",
-            effect=Effect.DESCRIPTION,
+        losses.add_description(
+            "cameras, sensors, settings of a run and the like that were added or changed"
         )
     if parts["springs"] == NO_SPRINGS and any(
         joint.lower_limit or joint.upper_limit for joint in updated.joints.values()

@@ -126,9 +126,9 @@ def parse_model(
                 known = "mujoco (MJCF), robot (URDF) or OpenSimDocument"
                 hint = near if near.startswith("did") else f"the root element of a model is {known}"
                 message = f"`{shorten(root.tag)}` is not a model that can be read"
-                collector.error(message, root.span, hint)
+                root.error(message, hint)
             else:
-                imported = reader(root, directory, collector, separate=separate)
+                imported = reader(root, directory, separate=separate)
     diagnostics = collector.sorted_by_position()
     return Parsed(None if collector.has_errors else imported, diagnostics)
 

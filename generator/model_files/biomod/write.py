@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from generator.figure import CENTRE_OF_MASS_SITE, AxisKind, Figure, JointAxis, is_rotation
 from generator.identifiers import plain_names, reserve_name
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.biomod.passive_torque import (
     FittedTorque,
     LinearTorque,
@@ -382,4 +382,4 @@ def _add_losses(model: ExportModel, losses: Losses) -> None:
             losses.add(LIMITS_LOSS, joint.name)
     add_common_losses(model, losses)
     add_tree_losses(model, losses)
-    losses.add("the orientations of sites: a marker is a point", effect=Effect.DESCRIPTION)
+    losses.add_description("the orientations of sites: a marker is a point")

@@ -293,16 +293,14 @@ def figure_from_tree(
     kept = {body.name for body in whole.bodies}
     merged = [body.name for body in tree.bodies if body.name not in kept]
     if merged:
-        losses.add(
-            "bodies without a joint become parts of those that they are fixed to",
-            *merged,
-            effect=Effect.DESCRIPTION,
+        losses.add_description(
+            "bodies without a joint become parts of those that they are fixed to", *merged
         )
     carried = {body.name: body for body in whole.bodies}
     whole, gone = merge_massless_bodies(whole)
     for name in gone:
         if carried[name].shapes:
-            losses.add("shapes of bodies without mass", name, effect=Effect.DESCRIPTION)
+            losses.add_description("shapes of bodies without mass", name)
         if np.any(carried[name].extra_inertia):
             losses.add("inertia of bodies without mass", name)
     if gone:
@@ -530,10 +528,9 @@ def _add_name_losses(draft: _FigureDraft) -> None:
     for name, joint in draft.joints.items():
         if len(joint.free_places) > 1:
             own = {at.index: key for key, at in draft.coordinates.items() if at.joint == name}
-            draft.losses.add(
+            draft.losses.add_description(
                 "coordinates that form one joint, in the order of its displacements",
                 f"{name} ({', '.join(own[k] for k in sorted(own))})",
-                effect=Effect.DESCRIPTION,
             )
 
 

@@ -25,7 +25,7 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.tree import build_tree
 from generator.loads import site_loads
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.dyspam.mechanism import (
     Connection,
     JointTriad,
@@ -137,10 +137,8 @@ def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
         if joint.reach is not None:
             losses.add("the reach of limbs, left out", name)
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
-            losses.add(
-                "what springs say of their motions, references and reasons",
-                name,
-                effect=Effect.DESCRIPTION,
+            losses.add_description(
+                "what springs say of their motions, references and reasons", name
             )
     if springs.law is not SphericalLaw.CONSERVATIVE:
         how = f"the axes of a spherical joint join ({springs.law.value})"
@@ -327,9 +325,9 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
     figure = numbered.figure
     for name, k in numbered.bodies.items():
         if k:
-            losses.add(_NAMES, f"body {k} was {name}", effect=Effect.DESCRIPTION)
+            losses.add_description(_NAMES, f"body {k} was {name}")
     for k, name in enumerate(numbered.triads, start=1):
-        losses.add(_NAMES, f"joint {k} was {name}", effect=Effect.DESCRIPTION)
+        losses.add_description(_NAMES, f"joint {k} was {name}")
     for name, triad in numbered.triads.items():
         if figure.joints[name].chain != triad.type.chain:
             losses.add(_CHAINS, name)
@@ -338,29 +336,23 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
             losses.add(LIMITS_LOSS, name)
     for name, segment in figure.segments.items():
         if segment.psurf:
-            losses.add("psurfs", name, effect=Effect.DESCRIPTION)
+            losses.add_description("psurfs", name)
         if segment.attributes:
-            losses.add("attributes", name, effect=Effect.DESCRIPTION)
+            losses.add_description("attributes", name)
         if segment.contact_spheres:
             losses.add("contact spheres", name)
     at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
     for ref in numbered.points:
         turn = figure.site(ref).pose_in_segment[:3, :3]
         if ref not in at_joints and np.any(np.abs(turn - np.eye(3)) > 1e-12):
-            losses.add(
-                "directions of sites at which no joint is", str(ref), effect=Effect.DESCRIPTION
-            )
+            losses.add_description("directions of sites at which no joint is", str(ref))
     for name, segment in figure.segments.items():
         for site in segment.sites if name in figure.ground else ():
             ref = SiteRef(name, site)
             if ref != figure.root and ref not in at_joints:
-                losses.add(
-                    "sites of the ground at which no joint is", str(ref), effect=Effect.DESCRIPTION
-                )
+                losses.add_description("sites of the ground at which no joint is", str(ref))
             if site_loads(figure.site(ref)):
-                losses.add(
-                    "loads on the ground, which move nothing", str(ref), effect=Effect.DESCRIPTION
-                )
+                losses.add_description("loads on the ground, which move nothing", str(ref))
 
 
 def _mechanism_joint(numbered: NumberedFigure, joint: Joint, triad: JointTriad) -> Connection:

@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics
 from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom, FunctionCurve
 from generator.model_files.coupled_laws import CarriedLaws
 from generator.model_files.mjcf.document import MAIN, Document
 from generator.model_files.mjcf.joints import parse_coefficients
-from generator.model_files.xml import XmlElement, parse_number
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array
 from springs import Cubic
 
@@ -23,7 +22,6 @@ def with_tendons(
     document: Document,
     bodies: Sequence[Body],
     laws: CarriedLaws,
-    diagnostics: Diagnostics,
     losses: Losses,
 ) -> list[Body]:
     """Return the bodies with the springs of fixed tendons on one joint; report the others.
@@ -33,7 +31,7 @@ def with_tendons(
     dofs = {dof.name: dof for body in bodies for dof in body.dofs}
     for section in document.root.find_all("tendon"):
         for element in laws.without(section.children):
-            whole = document.with_defaults(replace(element, tag="tendon"), MAIN, diagnostics)
+            whole = document.with_defaults(replace(element, tag="tendon"), MAIN)
             name = whole.get("name") or element.tag
             joints = list(whole.find_all("joint"))
             if element.tag != "fixed" or len(joints) != 1:
@@ -43,8 +41,8 @@ def with_tendons(
             if dof is None or dof.joint:
                 losses.add("tendons on joints that are missing or balls", name)
                 continue
-            coefficient = parse_number(joints[0], "coef", diagnostics, 1.0)
-            dofs[dof.name] = _with_tendon(dof, whole, name, coefficient, diagnostics, losses)
+            coefficient = joints[0].number("coef", 1.0)
+            dofs[dof.name] = _with_tendon(dof, whole, name, coefficient, losses)
     return [replace(body, dofs=tuple(dofs[dof.name] for dof in body.dofs)) for body in bodies]
 
 
@@ -53,24 +51,23 @@ def _with_tendon(
     element: XmlElement,
     name: str,
     coefficient: float,
-    diagnostics: Diagnostics,
     losses: Losses,
 ) -> DegreeOfFreedom:
     """Return a degree of freedom with the spring and the damper of a tendon."""
     for word in _LOST_ATTRIBUTES:
         if word in element.attributes:
             losses.add("friction, limits and armature of tendons", name)
-    stiffness = parse_coefficients(element, "stiffness", diagnostics)
-    damping = parse_coefficients(element, "damping", diagnostics)
+    stiffness = parse_coefficients(element, "stiffness")
+    damping = parse_coefficients(element, "damping")
     if any(damping[1:]):
         losses.add("quadratic and cubic damping", name)
     if damping[0] > 0.0:
         dof = replace(dof, damping=dof.damping + damping[0] * coefficient * coefficient)
     if not any(stiffness) or not coefficient:
         return dof
-    slack = _slack_range(dof, element, coefficient, diagnostics)
+    slack = _slack_range(dof, element, coefficient)
     if slack[0] > slack[1]:
-        diagnostics.error("this slack range has no length", element.span_of("springlength"))
+        element.error("this slack range has no length", "", "springlength")
         return dof
     if not is_rotation(dof.kind):
         losses.add("springs of tendons on sliding joints", name)
@@ -92,13 +89,13 @@ def _with_tendon(
 
 
 def _slack_range(
-    dof: DegreeOfFreedom, element: XmlElement, coefficient: float, diagnostics: Diagnostics
+    dof: DegreeOfFreedom, element: XmlElement, coefficient: float
 ) -> tuple[float, float]:
     """Return the lengths between which a tendon has no force.
 
     Without any it is the length where the joint's own spring has none.
     """
-    read = element.numbers("springlength", diagnostics, 1, 2) or (-1.0,)
+    read = element.numbers("springlength", 1, 2) or (-1.0,)
     low, high = read[0], read[-1]
     if (low, high) == (-1.0, -1.0):
         low = high = coefficient * (dof.rest + dof.offset)

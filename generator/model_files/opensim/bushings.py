@@ -10,12 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics
 from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
 from generator.model_files.opensim.frames import GROUND, FrameIndex
-from generator.model_files.opensim.joints import child_numbers, child_text
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.opensim.passive_forces import BUSHINGS, with_function
 from generator.model_files.xml import XmlElement
@@ -34,9 +32,9 @@ def apply_bushings(
     """Return the bodies with the laws of bushings at their joints; report the other bushings."""
     found = {body.name: body for body in bodies}
     for force in forces:
-        if force.tag not in BUSHINGS or child_text(force, "appliesForce").lower() == "false":
+        if force.tag not in BUSHINGS or force.is_child("appliesForce", "false"):
             continue
-        name = force.get("name") or force.tag
+        name = force.label
         changed = _with_bushing(frames, found, force, name, losses)
         if changed is None:
             losses.add("bushings that are not at a joint with their axes", name)
@@ -50,7 +48,7 @@ def _with_bushing(
 ) -> Body | None:
     """Return the body whose joint has a bushing; None where no joint has its frames and axes."""
     sockets = ("socket_frame1", "socket_frame2")
-    if not all(child_text(force, socket) for socket in sockets):
+    if not all(force.child_text(socket) for socket in sockets):
         return None
     ends = [frames.resolve(force, socket) for socket in sockets]
     if ends[0] is None or ends[1] is None:
@@ -71,7 +69,7 @@ def _with_bushing(
         if place is None:
             return None
         index, sense = place
-        dofs.append(_with_moment(force, name, dof, index, sign * sense, frames.diagnostics, losses))
+        dofs.append(_with_moment(force, name, dof, index, sign * sense, losses))
     return replace(body, dofs=tuple(dofs))
 
 
@@ -95,14 +93,13 @@ def _with_moment(
     dof: DegreeOfFreedom,
     index: int,
     sense: float,
-    diagnostics: Diagnostics,
     losses: Losses,
 ) -> DegreeOfFreedom:
     """Return a degree of freedom with the moment or force of a bushing and its damping."""
     word = "rotational" if index < 3 else "translational"
-    damping = child_numbers(force, f"{word}_damping", (0.0, 0.0, 0.0), diagnostics)[index % 3]
-    stiffness = child_numbers(force, f"{word}_stiffness", (0.0, 0.0, 0.0), diagnostics)[index % 3]
-    function, text = None, child_text(force, _EXPRESSIONS[index])
+    damping = force.child_numbers(f"{word}_damping", (0.0, 0.0, 0.0))[index % 3]
+    stiffness = force.child_numbers(f"{word}_stiffness", (0.0, 0.0, 0.0))[index % 3]
+    function, text = None, force.child_text(_EXPRESSIONS[index])
     if force.tag == "ExpressionBasedBushingForce":
         try:
             function = parse_expression(text or "0", frozenset(_VARIABLES))

@@ -7,11 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten
+from generator.diagnostics import shorten
 from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, Curve, DegreeOfFreedom, FunctionCurve
-from generator.model_files.opensim.joints import child_number, child_numbers, child_text
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array
@@ -33,22 +32,21 @@ _PATHS: Final = ("GeometryPath", "FunctionBasedPath", "Scholz2015GeometryPath")
 def apply_forces(
     bodies: Sequence[Body],
     forces: Iterable[XmlElement],
-    diagnostics: Diagnostics,
     losses: Losses,
 ) -> tuple[Body, ...]:
     """The bodies with the springs and limits that act on their coordinates."""
     freedoms = {freedom.name: freedom for body in bodies for freedom in body.dofs}
-    reader = _ForceReader(freedoms, diagnostics, losses)
+    reader = _ForceReader(freedoms, losses)
     for force in forces:
-        name = force.get("name") or force.tag
-        if child_text(force, "appliesForce").lower() == "false":
+        name = force.label
+        if force.is_child("appliesForce", "false"):
             losses.add("forces that are switched off", name)
         elif force.tag in BUSHINGS:
             continue
         elif force.tag in _READERS:
             reader.read(force, name)
         elif any(below.tag in _PATHS for below in force.walk()):
-            _check_path(force, name, diagnostics)
+            _check_path(force, name)
             losses.add("muscles and other forces along paths", name)
         elif force.tag in _CONTACT:
             losses.add("contact", name)
@@ -67,12 +65,11 @@ class _ForceReader:
     """Adds the laws of coordinate forces to degrees of freedom, by the names of coordinates."""
 
     dofs: dict[str, DegreeOfFreedom]
-    diagnostics: Diagnostics
     losses: Losses
 
     def read(self, force: XmlElement, name: str) -> None:
         """Add the law of a force to the degree of freedom of its coordinate."""
-        key = child_text(force, "coordinate").rsplit("/", 1)[-1]
+        key = force.child_text("coordinate").rsplit("/", 1)[-1]
         dof = self.dofs.get(key)
         if dof is None:
             self.losses.add("forces on coordinates that are locked or missing", f"{name} ({key})")
@@ -80,7 +77,7 @@ class _ForceReader:
         self.dofs[key] = _READERS[force.tag](self, force, name, dof)
 
     def _number(self, force: XmlElement, word: str) -> float:
-        return child_number(force, word, self.diagnostics)
+        return force.child_number(word)
 
     def spring(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
         """Add a linear spring and damper."""
@@ -109,7 +106,7 @@ class _ForceReader:
                 width / _DEGREES_PER_RADIAN,
             )
         except ValueError as failure:
-            self.diagnostics.error(str(failure), force.span)
+            force.error(str(failure))
             return dof
         return self._with_limit(force, name, dof, law)
 
@@ -119,18 +116,14 @@ class _ForceReader:
             return dof
         terms: list[ExponentialTerm] = []
         for side, sign in (("lower", 1.0), ("upper", -1.0)):
-            parameters = child_numbers(
-                force, f"{side}_shape_parameters", (0.0, 0.0), self.diagnostics
-            )
+            parameters = force.child_numbers(f"{side}_shape_parameters", (0.0, 0.0))
             limit = self._number(force, f"{side}_limit") - dof.offset
             size, rate = parameters[0], -sign * parameters[1]
             if size and rate:
                 try:
                     terms.append(ExponentialTerm(sign * size * exp(-rate * limit), rate))
                 except OverflowError:
-                    self.diagnostics.error(
-                        f"the exponentials of `{shorten(name)}` are too large", force.span
-                    )
+                    force.error(f"the exponentials of `{shorten(name)}` are too large")
                     return dof
             elif size:
                 self.losses.add("constant forces of exponentials without a rate", name)
@@ -145,9 +138,7 @@ class _ForceReader:
         )
         stiffness = self._number(force, "stiffness")
         if stiffness < 0.0 or lower > upper:
-            self.diagnostics.error(
-                f"the stop `{shorten(name)}` has no range, or a negative stiffness", force.span
-            )
+            force.error(f"the stop `{shorten(name)}` has no range, or a negative stiffness")
             return dof
         law = Cubic((0.0, stiffness, 0.0, 0.0), -1, (lower, upper))
         return self._with_limit(force, name, dof, law) if stiffness else dof
@@ -156,7 +147,7 @@ class _ForceReader:
         """Add an expression of the coordinate and its rate: an elastic law and viscous damping."""
         try:
             function = parse_expression(
-                child_text(force, "expression") or "0", frozenset({"q", "qdot"})
+                force.child_text("expression") or "0", frozenset({"q", "qdot"})
             )
         except ExpressionError as failure:
             self.losses.add("forces with expressions that are not read", f"{name} ({failure})")
@@ -256,7 +247,7 @@ def _with_law(dof: DegreeOfFreedom, law: Curve) -> DegreeOfFreedom:
     return replace(dof, laws=(*dof.laws, law))
 
 
-def _check_path(force: XmlElement, name: str, diagnostics: Diagnostics) -> None:
+def _check_path(force: XmlElement, name: str) -> None:
     """A path has points, or the file is broken."""
     for path in force.walk():
         if path.tag != "GeometryPath":
@@ -267,8 +258,6 @@ def _check_path(force: XmlElement, name: str, diagnostics: Diagnostics) -> None:
         if count < 2:
             place = points or path
             has = "one point" if count else "no points"
-            diagnostics.error(
-                f"the path of `{shorten(name)}` has {has}",
-                place.span,
-                "a path leads from one point to another",
+            place.error(
+                f"the path of `{shorten(name)}` has {has}", "a path leads from one point to another"
             )

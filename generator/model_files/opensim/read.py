@@ -6,19 +6,17 @@ A socket names a frame by its path among the components of the model, either fro
 
 from collections import deque
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, TooManyErrors, shorten
+from generator.diagnostics import shorten
 from generator.figure import is_rotation
 from generator.follower_curve import FollowerCurve
 from generator.inertia import MassProperties
-from generator.losses import Effect, Losses
-from generator.model_files.body_tree.to_figure import figure_from_tree
+from generator.losses import Losses
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
@@ -28,8 +26,8 @@ from generator.model_files.body_tree.tree import (
     rotation_to_y_up,
     split_extra_inertia,
 )
-from generator.model_files.coupled_laws import find_carried_laws, with_carried_laws
-from generator.model_files.embedded import carried_model, imported_from_embedded
+from generator.model_files.coupled_laws import find_carried_laws, imported_with_laws
+from generator.model_files.embedded import carried_model
 from generator.model_files.imported import Imported
 from generator.model_files.opensim.bushings import apply_bushings
 from generator.model_files.opensim.frames import GROUND, FrameIndex
@@ -37,9 +35,6 @@ from generator.model_files.opensim.joints import (
     BALLS,
     FUNCTION_TAGS,
     Followed,
-    child_number,
-    child_numbers,
-    child_text,
     parse_curve,
     parse_joint,
 )
@@ -75,49 +70,44 @@ _LOST: Final = {
 
 
 def figure_from_osim(
-    root: XmlElement,
-    directory: Path | None,
-    diagnostics: Diagnostics,
-    *,
-    separate: bool = False,
+    root: XmlElement, directory: Path | None, *, separate: bool = False
 ) -> Imported | None:
     """Convert an OpenSim model into a figure; None, with diagnostics, if that is impossible.
 
     Args:
         root: the element `OpenSimDocument`.
         directory: directory of the model's file, from which mesh files are looked for.
-        diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """
     losses = Losses("OpenSim model")
-    (version,) = root.numbers("Version", diagnostics, 1) or (OPENSIM_4,)
+    (version,) = root.numbers("Version", 1) or (OPENSIM_4,)
     element = root.find("Model")
     if version < OPENSIM_4 and element is not None and element.find("JointSet") is None:
-        upgraded = upgraded_document(root, diagnostics, losses)
+        upgraded = upgraded_document(root, losses)
         if upgraded is None:
             return None
         root, element = upgraded, upgraded.find("Model")
-    if element is None or element.find("JointSet") is None:
-        if element is None:
-            diagnostics.error("this document has no `Model`", root.span, "a model stands in it")
-        else:
-            diagnostics.error("this model has no `JointSet`", element.span, "nothing in it moves")
+    if element is None:
+        root.error("this document has no `Model`", "a model stands in it")
+        return None
+    if element.find("JointSet") is None:
+        element.error("this model has no `JointSet`", "nothing in it moves")
         return None
     known: dict[str, XmlElement] = {}
     for body in _set_objects(element, "BodySet"):
-        first = known.setdefault(body.get("name") or "", body)
-        if first is not body:
-            diagnostics.error(f"a second body named `{shorten(body.get('name') or '')}`", body.span)
-    frames = FrameIndex.from_model(element, diagnostics)
+        name = body.get("name") or ""
+        if known.setdefault(name, body) is not body:
+            body.error(f"a second body named `{shorten(name)}`")
+    frames = FrameIndex.from_model(element)
     followed = _followed(element)
-    bodies = _build_bodies(_links(frames, element, losses, followed), known, diagnostics)
+    bodies = _build_bodies(_links(frames, element, losses, followed), known)
     balls = {each.get("name") for each in _set_objects(element, "JointSet") if each.tag in BALLS}
     forces = list(_set_objects(element, "ForceSet"))
     laws = find_carried_laws(root, forces, coupled_elements)
     forces = laws.without(forces)
     bodies, forces = find_reaches(bodies, forces, carried_model(root))
     rotation_springs, forces = find_rotation_springs(bodies, forces)
-    bodies = apply_forces(bodies, forces, diagnostics, losses)
+    bodies = apply_forces(bodies, forces, losses)
     bodies = apply_bushings(frames, bodies, forces, losses)
     rotation_springs = _without_lone_damping(bodies, rotation_springs, losses)
     bodies = with_rotation_springs(bodies, rotation_springs, losses)
@@ -128,15 +118,10 @@ def figure_from_osim(
     shapes = GeometryReader(frames, directory or Path(), losses).read(element)
     bodies = [replace(body, shapes=shapes.get(body.name, ())) for body in bodies]
     _add_part_losses(element, losses, followed)
-    gravity = child_numbers(element, "gravity", GRAVITY, diagnostics)
-    up = rotation_to_y_up(gravity, losses)
+    up = rotation_to_y_up(element.child_numbers("gravity", GRAVITY), losses)
     name, ground = element.get("name"), shapes.get(GROUND, ())
     tree = BodyTree(tuple(bodies), sites, up, name, root.span, ground, law)
-    carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
-    if carried is not None:
-        return carried
-    figure = figure_from_tree(tree, diagnostics, losses, separate=separate)
-    return with_carried_laws(figure, laws, losses)
+    return imported_with_laws(root, tree, laws, losses, separate=separate)
 
 
 def _has_ball_law(body: Body, balls: Container[str | None]) -> bool:
@@ -178,33 +163,32 @@ def _set_objects(model: XmlElement, name: str) -> Iterator[XmlElement]:
 
 def _followed(model: XmlElement) -> Followed:
     """Return the coordinates that axes may follow; what is wrong with them is reported later."""
-    diagnostics = Diagnostics()
     found: dict[str, tuple[str, FollowerCurve]] = {}
     moving: set[str] = set()
-    with suppress(TooManyErrors):
+    with model.diagnostics.muted():
         for joint in _set_objects(model, "JointSet"):
-            row = parse_joint(joint, diagnostics, Losses(""), Followed())
+            row = parse_joint(joint, Losses(""), Followed())
             moving |= {dof.name for dof in row.dofs}
         for constraint in _set_objects(model, "ConstraintSet"):
-            coupling = _coupling(constraint, diagnostics)
+            coupling = _coupling(constraint)
             if coupling is not None:
-                found[child_text(constraint, "dependent_coordinate_name")] = coupling
+                found[constraint.child_text("dependent_coordinate_name")] = coupling
     free = frozenset(moving - found.keys())
     coupled = {name: one for name, one in found.items() if one[0] in free}
     return Followed(free | (found.keys() & moving) - coupled.keys(), coupled)
 
 
-def _coupling(constraint: XmlElement, diagnostics: Diagnostics) -> tuple[str, FollowerCurve] | None:
+def _coupling(constraint: XmlElement) -> tuple[str, FollowerCurve] | None:
     """Return what a coordinate follows by a constraint; None for another one."""
-    names = child_text(constraint, "independent_coordinate_names").split()
+    names = constraint.child_text("independent_coordinate_names").split()
     function = next((one for one in constraint.walk() if one.tag in FUNCTION_TAGS), None)
-    is_idle = child_text(constraint, "isEnforced").lower() == "false"
+    is_idle = constraint.is_child("isEnforced", "false")
     if constraint.tag != COUPLER or len(names) != 1 or function is None or is_idle:
         return None
-    curve = parse_curve(function, diagnostics)
+    curve = parse_curve(function)
     has_scale = constraint.find("scale_factor") is not None
-    scale = child_number(constraint, "scale_factor", diagnostics) if has_scale else 1.0
-    return None if curve is None else (names[0], curve.scaled(scale))
+    scale = constraint.child_number("scale_factor") if has_scale else 1.0
+    return (names[0], curve.scaled(scale)) if isinstance(curve, FollowerCurve) else None
 
 
 @dataclass(frozen=True)
@@ -238,15 +222,14 @@ def _links(
         parent, child = (
             frames.resolve(joint, f"socket_{end}_frame") for end in ("parent", "child")
         )
-        row = parse_joint(joint, frames.diagnostics, losses, followed)
+        row = parse_joint(joint, losses, followed)
         if parent is None or child is None:
             continue
         (base, base_pose), (tip, tip_pose) = parent, child
         if base == tip:
-            frames.diagnostics.error(
+            joint.error(
                 f"the joint `{shorten(joint.get('name') or joint.tag)}` joins `{shorten(base)}` to "
                 "itself",
-                joint.span,
                 "a joint connects two bodies",
             )
             continue
@@ -255,9 +238,7 @@ def _links(
         yield _BodyJoint(joint, base, tip, pose, moved)
 
 
-def _build_bodies(
-    body_joints: Iterable[_BodyJoint], known: Mapping[str, XmlElement], diagnostics: Diagnostics
-) -> list[Body]:
+def _build_bodies(body_joints: Iterable[_BodyJoint], known: Mapping[str, XmlElement]) -> list[Body]:
     """The bodies, each parent before its children, from the ground whichever end is called so."""
     from_base: dict[str, list[_BodyJoint]] = {}
     for link in body_joints:
@@ -271,21 +252,18 @@ def _build_bodies(
             if id(link.joint) in used:
                 continue
             used.add(id(link.joint))
-            name = link.joint.get("name") or link.joint.tag
+            name = link.joint.label
             if link.outboard in bodies or link.outboard == GROUND:
-                diagnostics.error(
+                link.joint.error(
                     f"the joint `{shorten(name)}` closes a loop, and only trees are read",
-                    link.joint.span,
                     "let a constraint close it",
                 )
                 continue
             body = known.get(link.outboard)
             if body is None:
-                diagnostics.error(
-                    f"the body `{shorten(link.outboard)}` is not in the `BodySet`", link.joint.span
-                )
+                link.joint.error(f"the body `{shorten(link.outboard)}` is not in the `BodySet`")
                 continue
-            mass, loose = _mass(body, diagnostics) or (None, np.zeros((3, 3)))
+            mass, loose = _mass(body) or (None, np.zeros((3, 3)))
             bodies[link.outboard] = Body(
                 link.outboard,
                 None if base == GROUND else base,
@@ -298,26 +276,26 @@ def _build_bodies(
             )
             waiting.append(link.outboard)
     for name, body in known.items():
-        if name not in bodies and not diagnostics.has_errors:
-            diagnostics.error(
+        if name not in bodies and not body.diagnostics.has_errors:
+            body.error(
                 f"no joints lead from the ground to the body `{shorten(name)}`",
-                body.span_of("name"),
                 "bodies that fly have a `FreeJoint`",
+                "name",
             )
     return list(bodies.values())
 
 
-def _mass(body: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties | None, Array] | None:
+def _mass(body: XmlElement) -> tuple[MassProperties | None, Array] | None:
     """The mass properties of a body, and loose inertia; None without any."""
-    (mass,) = child_numbers(body, "mass", (0.0,), diagnostics)
+    (mass,) = body.child_numbers("mass", (0.0,))
     if mass == 0.0:
         return None
-    centre = np.array(child_numbers(body, "mass_center", (0.0, 0.0, 0.0), diagnostics))
-    tensor = inertia_tensor(child_numbers(body, "inertia", (0.0,) * 6, diagnostics))
+    centre = np.array(body.child_numbers("mass_center", (0.0, 0.0, 0.0)))
+    tensor = inertia_tensor(body.child_numbers("inertia", (0.0,) * 6))
     try:
         return split_extra_inertia(mass, centre, tensor, np.eye(4))
     except ValueError as failure:
-        diagnostics.error(str(failure), (body.find("mass") or body).span)
+        (body.find("mass") or body).error(str(failure))
         return None
 
 
@@ -330,7 +308,7 @@ def _add_markers(frames: FrameIndex, element: XmlElement, bodies: list[Body]) ->
         if frame is None:
             continue
         name, pose = frame
-        at = np.array(child_numbers(marker, "location", (0.0, 0.0, 0.0), frames.diagnostics))
+        at = np.array(marker.child_numbers("location", (0.0, 0.0, 0.0)))
         site = {marker.get("name") or "marker": pose @ pose_matrix(np.eye(3), at)}
         if name == GROUND:
             grounded |= site
@@ -348,14 +326,10 @@ def _add_part_losses(model: XmlElement, losses: Losses, followed: Followed) -> N
         if section.tag in _LOST:
             objects = section.find("objects") or section
             for part in objects.children:
-                coupled = child_text(part, "dependent_coordinate_name") in followed.coupled
+                coupled = part.child_text("dependent_coordinate_name") in followed.coupled
                 if part.tag not in ("objects", "groups") and not coupled:
-                    losses.add(_LOST[section.tag], part.get("name") or part.tag)
+                    losses.add(_LOST[section.tag], part.label)
     for body in (*_set_objects(model, "BodySet"), *model.find_all("Ground")):
         for part in body.walk():
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
-                losses.add(
-                    "wrapping surfaces of muscles",
-                    part.get("name") or part.tag,
-                    effect=Effect.DESCRIPTION,
-                )
+                losses.add_description("wrapping surfaces of muscles", part.label)

@@ -21,7 +21,6 @@ from generator.losses import Losses
 from generator.model_files.body_tree.joints import JointGroup, rotation_group
 from generator.model_files.body_tree.to_figure import HINGES_AS_ONE
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
-from generator.model_files.opensim.joints import child_text
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.opensim.passive_forces import with_function
 from generator.model_files.xml import XmlElement
@@ -77,7 +76,7 @@ def find_rotation_springs(
     law: SphericalLaw | None = None
     for force in forces:
         spring = None
-        switched_off = child_text(force, "appliesForce").lower() == "false"
+        switched_off = force.is_child("appliesForce", "false")
         if force.tag == "ExpressionBasedPathForce" and not switched_off:
             spring = _find_spring(joints, force)
         if spring is None or (law and spring.law and spring.law is not law):
@@ -210,7 +209,7 @@ def _find_spring(
     path = read_path(joints, force)
     if path is None:
         return None
-    name = force.get("name") or force.tag
+    name = force.label
     if path.arms is None:
         return _spring_of_length(name, path.joint, path.length, path.tension_at)
     return _spring_of_arms(name, path.joint, path.length, path.arms, path.tension_at)
@@ -239,16 +238,16 @@ def read_path(
 ) -> PathForce | None:
     """Return a force along a path that depends on one of the joints; None for another."""
     path = force.find("FunctionBasedPath")
-    if path is None or child_text(force, "clamp_stretch").lower() != "false":
+    if path is None or force.child_text("clamp_stretch").lower() != "false":
         return None
-    order = [each.rsplit("/", 1)[-1] for each in child_text(path, "coordinate_paths").split()]
+    order = [each.rsplit("/", 1)[-1] for each in path.child_text("coordinate_paths").split()]
     joint = joints.get(frozenset(order))
     if joint is None or len(order) != len(joint.turns):
         return None
     if any(each.tag in _UNREAD for each in force.walk()):
         return None
     try:
-        tension = parse_expression(child_text(force, "expression"), frozenset({"s", "ldot"}))
+        tension = parse_expression(force.child_text("expression"), frozenset({"s", "ldot"}))
         (length,) = _function_values(joint, order, path.find("length_function"))
         arms = _function_values(joint, order, path.find("moment_arm_functions"))
     except (ExpressionError, ValueError):
@@ -272,9 +271,9 @@ def _function_values(
     """Return the values of functions of a joint's coordinates; raises ExpressionError."""
     found: list[Array] = []
     for function in () if parent is None else parent.find_all("ExpressionBasedFunction"):
-        variables = child_text(function, "variables").split()
+        variables = function.child_text("variables").split()
         known = dict(zip(variables, (joint.coordinates[name] for name in order), strict=True))
-        value = parse_expression(child_text(function, "expression"), frozenset(known))
+        value = parse_expression(function.child_text("expression"), frozenset(known))
         with np.errstate(all="ignore"):
             found.append(value(known) * np.ones(_SAMPLES))
     return found

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from generator.diagnostics import Diagnostics, InputError, error
 from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
 from generator.geometry.surface import Surface, join_surfaces
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.body_tree.shapes import (
     MeshFiles,
     Shape,
@@ -21,7 +21,6 @@ from generator.model_files.body_tree.shapes import (
     scaled,
 )
 from generator.model_files.opensim.frames import FrameIndex
-from generator.model_files.opensim.joints import child_number, child_numbers, child_text
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.rotations import pose_matrix
 from generator.text_io import load_text
@@ -66,14 +65,10 @@ class GeometryReader:
         for element, owner in _geometry(model):
             if element.tag in _UNREAD:
                 if element.tag in ("Cone", "Torus"):
-                    self.losses.add(
-                        "cones and tori",
-                        element.get("name") or element.tag,
-                        effect=Effect.DESCRIPTION,
-                    )
+                    self.losses.add_description("cones and tori", element.label)
                 continue
             appearance = element.find("Appearance")
-            if appearance is not None and child_text(appearance, "visible").lower() == "false":
+            if appearance is not None and appearance.is_child("visible", "false"):
                 continue
             frame = self.frames.resolve(element, "socket_frame", default=owner)
             surface = None if frame is None else self._surface(element)
@@ -82,28 +77,20 @@ class GeometryReader:
             body, pose = frame
             colour = WHITE
             if appearance is not None:
-                parts = child_numbers(appearance, "color", WHITE, self._diagnostics)
+                parts = appearance.child_numbers("color", WHITE)
                 colour = clipped_colour(parts)
             shape = Shape(surface.transformed(pose), colour)
             shapes[body] = (*shapes.get(body, ()), shape)
         return shapes
-
-    @property
-    def _diagnostics(self) -> Diagnostics:
-        return self.frames.diagnostics
 
     def _surface(self, element: XmlElement) -> Surface | None:
         """Return the surface of a geometry in its frame."""
         surface = self._unscaled(element)
         if surface is None:
             return None
-        factors = child_numbers(element, "scale_factors", (1.0, 1.0, 1.0), self._diagnostics)
+        factors = element.child_numbers("scale_factors", (1.0, 1.0, 1.0))
         if not all(factors):
-            self.losses.add(
-                "shapes that are scaled to nothing",
-                element.get("name") or element.tag,
-                effect=Effect.DESCRIPTION,
-            )
+            self.losses.add_description("shapes that are scaled to nothing", element.label)
             return None
         return scaled(surface, factors)
 
@@ -111,30 +98,30 @@ class GeometryReader:
         unit = (1.0, 1.0, 1.0)
         match element.tag:
             case "Mesh":
-                name = child_text(element, "mesh_file").replace("\\", "/")
+                name = element.child_text("mesh_file").replace("\\", "/")
                 above = folders_above(self.directory)
                 folders = (self.directory, *(folder / GEOMETRY_FOLDER for folder in above))
                 return self._files.find(folders, name) if name else None
             case "Brick":
-                sizes = child_numbers(element, "half_lengths", unit, self._diagnostics)
+                sizes = element.child_numbers("half_lengths", unit)
                 return box(*sizes) if self._have_size(element, *sizes) else None
             case "Ellipsoid":
-                sizes = child_numbers(element, "radii", unit, self._diagnostics)
+                sizes = element.child_numbers("radii", unit)
                 return ellipsoid(*sizes) if self._have_size(element, *sizes) else None
             case "Sphere":
-                radius = child_number(element, "radius", self._diagnostics)
+                radius = element.child_number("radius")
                 return sphere(radius) if self._have_size(element, radius) else None
             case _:
-                radius = child_number(element, "radius", self._diagnostics)
-                half = child_number(element, "half_height", self._diagnostics)
+                radius = element.child_number("radius")
+                half = element.child_number("half_height")
                 if not self._have_size(element, radius, half):
                     return None
                 upright = pose_matrix(_Z_ALONG_Y, np.zeros(3))
                 return cylinder(radius, half).transformed(upright)
 
     def _have_size(self, element: XmlElement, *sizes: float) -> bool:
-        name = element.get("name") or element.tag
-        return has_size(element, name, sizes, self._diagnostics, self.losses)
+        name = element.label
+        return has_size(element, name, sizes, self.losses)
 
 
 def _geometry(model: XmlElement) -> Iterator[tuple[XmlElement, XmlElement]]:

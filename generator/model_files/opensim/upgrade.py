@@ -6,8 +6,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from generator.diagnostics import Diagnostics, shorten
-from generator.losses import Effect, Losses
+from generator.diagnostics import shorten
+from generator.losses import Losses
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.text_io import load_text
 
@@ -23,22 +23,19 @@ _TIME_LIMIT = 120.0
 """Longest time that OpenSim may take [s]; a model of 90 muscles takes 2 s."""
 
 
-def upgraded_document(
-    root: XmlElement, diagnostics: Diagnostics, losses: Losses
-) -> XmlElement | None:
+def upgraded_document(root: XmlElement, losses: Losses) -> XmlElement | None:
     """Return a document in the format of OpenSim 4; None, with an error, without OpenSim's package.
 
     It runs in a process of its own, in a folder of its own: it writes a log there, and may crash.
 
     Args:
         root: the element `OpenSimDocument` of the older format.
-        diagnostics: collects errors.
         losses: notes that the model was upgraded.
     """
-    message, span = "this model was written by OpenSim 3 or older", root.span_of("Version")
+    message = "this model was written by OpenSim 3 or older"
     if find_spec("opensim") is None:
         hint = "install OpenSim's package, which converts it (`pip install opensim`)"
-        diagnostics.error(message, span, f"{hint}, or save it with OpenSim 4")
+        root.error(message, f"{hint}, or save it with OpenSim 4", "Version")
         return None
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -59,15 +56,15 @@ def upgraded_document(
         except subprocess.TimeoutExpired:
             done, reason = None, f"it takes more than {_TIME_LIMIT:.0f} s"
         if done is None or done.returncode != 0 or not written.exists():
-            diagnostics.error(f"{message}, and OpenSim cannot convert it", span, shorten(reason))
+            root.error(f"{message}, and OpenSim cannot convert it", shorten(reason), "Version")
             return None
         upgraded, fault = load_text(written, f"{source.name} as OpenSim 4 writes it")
         version = done.stdout.decode(errors="replace").split()
-    losses.add(
-        f"older format: OpenSim {' '.join(version[-1:])} has converted the model first",
-        effect=Effect.DESCRIPTION,
+    losses.add_description(
+        f"older format: OpenSim {' '.join(version[-1:])} has converted the model first"
     )
     if fault is not None:
-        diagnostics.error(f"{message}, and the converted one cannot be read: {fault.message}", span)
+        what = f"{message}, and the converted one cannot be read: {fault.message}"
+        root.error(what, at="Version")
         return None
-    return parse_xml(upgraded, diagnostics)
+    return parse_xml(upgraded, root.diagnostics)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.diagnostics import shorten, spelling_hint
 from generator.geometry.primitives import box, capsule, cylinder, sphere
 from generator.geometry.surface import Surface
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.body_tree.shapes import (
     Colour,
     MeshFiles,
@@ -20,11 +20,7 @@ from generator.model_files.body_tree.shapes import (
     scaled,
 )
 from generator.model_files.urdf.collada import read_collada
-from generator.model_files.xml import (
-    XmlElement,
-    parse_number,
-    parse_vector,
-)
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
 
 SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
@@ -32,15 +28,15 @@ SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 PACKAGE, FILE = "package://", "file://"
 
 
-def parse_origin(element: XmlElement, diagnostics: Diagnostics) -> Array:
+def parse_origin(element: XmlElement) -> Array:
     """Parse the `origin` of an element as a pose, shape (4, 4); rotations are about fixed axes."""
     origin = element.find("origin")
     if origin is None:
         return np.eye(4)
-    roll, pitch, yaw = parse_vector(origin, "rpy", diagnostics)
+    roll, pitch, yaw = origin.vector("rpy")
     # Rz(yaw) Ry(pitch) Rx(roll) is the inverse of a turn about the turned axes.
     turn = matrix_from_xyz(-roll, -pitch, -yaw).T
-    return pose_matrix(turn, np.array(parse_vector(origin, "xyz", diagnostics)))
+    return pose_matrix(turn, np.array(origin.vector("xyz")))
 
 
 @dataclass
@@ -50,13 +46,11 @@ class VisualReader:
     Attributes:
         root: the element `robot`.
         directory: directory of the model's file.
-        diagnostics: collects errors.
         losses: collects what a figure does not hold.
     """
 
     root: XmlElement
     directory: Path
-    diagnostics: Diagnostics
     losses: Losses
     _files: MeshFiles = field(init=False)
 
@@ -78,47 +72,43 @@ class VisualReader:
             known = next((shape for shape in shapes if ":" not in shape.tag), None)
             for shape in shapes:
                 if shape is not known:
-                    self.losses.add("unknown elements", shape.tag, effect=Effect.DESCRIPTION)
+                    self.losses.add_description("unknown elements", shape.tag)
                     continue
                 surface = self._surface(link, shape)
                 if surface is not None:
-                    pose = parse_origin(element, self.diagnostics)
+                    pose = parse_origin(element)
                     yield Shape(surface.transformed(pose), self._colour(element))
 
     def _surface(self, link: str, shape: XmlElement) -> Surface | None:
         match shape.tag:
             case "box":
-                sizes = parse_vector(shape, "size", self.diagnostics)
+                sizes = shape.vector("size")
                 if self._have_size(link, shape, *sizes):
                     return box(*(0.5 * size for size in sizes))
             case "sphere":
-                radius = parse_number(shape, "radius", self.diagnostics)
+                radius = shape.number("radius")
                 if self._have_size(link, shape, radius):
                     return sphere(radius)
             case "cylinder" | "capsule":
-                radius, length = (
-                    parse_number(shape, word, self.diagnostics) for word in ("radius", "length")
-                )
+                radius, length = (shape.number(word) for word in ("radius", "length"))
                 if self._have_size(link, shape, radius, length):
                     return (cylinder if shape.tag == "cylinder" else capsule)(radius, 0.5 * length)
             case "mesh":
                 surface = self._mesh(shape.get("filename") or "")
-                scale = parse_vector(shape, "scale", self.diagnostics, (1.0, 1.0, 1.0))
+                scale = shape.vector("scale", (1.0, 1.0, 1.0))
                 if surface is not None and self._have_size(link, shape, *map(abs, scale)):
                     return scaled(surface, scale)
             case tag:
-                self.diagnostics.error(
-                    f"unknown shape `{shorten(tag)}`", shape.span, spelling_hint(tag, SHAPES)
-                )
+                shape.error(f"unknown shape `{shorten(tag)}`", spelling_hint(tag, SHAPES))
         return None
 
     def _have_size(self, link: str, shape: XmlElement, *sizes: float) -> bool:
-        return has_size(shape, f"{shape.tag} of {link}", sizes, self.diagnostics, self.losses)
+        return has_size(shape, f"{shape.tag} of {link}", sizes, self.losses)
 
     def _mesh(self, name: str) -> Surface | None:
         """Return the surface in a mesh file; of a package, in a folder above the model."""
         if not name:
-            self.losses.add("meshes without a file", effect=Effect.DESCRIPTION)
+            self.losses.add_description("meshes without a file")
             return None
         if not name.startswith(PACKAGE):
             return self._files.find((self.directory,), name.removeprefix(FILE))
@@ -136,13 +126,11 @@ class VisualReader:
         same = [one for one in named if one.get("name") == material.get("name")]
         for one in (material, *same):
             if one.find("texture") is not None:
-                self.losses.add(
-                    "textures: a material has its colour alone",
-                    one.get("name") or "",
-                    effect=Effect.DESCRIPTION,
+                self.losses.add_description(
+                    "textures: a material has its colour alone", one.get("name") or ""
                 )
             colour = one.find("color")
-            read = None if colour is None else colour.numbers("rgba", self.diagnostics, 4)
+            read = None if colour is None else colour.numbers("rgba", 4)
             if read is not None:
                 return clipped_colour(read)
         return None
