@@ -9,15 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from generator.diagnostics import (
-    Diagnostics,
-    InputError,
-    Source,
-    Span,
-    UsageError,
-    error,
-    shorten,
-)
+from generator.diagnostics import Diagnostics, InputError, Source, Span, UsageError, error, shorten
 from generator.figure import Figure
 from generator.file_kind import FileKind
 from generator.identifiers import plain_name

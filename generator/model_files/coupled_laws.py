@@ -15,12 +15,8 @@ from generator.losses import Losses
 from generator.model import Model
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import BodyTree
-from generator.model_files.embedded import (
-    canonical_element,
-    edited_model,
-    imported_from_embedded,
-)
-from generator.model_files.imported import Imported
+from generator.model_files.embedded import canonical_element, edited_model, imported_from_embedded
+from generator.model_files.model_files import Imported
 from generator.model_files.xml import Element, XmlElement, format_document, parse_xml
 from generator.springs_file.edit import format_besides_fields, springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
@@ -52,9 +48,7 @@ class CarriedLaws:
 
 
 def find_carried_laws(
-    root: XmlElement,
-    elements: Iterable[XmlElement],
-    write: Callable[[Model], CoupledElements],
+    root: XmlElement, elements: Iterable[XmlElement], write: Callable[[Model], CoupledElements]
 ) -> CarriedLaws:
     """Return the laws over several joints that an edited model still has.
 

@@ -34,14 +34,8 @@ from generator.losses import Losses
 from generator.model import Model
 from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import Body, BodyTree
-from generator.model_files.imported import Imported
-from generator.model_files.xml import (
-    Element,
-    XmlElement,
-    add_element,
-    format_document,
-    parse_xml,
-)
+from generator.model_files.model_files import Imported
+from generator.model_files.xml import Element, XmlElement, add_element, format_document, parse_xml
 from generator.rotations import inverse_pose
 from generator.springs_file.edit import format_besides_fields, springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
@@ -84,11 +78,7 @@ class ElementKinds:
 
     def group(self, tag: str) -> str:
         """Return the group of an element with this tag; "" for the group of the one above."""
-        groups = {
-            "springs": self.spring_tags,
-            "shapes": self.shape_tags,
-            "others": self.other_tags,
-        }
+        groups = {"springs": self.spring_tags, "shapes": self.shape_tags, "others": self.other_tags}
         return next((group for group, tags in groups.items() if tag in tags), "")
 
 

@@ -10,8 +10,7 @@ import numpy as np
 from generator.diagnostics import InputError
 from generator.figure import Attribute, Figure
 from generator.geometry.read import FORMAT_UNITS, read_mesh
-from generator.geometry.simplify import simplify
-from generator.geometry.surface import Surface, join_surfaces
+from generator.geometry.surface import Surface, join_surfaces, simplify
 from generator.identifiers import reserve_name
 from generator.losses import Losses
 from generator.model_files.xml import XmlElement

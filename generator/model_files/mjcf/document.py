@@ -107,10 +107,7 @@ def _is_euler_sequence(text: str) -> bool:
 
 
 def _collect_defaults(
-    element: XmlElement,
-    name: str,
-    inherited: _ClassDefaults,
-    classes: dict[str, _ClassDefaults],
+    element: XmlElement, name: str, inherited: _ClassDefaults, classes: dict[str, _ClassDefaults]
 ) -> None:
     """The class of a `default` element and those in it."""
     here = {

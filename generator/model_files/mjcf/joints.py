@@ -17,12 +17,7 @@ from generator.model_files.body_tree.tree import (
     rotation_from_z_to,
 )
 from generator.model_files.xml import XmlElement
-from generator.rotations import (
-    Array,
-    matrix_from_axis_angle,
-    matrix_from_quaternion,
-    pose_matrix,
-)
+from generator.rotations import Array, matrix_from_axis_angle, matrix_from_quaternion, pose_matrix
 
 ORIENTATION_ATTRIBUTES = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
 """Attributes of an orientation, and how many numbers they have."""

@@ -1,5 +1,6 @@
 """MJCF, the models of MuJoCo: the passive tree of one as a figure."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -7,41 +8,36 @@ from typing import Final
 import numpy as np
 
 from generator.diagnostics import shorten, spelling_hint
+from generator.figure import is_rotation
 from generator.inertia import MassProperties
 from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
+    DegreeOfFreedom,
+    FunctionCurve,
     inertia_tensor,
     own_site_names,
     rotation_to_y_up,
 )
-from generator.model_files.coupled_laws import (
-    CarriedLaws,
-    find_carried_laws,
-    imported_with_laws,
-)
+from generator.model_files.coupled_laws import CarriedLaws, find_carried_laws, imported_with_laws
 from generator.model_files.embedded import MARK
-from generator.model_files.imported import Imported
-from generator.model_files.mjcf.document import (
-    COMPILER_CHOICES,
-    MAIN,
-    Document,
-    parse_document,
-)
+from generator.model_files.mjcf.document import COMPILER_CHOICES, MAIN, Document, parse_document
 from generator.model_files.mjcf.geoms import GeomReader
 from generator.model_files.mjcf.joints import (
     ORIENTATION_ATTRIBUTES,
     JointReader,
+    parse_coefficients,
     parse_orientation,
     parse_pose,
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
-from generator.model_files.mjcf.tendons import with_tendons
 from generator.model_files.mjcf.write import coupled_elements
+from generator.model_files.model_files import Imported
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array
+from springs import Cubic
 
 _UNSUPPORTED_ELEMENTS: Final = {
     "composite": "a composite of many bodies",
@@ -163,10 +159,7 @@ class BodyReader:
                     self._add_unread_losses(child)
                     inner = child.get("childclass") or childclass
                     self._collect_children(
-                        child,
-                        pose_in_body @ parse_pose(child, angles),
-                        inner,
-                        contents,
+                        child, pose_in_body @ parse_pose(child, angles), inner, contents
                     )
                 case "joint" | "freejoint":
                     self._collect_joint(child, element, childclass, contents)
@@ -354,12 +347,7 @@ def figure_from_mjcf(
     _add_section_losses(document, laws, losses)
     geoms.add_asset_losses()
     tree = BodyTree(
-        tuple(bodies),
-        reader.sites,
-        up,
-        document.root.get("model"),
-        root.span,
-        reader.shapes,
+        tuple(bodies), reader.sites, up, document.root.get("model"), root.span, reader.shapes
     )
     return imported_with_laws(root, tree, laws, losses, separate=separate)
 
@@ -400,3 +388,83 @@ def _add_section_losses(document: Document, laws: CarriedLaws, losses: Losses) -
     for name in document.compiler.attributes:
         if name not in _COMPILER:
             losses.add("attributes that a figure does not have", f"compiler {name}")
+
+
+_LOST_ATTRIBUTES = ("armature", "frictionloss", "range", "actuatorfrcrange")
+
+
+def with_tendons(
+    document: Document, bodies: Sequence[Body], laws: CarriedLaws, losses: Losses
+) -> list[Body]:
+    """Return the bodies with the springs of fixed tendons on one joint; report the others.
+
+    Those of laws over several joints that come back are left out.
+    """
+    dofs = {dof.name: dof for body in bodies for dof in body.dofs}
+    for section in document.root.find_all("tendon"):
+        for element in laws.without(section.children):
+            whole = document.with_defaults(replace(element, tag="tendon"), MAIN)
+            name = whole.get("name") or element.tag
+            joints = list(whole.find_all("joint"))
+            if element.tag != "fixed" or len(joints) != 1:
+                losses.add("tendons over several joints or along paths", name)
+                continue
+            dof = dofs.get(joints[0].get("joint") or "")
+            if dof is None or dof.joint:
+                losses.add("tendons on joints that are missing or balls", name)
+                continue
+            coefficient = joints[0].number("coef", 1.0)
+            dofs[dof.name] = _with_tendon(dof, whole, name, coefficient, losses)
+    return [replace(body, dofs=tuple(dofs[dof.name] for dof in body.dofs)) for body in bodies]
+
+
+def _with_tendon(
+    dof: DegreeOfFreedom, element: XmlElement, name: str, coefficient: float, losses: Losses
+) -> DegreeOfFreedom:
+    """Return a degree of freedom with the spring and the damper of a tendon."""
+    for word in _LOST_ATTRIBUTES:
+        if word in element.attributes:
+            losses.add("friction, limits and armature of tendons", name)
+    stiffness = parse_coefficients(element, "stiffness")
+    damping = parse_coefficients(element, "damping")
+    if any(damping[1:]):
+        losses.add("quadratic and cubic damping", name)
+    if damping[0] > 0.0:
+        dof = replace(dof, damping=dof.damping + damping[0] * coefficient * coefficient)
+    if not any(stiffness) or not coefficient:
+        return dof
+    slack = _slack_range(dof, element, coefficient)
+    if slack[0] > slack[1]:
+        element.error("this slack range has no length", "", "springlength")
+        return dof
+    if not is_rotation(dof.kind):
+        losses.add("springs of tendons on sliding joints", name)
+        return dof
+    if coefficient == 1.0 and stiffness[0] > 0.0 and not any(stiffness[1:]):
+        law = Cubic(
+            (0.0, stiffness[0], 0.0, 0.0), -1, (slack[0] - dof.offset, slack[1] - dof.offset)
+        )
+        return replace(dof, laws=(*dof.laws, law))
+
+    def torque(angles: Array) -> Array:
+        length = coefficient * (angles + dof.offset)
+        x = length - np.clip(length, slack[0], slack[1])
+        linear, square, cube = stiffness
+        return -coefficient * x * (linear + x * (square + x * cube))
+
+    ends = tuple(sorted(end / coefficient - dof.offset for end in slack))
+    return replace(dof, laws=(*dof.laws, FunctionCurve(torque, ends)))
+
+
+def _slack_range(
+    dof: DegreeOfFreedom, element: XmlElement, coefficient: float
+) -> tuple[float, float]:
+    """Return the lengths between which a tendon has no force.
+
+    Without any it is the length where the joint's own spring has none.
+    """
+    read = element.numbers("springlength", 1, 2) or (-1.0,)
+    low, high = read[0], read[-1]
+    if (low, high) == (-1.0, -1.0):
+        low = high = coefficient * (dof.rest + dof.offset)
+    return low, high

@@ -187,10 +187,7 @@ def _check_joints(places: list[_Place], motion: Motion) -> None:
     if unknown or missing:
         sentences = [
             f"the {owner} has no {', '.join(f'`{name}`' for name in names)}, which the {other} has"
-            for owner, other, names in (
-                ("motion", "model", unknown),
-                ("model", "motion", missing),
-            )
+            for owner, other, names in (("motion", "model", unknown), ("model", "motion", missing))
             if names
         ]
         hint = "write the model with the start of the run: --floor, --scene or --free-root"

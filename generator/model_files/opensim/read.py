@@ -4,19 +4,34 @@ A socket names a frame by its path among the components of the model, either fro
 (`/bodyset/femur_r`) or from the component that has the socket (`..`, `hip_offset`).
 """
 
+import subprocess
+import sys
 from collections import deque
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Final
+from tempfile import TemporaryDirectory
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from generator.diagnostics import shorten
+from generator.diagnostics import Diagnostics, InputError, error, shorten
 from generator.figure import is_rotation
 from generator.follower_curve import FollowerCurve
+from generator.geometry.primitives import box, cylinder, ellipsoid, sphere
+from generator.geometry.surface import Surface, join_surfaces
 from generator.inertia import MassProperties
 from generator.losses import Losses
+from generator.model_files.body_tree.shapes import (
+    MeshFiles,
+    Shape,
+    clipped_colour,
+    folders_above,
+    has_size,
+    scaled,
+)
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
@@ -28,8 +43,7 @@ from generator.model_files.body_tree.tree import (
 )
 from generator.model_files.coupled_laws import find_carried_laws, imported_with_laws
 from generator.model_files.embedded import carried_model
-from generator.model_files.imported import Imported
-from generator.model_files.opensim.bushings import apply_bushings
+from generator.model_files.model_files import Imported
 from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.joints import (
     BALLS,
@@ -38,19 +52,170 @@ from generator.model_files.opensim.joints import (
     parse_curve,
     parse_joint,
 )
-from generator.model_files.opensim.passive_forces import apply_forces
+from generator.model_files.opensim.passive_forces import apply_bushings, apply_forces
 from generator.model_files.opensim.reach_forces import find_reaches
 from generator.model_files.opensim.rotation_springs import (
     RotationSpring,
     find_rotation_springs,
     with_rotation_springs,
 )
-from generator.model_files.opensim.shapes import GeometryReader
-from generator.model_files.opensim.upgrade import upgraded_document
 from generator.model_files.opensim.write import coupled_elements
-from generator.model_files.xml import XmlElement
+from generator.model_files.xml import XmlElement, parse_xml
 from generator.rotations import Array, inverse_pose, pose_matrix
+from generator.text_io import load_text
 from springs import SphericalLaw
+
+WHITE = (1.0, 1.0, 1.0)
+"""Colour of a geometry without any."""
+
+GEOMETRY_FOLDER = "Geometry"
+"""Folder of mesh files: OpenSim looks for it beside a model, and repositories have one for all."""
+
+_READ: Final = ("Mesh", "Brick", "Sphere", "Cylinder", "Ellipsoid")
+
+_UNREAD: Final = ("Arrow", "Cone", "FrameGeometry", "LineGeometry", "Line", "Torus")
+"""Geometry that is left out; frames and lines have no surface."""
+
+_Z_ALONG_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Rotation of a cylinder about z to one about y."""
+
+
+@dataclass
+class GeometryReader:
+    """Reads the geometry of a model.
+
+    Attributes:
+        frames: frames of the model.
+        directory: directory of the model's file.
+        losses: collects what a figure does not hold.
+    """
+
+    frames: FrameIndex
+    directory: Path
+    losses: Losses
+    _files: MeshFiles = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Prepare the reading of mesh files."""
+        self._files = MeshFiles(self.losses, {".vtp": read_vtp})
+
+    def read(self, model: XmlElement) -> dict[str, tuple[Shape, ...]]:
+        """Return the shapes of bodies and of the ground, by name."""
+        shapes: dict[str, tuple[Shape, ...]] = {}
+        for element, owner in _geometry(model):
+            if element.tag in _UNREAD:
+                if element.tag in ("Cone", "Torus"):
+                    self.losses.add_description("cones and tori", element.label)
+                continue
+            appearance = element.find("Appearance")
+            if appearance is not None and appearance.is_child("visible", "false"):
+                continue
+            frame = self.frames.resolve(element, "socket_frame", default=owner)
+            surface = None if frame is None else self._surface(element)
+            if frame is None or surface is None:
+                continue
+            body, pose = frame
+            colour = WHITE
+            if appearance is not None:
+                parts = appearance.child_numbers("color", WHITE)
+                colour = clipped_colour(parts)
+            shape = Shape(surface.transformed(pose), colour)
+            shapes[body] = (*shapes.get(body, ()), shape)
+        return shapes
+
+    def _surface(self, element: XmlElement) -> Surface | None:
+        """Return the surface of a geometry in its frame."""
+        surface = self._unscaled(element)
+        if surface is None:
+            return None
+        factors = element.child_numbers("scale_factors", (1.0, 1.0, 1.0))
+        if not all(factors):
+            self.losses.add_description("shapes that are scaled to nothing", element.label)
+            return None
+        return scaled(surface, factors)
+
+    def _unscaled(self, element: XmlElement) -> Surface | None:
+        unit = (1.0, 1.0, 1.0)
+        match element.tag:
+            case "Mesh":
+                name = element.child_text("mesh_file").replace("\\", "/")
+                above = folders_above(self.directory)
+                folders = (self.directory, *(folder / GEOMETRY_FOLDER for folder in above))
+                return self._files.find(folders, name) if name else None
+            case "Brick":
+                sizes = element.child_numbers("half_lengths", unit)
+                return box(*sizes) if self._have_size(element, *sizes) else None
+            case "Ellipsoid":
+                sizes = element.child_numbers("radii", unit)
+                return ellipsoid(*sizes) if self._have_size(element, *sizes) else None
+            case "Sphere":
+                radius = element.child_number("radius")
+                return sphere(radius) if self._have_size(element, radius) else None
+            case _:
+                radius = element.child_number("radius")
+                half = element.child_number("half_height")
+                if not self._have_size(element, radius, half):
+                    return None
+                upright = pose_matrix(_Z_ALONG_Y, np.zeros(3))
+                return cylinder(radius, half).transformed(upright)
+
+    def _have_size(self, element: XmlElement, *sizes: float) -> bool:
+        name = element.label
+        return has_size(element, name, sizes, self.losses)
+
+
+def _geometry(model: XmlElement) -> Iterator[tuple[XmlElement, XmlElement]]:
+    """Yield the geometry of a model, each with the frame in which it stands."""
+    waiting = [(model, model)]
+    while waiting:
+        element, owner = waiting.pop()
+        if element.tag in (*_READ, *_UNREAD):
+            yield element, owner
+        inner = element if element.tag in ("Body", "Ground", "PhysicalOffsetFrame") else owner
+        waiting += [(child, inner) for child in reversed(element.children)]
+
+
+def read_vtp(path: Path) -> Surface:
+    """Read the polygons of a VTK file (`.vtp`) whose arrays are text.
+
+    Raises InputError for another file.
+    """
+    unread = error(f"`{path}` cannot be read as vtp: its arrays are not text, or it is damaged")
+    source, fault = load_text(path, str(path))
+    root = None if fault is not None else parse_xml(source, Diagnostics())
+    if root is None or root.tag != "VTKFile":
+        raise InputError([unread])
+    try:
+        pieces = [_vtp_piece(piece) for piece in root.walk() if piece.tag == "Piece"]
+    except (ValueError, KeyError, OverflowError):
+        raise InputError([unread]) from None
+    if not pieces:
+        raise InputError([unread])
+    return join_surfaces(pieces)
+
+
+def _vtp_piece(piece: XmlElement) -> Surface:
+    """Return the polygons of a part of a file. Raises ValueError, KeyError or OverflowError."""
+    arrays = {
+        (group.tag, array.get("Name") or ""): array
+        for group in piece.children
+        for array in group.find_all("DataArray")
+    }
+    points = [array for (group, _), array in arrays.items() if group == "Points"]
+    if len(points) != 1:
+        raise ValueError("a piece has one array of points")
+    corners = _vtp_numbers(arrays["Polys", "connectivity"], np.int64)
+    ends = _vtp_numbers(arrays["Polys", "offsets"], np.int64)
+    starts = np.concatenate([[0], ends])
+    return Surface(_vtp_numbers(points[0], np.float64).reshape(-1, 3), corners, starts)
+
+
+def _vtp_numbers(array: XmlElement, kind: type[np.int64] | type[np.float64]) -> NDArray[Any]:
+    """Return the numbers of an array. Raises ValueError or OverflowError for other contents."""
+    if array.get("format") != "ascii":
+        raise ValueError("this array is not text")
+    return np.array(array.text.text.split(), dtype=kind)
+
 
 GRAVITY = (0.0, -9.80665, 0.0)
 
@@ -102,7 +267,12 @@ def figure_from_osim(
     followed = _followed(element)
     bodies = _build_bodies(_links(frames, element, losses, followed), known)
     balls = {each.get("name") for each in _set_objects(element, "JointSet") if each.tag in BALLS}
-    forces = list(_set_objects(element, "ForceSet"))
+    forces: list[XmlElement] = []
+    for force in _set_objects(element, "ForceSet"):
+        if force.is_child("appliesForce", "false"):
+            losses.add("forces that are switched off", force.label)
+        else:
+            forces.append(force)
     laws = find_carried_laws(root, forces, coupled_elements)
     forces = laws.without(forces)
     bodies, forces = find_reaches(bodies, forces, carried_model(root))
@@ -333,3 +503,62 @@ def _add_part_losses(model: XmlElement, losses: Losses, followed: Followed) -> N
         for part in body.walk():
             if part.tag.startswith("Wrap") and part.get("name") and part.tag != "WrapObjectSet":
                 losses.add_description("wrapping surfaces of muscles", part.label)
+
+
+_SCRIPT = """
+import sys
+import opensim
+opensim.Logger.setLevelString("off")
+opensim.Model(sys.argv[1]).printToXML(sys.argv[2])
+print(opensim.GetVersion().partition("-")[0])
+"""
+
+_TIME_LIMIT = 120.0
+"""Longest time that OpenSim may take [s]; a model of 90 muscles takes 2 s."""
+
+
+def upgraded_document(root: XmlElement, losses: Losses) -> XmlElement | None:
+    """Return a document in the format of OpenSim 4; None, with an error, without OpenSim's package.
+
+    It runs in a process of its own, in a folder of its own: it writes a log there, and may crash.
+
+    Args:
+        root: the element `OpenSimDocument` of the older format.
+        losses: notes that the model was upgraded.
+    """
+    message = "this model was written by OpenSim 3 or older"
+    if find_spec("opensim") is None:
+        hint = "install OpenSim's package, which converts it (`pip install opensim`)"
+        root.error(message, f"{hint}, or save it with OpenSim 4", "Version")
+        return None
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        model, written = folder / "older.osim", folder / "model.osim"
+        source = root.span.source
+        if source.path is None:
+            model.write_text(source.text, encoding="utf-8")
+        else:  # it may name other files beside it
+            model = source.path.absolute()
+        command = [sys.executable, "-c", _SCRIPT, str(model), str(written)]
+        try:
+            done = subprocess.run(
+                command, cwd=folder, capture_output=True, timeout=_TIME_LIMIT, check=False
+            )
+            output = done.stderr.decode(errors="replace").strip().splitlines()
+            reason = next((line for line in output if ": std::exception" in line), "")
+            reason = reason.partition("what(): ")[2] or (output[-1] if output else "it crashed")
+        except subprocess.TimeoutExpired:
+            done, reason = None, f"it takes more than {_TIME_LIMIT:.0f} s"
+        if done is None or done.returncode != 0 or not written.exists():
+            root.error(f"{message}, and OpenSim cannot convert it", shorten(reason), "Version")
+            return None
+        upgraded, fault = load_text(written, f"{source.name} as OpenSim 4 writes it")
+        version = done.stdout.decode(errors="replace").split()
+    losses.add_description(
+        f"older format: OpenSim {' '.join(version[-1:])} has converted the model first"
+    )
+    if fault is not None:
+        what = f"{message}, and the converted one cannot be read: {fault.message}"
+        root.error(what, at="Version")
+        return None
+    return parse_xml(upgraded, root.diagnostics)

@@ -24,15 +24,11 @@ from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.opensim.passive_forces import with_function
 from generator.model_files.xml import XmlElement
-from generator.rotations import (
-    Array,
-    matrix_from_rotation_vector,
-    rotation_vector_from_matrix,
-)
+from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
 from springs import SphericalLaw
 
-_TOLERANCE = 1e-9
-"""Difference of a length [rad] or an arm that counts as rounding."""
+TOLERANCE = 1e-9
+"""Difference of a length [rad], an arm or a relative tension that counts as rounding."""
 
 _SAMPLES = 20
 """Orientations at which lengths and arms are compared."""
@@ -76,8 +72,7 @@ def find_rotation_springs(
     law: SphericalLaw | None = None
     for force in forces:
         spring = None
-        switched_off = force.is_child("appliesForce", "false")
-        if force.tag == "ExpressionBasedPathForce" and not switched_off:
+        if force.tag == "ExpressionBasedPathForce":
             spring = _find_spring(joints, force)
         if spring is None or (law and spring.law and spring.law is not law):
             others.append(force)
@@ -284,7 +279,7 @@ def _spring_of_length(
 ) -> RotationSpring | None:
     """Return the law of a force whose length is a component of the rotation vector."""
     for dof, sign in product(joint.turns, (1.0, -1.0)):
-        if _is_equal(length, sign * (joint.rotation_vectors @ dof.axis)):
+        if is_equal(length, sign * (joint.rotation_vectors @ dof.axis)):
             return RotationSpring(
                 name,
                 dof.name,
@@ -306,7 +301,7 @@ def _spring_of_arms(
     for dof, sign in product(joint.turns, (1.0, -1.0)):
         rates = sign * (joint.turn_rates @ dof.axis)
         component = sign * (joint.rotation_vectors @ dof.axis)
-        if not np.any(length) and _is_equal(arms, rates):
+        if not np.any(length) and is_equal(arms, rates):
             constant = np.any(tension_at(np.zeros(1), 0.0))
             return RotationSpring(
                 name,
@@ -315,7 +310,7 @@ def _spring_of_arms(
                 SphericalLaw.WEIGHTED if constant else None,
             )
         weights = np.abs(component) / angles
-        if _is_equal(length, np.copysign(angles, component)) and _is_equal(
+        if is_equal(length, np.copysign(angles, component)) and is_equal(
             arms, weights[:, None] * rates
         ):
             return RotationSpring(
@@ -327,5 +322,6 @@ def _spring_of_arms(
     return None
 
 
-def _is_equal(found: Array, expected: Array) -> bool:
-    return bool(np.abs(found - expected).max() <= _TOLERANCE)
+def is_equal(found: Array, expected: Array) -> bool:
+    """Return whether values differ by rounding alone."""
+    return bool(np.abs(found - expected).max() <= TOLERANCE)

@@ -252,11 +252,7 @@ class _JointWriter:
     """The joints, in the order in which they are added, and the paths of their coordinates."""
 
     def __init__(
-        self,
-        model: ExportModel,
-        frames: Mapping[SiteRef, str],
-        bodies: Element,
-        joints: Element,
+        self, model: ExportModel, frames: Mapping[SiteRef, str], bodies: Element, joints: Element
     ) -> None:
         self._model, self._frames = model, frames
         self._bodies, self._joints = bodies, joints
