@@ -263,11 +263,13 @@ class Diagnostics:
     has_syntax_errors: bool = False
     is_incomplete: bool = False
     _error_count: int = 0
+    _reported: set[tuple[str, Span | None]] = field(default_factory=set[tuple[str, Span | None]])
 
     def error(self, message: str, span: Span | None, hint: str = "") -> None:
         """Add an error, once. Raises TooManyErrors at the last one that is shown."""
-        if any((one.message, one.span) == (message, span) for one in self.entries):
+        if (message, span) in self._reported:
             return
+        self._reported.add((message, span))
         self._error_count += 1
         if self._error_count < MAX_DIAGNOSTICS:
             self.entries.append(error(message, span, hint))
@@ -295,11 +297,11 @@ class Diagnostics:
     @contextmanager
     def muted(self) -> Generator[None, None, None]:
         """Leave out what is reported in a block, as if it were the first; too much ends it."""
-        entries, count = self.entries, self._error_count
-        self.entries, self._error_count = [], 0
+        state = self.entries, self._error_count, self._reported
+        self.entries, self._error_count, self._reported = [], 0, set()
         with suppress(TooManyErrors):
             yield
-        self.entries, self._error_count = entries, count
+        self.entries, self._error_count, self._reported = state
 
     def extend(self, other: "Diagnostics") -> None:
         """Add the diagnostics of a part of the input. Raises TooManyErrors as `error` does."""
