@@ -38,9 +38,8 @@ from generator.model_files.formats import (
     model_format,
     read_model,
 )
-from generator.model_files.imported import imported_files
 from generator.model_files.mjcf.track import Motion, track_of_motion
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import ModelFiles, imported_files
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.motion_files import (
     COORDINATES_FILE,
@@ -54,12 +53,7 @@ from generator.motion_files import (
     read_action,
     read_npz,
 )
-from generator.motion_files.motion import (
-    NO_FIGURE,
-    file_sha256,
-    motion_from_figure,
-    unrepresented,
-)
+from generator.motion_files.motion import NO_FIGURE, file_sha256, motion_from_figure, unrepresented
 from generator.motion_files.opensim_table import follows
 from generator.motion_files.resample import resample
 from generator.recording import Recording

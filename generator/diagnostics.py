@@ -1,7 +1,8 @@
 """Diagnostics of inputs, with their places in the text, and the errors of the project."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -262,9 +263,13 @@ class Diagnostics:
     has_syntax_errors: bool = False
     is_incomplete: bool = False
     _error_count: int = 0
+    _reported: set[tuple[str, Span | None]] = field(default_factory=set[tuple[str, Span | None]])
 
     def error(self, message: str, span: Span | None, hint: str = "") -> None:
-        """Add an error. Raises TooManyErrors at the last one that is shown."""
+        """Add an error, once. Raises TooManyErrors at the last one that is shown."""
+        if (message, span) in self._reported:
+            return
+        self._reported.add((message, span))
         self._error_count += 1
         if self._error_count < MAX_DIAGNOSTICS:
             self.entries.append(error(message, span, hint))
@@ -288,6 +293,15 @@ class Diagnostics:
             return
         self.has_syntax_errors = self.is_incomplete = True
         self.error(message, span, hint)
+
+    @contextmanager
+    def muted(self) -> Generator[None, None, None]:
+        """Leave out what is reported in a block, as if it were the first; too much ends it."""
+        state = self.entries, self._error_count, self._reported
+        self.entries, self._error_count, self._reported = [], 0, set()
+        with suppress(TooManyErrors):
+            yield
+        self.entries, self._error_count, self._reported = state
 
     def extend(self, other: "Diagnostics") -> None:
         """Add the diagnostics of a part of the input. Raises TooManyErrors as `error` does."""

@@ -83,6 +83,10 @@ class Losses:
         places = self._places.setdefault(what, [])
         places += [place for place in dict.fromkeys(where) if place not in places]
 
+    def add_description(self, what: str, *where: str) -> None:
+        """Note a loss of what does not move, as `add`."""
+        self.add(what, *where, effect=Effect.DESCRIPTION)
+
     def add_loss(self, loss: Loss | None) -> None:
         """Note a loss that has its sentence already; None stands for no loss."""
         if loss is not None:

@@ -45,10 +45,15 @@ from generator.input_files.pose import POSE_FILE
 from generator.kinematics.placement import Placement
 from generator.losses import Effect, Loss, Losses
 from generator.model import Model, contact_of_figure
-from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
-from generator.model_files.imported import Imported, format_imported_springs, imported_files
-from generator.model_files.model_files import ModelFiles, unreadable_file_error
+from generator.model_files.model_files import (
+    Imported,
+    ModelFiles,
+    format_imported_springs,
+    imported_files,
+    springs_path,
+    unreadable_file_error,
+)
 from generator.motion_files.resample import resample
 from generator.simulation.plan import Plan
 from springs import SphericalLaw

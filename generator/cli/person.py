@@ -17,13 +17,8 @@ from generator.cli.outputs import check_suffix, check_writable, format_files, wr
 from generator.contact_file.file import CONTACT_FILE
 from generator.diagnostics import InputError, UsageError, error, warning
 from generator.figure_file.read import FIGURE_FILE
-from generator.model_files.figure_files import springs_path
-from generator.model_files.model_files import ModelFiles
-from generator.person.densities import (
-    DENSITY_REFERENCES,
-    SegmentDensity,
-    segment_densities,
-)
+from generator.model_files.model_files import ModelFiles, springs_path
+from generator.person.densities import DENSITY_REFERENCES, SegmentDensity, segment_densities
 from generator.person.joints import DEFAULT_NECK, Neck
 from generator.person.measures import (
     MEASURES_FILE,
@@ -315,12 +310,7 @@ def person(
 
 
 def _read_trial(
-    path: Path | None,
-    choices: Sequence[str],
-    up: str,
-    sex: Sex,
-    mass: float,
-    stature: float | None,
+    path: Path | None, choices: Sequence[str], up: str, sex: Sex, mass: float, stature: float | None
 ) -> "StaticMeasures | None":
     """Return the measures of a static trial; None without one."""
     if path is None:

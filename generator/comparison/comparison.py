@@ -19,9 +19,8 @@ from generator.figure_file.read import read_figure
 from generator.joint_chain import build_chain
 from generator.kinematics.free_root import FREE_CHAINS
 from generator.motion_files import FigureMotion, motion_from_recording
-from generator.motion_files.columns import Column, columns_of_motion
 from generator.motion_files.resample import resample_at
-from generator.motion_files.tables import make_dataframe
+from generator.motion_files.tables import Column, columns_of_motion, make_dataframe
 from generator.notebook import PageView, html_table
 from generator.recording import Recording
 from generator.rotations import Array

@@ -13,7 +13,6 @@ from generator.comparison.pair import known_springs, name_axis
 from generator.contact.arrows import ArrowScale, part_forces_at
 from generator.contact.scene import NO_SCENE
 from generator.motion_files import FigureMotion
-from generator.motion_files.columns import Column
 from generator.motion_files.glb import format_glb
 from generator.motion_files.page import (
     SHARED_SCRIPTS,
@@ -30,6 +29,7 @@ from generator.motion_files.page import (
     script_json,
     touches,
 )
+from generator.motion_files.tables import Column
 from generator.recording import RecordingPart
 from generator.rotations import Array
 from springs import SpringSet

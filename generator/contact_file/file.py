@@ -8,7 +8,6 @@ from generator.file_kind import FileKind
 from generator.text_io import once_per_source
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Choice, Interval, Names, Number, Numbers, TableRows, Text
-from generator.toml_file.spans import locate_keys
 from generator.toml_file.writer import document_to_toml
 from springs.contact_part import PartLaw
 
@@ -95,10 +94,9 @@ def _lines(part: BodyPart) -> list[str]:
 
 
 def _parse_contact(source: Source, diagnostics: Diagnostics) -> BodyContact | None:
-    document = parse_document(source, _FILE_KIND, diagnostics)
-    if document is None:
+    top = parse_document(source, _FILE_KIND, diagnostics)
+    if top is None:
         return None
-    top = TableReader(document, "", 0, locate_keys(source), diagnostics)
     top.reject_unknown_keys((PART_TABLE,), _FILE_KIND)
     tables = top.tables(PART_TABLE, "parts")
     if not tables and not diagnostics.has_errors:

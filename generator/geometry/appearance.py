@@ -116,9 +116,7 @@ def _inboard_end(figure: Figure, joint: Joint) -> SiteRef:
 def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple[Loss, ...]]:
     """Return the appearances of segments, and the losses."""
     appearances: dict[str, Appearance] = {}
-    unread: list[str] = []
-    capsules: list[str] = []
-    sticks: list[str] = []
+    unread, capsules, sticks = list[str](), list[str](), list[str]()
     for name, segment in figure.segments.items():
         surface = None
         if segment.psurf is not None:
@@ -134,26 +132,16 @@ def segment_appearances(figure: Figure) -> tuple[Mapping[str, Appearance], tuple
             sticks.append(name)
         if surface is not None and surface.face_count:
             appearances[name] = Appearance(surface, segment_colour(figure, segment))
-    losses = [
-        Loss("psurfs that could not be read", tuple(unread), effect=Effect.DESCRIPTION)
-        if unread
-        else None,
-        Loss(
-            "segments without a psurf are capsules of their mass",
-            tuple(capsules),
-            effect=Effect.DESCRIPTION,
-        )
-        if capsules
-        else None,
-        Loss(
-            "segments without a psurf and a mass are sticks between their sites",
-            tuple(sticks),
-            effect=Effect.DESCRIPTION,
-        )
-        if sticks
-        else None,
-    ]
-    return appearances, tuple(loss for loss in losses if loss is not None)
+    losses = {
+        "psurfs that could not be read": unread,
+        "segments without a psurf are capsules of their mass": capsules,
+        "segments without a psurf and a mass are sticks between their sites": sticks,
+    }
+    return appearances, tuple(
+        Loss(what, tuple(names), effect=Effect.DESCRIPTION)
+        for what, names in losses.items()
+        if names
+    )
 
 
 def linear_colour(colour: Colour) -> Colour:

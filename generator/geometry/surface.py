@@ -133,9 +133,13 @@ class Surface:
     @cached_property
     def next_corners(self) -> Indices:
         """The vertex that follows each corner round its face, shape (k,)."""
-        following = np.roll(self.corners, -1)
-        if self.face_count:
-            following[self.starts[1:] - 1] = self.corners[self.starts[:-1]]
+        return self.corners[self.next_places]
+
+    @cached_property
+    def next_places(self) -> Indices:
+        """Place in `corners` of the one that follows each round its face, shape (k,)."""
+        following = np.arange(1, len(self.corners) + 1)
+        following[self.starts[1:] - 1] = self.starts[:-1]
         return following
 
     @cached_property
@@ -306,7 +310,7 @@ class Edges:
         The corners at a vertex that follow each other over shared edges are one fan.
         """
         one, two = self.pairs[0], self.pairs[1]
-        after = _next_corner_in_face(self.surface)
+        after = self.surface.next_places
         here, there = after[one], after[two]
         at_start = np.stack([one, np.where(self.same_direction, two, there)])
         at_end = np.stack([here, np.where(self.same_direction, there, two)])
@@ -371,13 +375,6 @@ def faces_to_flip(edges: Edges) -> Mask | None:
     return cover[:count] != cover[first][edges.shells]
 
 
-def _next_corner_in_face(surface: Surface) -> Indices:
-    """The corner that follows each corner round its face, shape (k,)."""
-    following = np.arange(1, len(surface.corners) + 1)
-    following[surface.starts[1:] - 1] = surface.starts[:-1]
-    return following
-
-
 @dataclass(frozen=True, eq=False)
 class Tetrahedra:
     """One signed tetrahedron for each triangle of a surface.
@@ -436,3 +433,44 @@ def build_tetrahedra(surface: Surface) -> Tetrahedra:
     determinants += one[1] * (two[2] * three[0] - two[0] * three[2])
     determinants += one[2] * (two[0] * three[1] - two[1] * three[0])
     return Tetrahedra(apex, (one, two, three), determinants, faces)
+
+
+_GROWTH = 1.15
+"""Factor of the cells' size from one attempt to the next."""
+
+
+def simplify(surface: Surface, max_faces: int) -> tuple[Surface, float]:
+    """Return a surface of at most `max_faces` triangles, and how far vertices moved at most [m].
+
+    The vertices in each cell of a cubic lattice become one of them, that which is farthest from
+    the middle of the surface, so that it keeps its extent (Rossignac & Borrel 1993). Faces without
+    three different corners go, and of several with the same corners all but one.
+    """
+    surface = surface.without_unused_vertices
+    triangles = surface.fan_triangles[0].T
+    if len(triangles) <= max_faces:
+        return Surface.from_faces(surface.vertices, triangles, surface.name), 0.0
+    points = surface.vertices
+    low, high = points.min(axis=0), points.max(axis=0)
+    outermost = np.argsort(-np.linalg.norm(points - (low + high) / 2.0, axis=1), kind="stable")
+    corners = points[triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = float(np.linalg.norm(across, axis=1).sum()) / 2.0
+    # A lattice of this size cuts a plane of this area into so many triangles.
+    size = max((2.0 * area / max_faces) ** 0.5, float((high - low).max()) * 1e-6, 1e-12)
+    while True:
+        cells = np.floor((points - low) / size).astype(np.int64)
+        _, first, place = np.unique(
+            cells[outermost], axis=0, return_index=True, return_inverse=True
+        )
+        chosen = np.empty(len(points), dtype=np.int64)
+        chosen[outermost] = outermost[first][place.reshape(-1)]
+        faces = chosen[triangles]
+        one, two, three = faces.T
+        faces = faces[(one != two) & (two != three) & (three != one)]
+        _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+        faces = faces[np.sort(kept)]
+        if len(faces) <= max_faces:
+            moved = float(np.linalg.norm(points - points[chosen], axis=1).max())
+            return Surface.from_faces(points, faces, surface.name).without_unused_vertices, moved
+        size *= _GROWTH

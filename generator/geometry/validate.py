@@ -10,22 +10,15 @@ A shell within another is a void, one within that a body again, and so on. The s
 inwards, into the void, and counts negative.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from generator.diagnostics import Diagnostic, InputError, error, select_errors, warning
-from generator.geometry.flaws import (
-    MAX_NAMES_LISTED,
-    MAX_WARP,
-    FaceFlaws,
-    Shell,
-    SurfaceValidation,
-    face_flaws,
-    join_names,
-)
+from generator.diagnostics import Diagnostic, InputError, Severity, error, select_errors
 from generator.geometry.intersections import triangles_intersect, triangulate
 from generator.geometry.surface import (
+    MIN_FACE_CORNERS,
     Array,
     Edges,
     Indices,
@@ -39,6 +32,179 @@ from generator.geometry.surface import (
 )
 from generator.inertia import MassProperties
 
+MAX_NAMES_LISTED = 10
+"""Number of faces, edges or vertices that a message names."""
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A closed part of a surface, connected over its edges.
+
+    Attributes:
+        first_face: index of its first face.
+        face_count: number of its faces.
+        volume: [m3], negative for a void.
+        depth: number of shells that contain it.
+    """
+
+    first_face: int
+    face_count: int
+    volume: float
+    depth: int
+
+    @property
+    def is_void(self) -> bool:
+        """True for the inner wall of a body."""
+        return self.depth % 2 == 1
+
+
+@dataclass
+class SurfaceValidation:
+    """State of the validation of a surface.
+
+    Attributes:
+        surface: surface with vertices merged and faces flipped where necessary.
+        diagnostics: errors and warnings.
+        shells: its closed parts; empty after errors.
+        flipped: indices of flipped faces.
+        merged_vertex_count: number of vertices merged with others at the same position.
+        tetrahedra: tetrahedra of that surface.
+    """
+
+    surface: Surface
+    diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
+    shells: tuple[Shell, ...] = ()
+    flipped: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    merged_vertex_count: int = 0
+    tetrahedra: Tetrahedra | None = None
+
+    def error(self, message: str, face: int | None, hint: str = "") -> None:
+        """Add an error at a face; its text names the surface where there is no span."""
+        place = None if face is None else self.surface.face_span(face)
+        text = message if place else f"{self.surface.name}: {message}"
+        self.diagnostics.append(error(text, place, hint))
+
+    def warning(self, message: str, face: int, hint: str = "") -> None:
+        """Add a warning, as `error`."""
+        self.error(message, face, hint)
+        self.diagnostics[-1] = replace(self.diagnostics[-1], severity=Severity.WARNING)
+
+    def faces_phrase(self, faces: Indices) -> str:
+        """Return `face 3 is` or `faces 3, 5 are`."""
+        names = join_names(self.surface.face_name, faces)
+        return f"face {names} is" if len(faces) == 1 else f"faces {names} are"
+
+    def shells_phrase(self, first_faces: Indices, shell_count: int) -> str:
+        """Return a phrase that names shells by their first faces; empty for all shells."""
+        if len(first_faces) == shell_count:
+            return ""
+        return f" in the part of face {join_names(self.surface.face_name, first_faces)}"
+
+
+def join_names(name: Callable[[int], str], numbers: Indices) -> str:
+    """Return the names of the first numbers, and how many are left out."""
+    more = len(numbers) - MAX_NAMES_LISTED
+    listed = ", ".join(map(name, numbers[:MAX_NAMES_LISTED].tolist()))
+    return listed + (f" and {more} more" if more > 0 else "")
+
+
+PLANARITY_TOLERANCE = 1e-6
+"""Deviation, relative to its size, up to which a face counts as planar."""
+
+MAX_WARP = 0.01
+"""Deviation, relative to its size, above which a face is an error and not a warning."""
+
+MIN_RELATIVE_AREA = 1e-12
+"""Area relative to the square of its size below which a face has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceFlaws:
+    """Flaws of single faces.
+
+    Attributes:
+        repeated_vertex: faces with a vertex twice.
+        slivers: triangles without area; they enclose nothing and are harmless.
+        degenerate_polygons: polygons without area: their sides cross, or are collinear.
+        warps: warps by face that is not planar, distance of the farthest corner from its plane,
+            relative to its size.
+    """
+
+    repeated_vertex: Indices
+    slivers: Indices
+    degenerate_polygons: Indices
+    warps: dict[int, float]
+
+
+def face_flaws(surface: Surface) -> FaceFlaws:
+    """Return the flaws of single faces of a surface."""
+    repeating = _faces_with_repeated_vertex(surface)
+    areas = _area_vectors(surface)
+    lengths, sizes = np.sqrt((areas**2).sum(axis=0)), _face_diagonals(surface)
+    flat = lengths <= MIN_RELATIVE_AREA * sizes**2
+    polygons = surface.corner_counts > MIN_FACE_CORNERS
+    return FaceFlaws(
+        repeating,
+        slivers=np.flatnonzero(flat & ~polygons),
+        degenerate_polygons=np.flatnonzero(flat & polygons),
+        warps=_warps(surface, areas, sizes, np.flatnonzero(polygons & ~flat)),
+    )
+
+
+def _faces_with_repeated_vertex(surface: Surface) -> Indices:
+    if (surface.corner_counts == MIN_FACE_CORNERS).all():
+        a, b, c = surface.corners.reshape(-1, 3).T
+        return np.flatnonzero((a == b) | (b == c) | (c == a))
+    keys = np.sort(surface.face_of_corner * len(surface.vertices) + surface.corners)
+    twice = keys[1:][keys[1:] == keys[:-1]]
+    return np.unique(twice // len(surface.vertices))
+
+
+def _area_vectors(surface: Surface) -> Array:
+    """Return the area of each face along its normal [m2], shape (3, m)."""
+    triangles, owner = surface.fan_triangles
+    points = np.ascontiguousarray(surface.vertices.T)
+    hub = np.take(points, triangles[0], axis=1)
+    one, two = (np.take(points, triangles[k], axis=1) - hub for k in (1, 2))
+    crosses = np.empty_like(one)
+    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        crosses[x] = (one[y] * two[z] - one[z] * two[y]) / 2.0
+    if len(owner) == surface.face_count:
+        return crosses
+    sums = [np.bincount(owner, cross, surface.face_count) for cross in crosses]
+    return np.stack(sums, dtype=np.float64)
+
+
+def _face_diagonals(surface: Surface) -> Array:
+    """Return the diagonal of the bounding box of each face [m], shape (m,)."""
+    points = np.ascontiguousarray(surface.vertices.T)
+    if (surface.corner_counts == MIN_FACE_CORNERS).all():
+        one, two, three = (np.take(points, surface.corners[k::3], axis=1) for k in range(3))
+        low = np.minimum(np.minimum(one, two), three)
+        high = np.maximum(np.maximum(one, two), three)
+    else:
+        corners = np.take(points, surface.corners, axis=1)
+        low = np.minimum.reduceat(corners, surface.starts[:-1], axis=1)
+        high = np.maximum.reduceat(corners, surface.starts[:-1], axis=1)
+    return np.sqrt(((high - low) ** 2).sum(axis=0))
+
+
+def _warps(surface: Surface, areas: Array, diagonals: Array, faces: Indices) -> dict[int, float]:
+    """Return the relative deviation from a plane of each of `faces`, where above rounding."""
+    if not len(faces):
+        return {}
+    firsts = surface.starts[:-1]
+    hubs = surface.vertices[surface.corners[firsts]]
+    arms = surface.vertices[surface.corners] - hubs[surface.face_of_corner]
+    with np.errstate(divide="ignore", invalid="ignore"):  # for faces other than `faces`
+        normals = (areas / np.sqrt((areas**2).sum(axis=0))).T
+    heights = (arms * normals[surface.face_of_corner]).sum(axis=1)
+    middles = np.add.reduceat(heights, firsts) / surface.corner_counts
+    away = np.maximum.reduceat(np.abs(heights - middles[surface.face_of_corner]), firsts)
+    warps = away[faces] / diagonals[faces]
+    return {int(f): float(w) for f, w in zip(faces, warps, strict=True) if w > PLANARITY_TOLERANCE}
+
+
 FACE_SAMPLES = 32
 """Number of the largest faces of a shell, and of others, whose position is tested."""
 
@@ -49,33 +215,18 @@ MAX_SOLID_ANGLES_PER_BATCH = 500_000
 """Triangles times points in a batch of solid angles."""
 
 
-@dataclass(frozen=True, eq=False)
-class Nesting:
-    """Relative position of k closed shells.
-
-    Attributes:
-        within: whether the shell of the row lies within that of the column, shape (k, k).
-        intersecting_pairs: pairs of shells that intersect each other.
-    """
-
-    within: Mask
-    intersecting_pairs: tuple[tuple[int, int], ...]
-
-    @property
-    def depths(self) -> Indices:
-        """Number of shells that contain each shell, shape (k,); voids have an odd number."""
-        return self.within.sum(axis=1)
-
-
-def shell_nesting(surface: Surface, shells: Indices, count: int) -> Nesting:
-    """Return the relative position of the `count` shells of a surface.
+def shell_nesting(
+    surface: Surface, shells: Indices, count: int
+) -> tuple[Indices, list[tuple[int, int]]]:
+    """Return the number of shells that contain each, shape (k,), and pairs that intersect.
 
     All faces must face outwards from their own shell; `shells` is the shell of each face, (m,).
-    Shells that only touch, even face on face, neither intersect nor contain each other.
+    Shells that only touch, even face on face, neither intersect nor contain each other. Voids are
+    within an odd number.
     """
     within = np.zeros((count, count), dtype=bool)
     if count == 1:
-        return Nesting(within, ())
+        return within.sum(axis=1), []
     corners, owner = triangulate(surface)
     order = np.argsort(shells[owner], kind="stable")
     parts = np.split(corners[order], np.cumsum(np.bincount(shells[owner], minlength=count))[:-1])
@@ -89,7 +240,7 @@ def shell_nesting(surface: Surface, shells: Indices, count: int) -> Nesting:
             cutting.append((i, j))
         else:
             within[i, j], within[j, i] = i_in_j == 1.0, j_in_i == 1.0
-    return Nesting(within, tuple(cutting))
+    return within.sum(axis=1), cutting
 
 
 def _overlapping_shells(lows: Array, highs: Array) -> list[tuple[int, int]]:
@@ -153,8 +304,7 @@ def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -
     surface, shells = found.surface, edges.shells
     turns = faces_to_flip(edges)
     if turns is None:
-        found.add_diagnostic(
-            error,
+        found.error(
             "the surface is one-sided: its faces cannot be oriented consistently",
             int(edges.neighbours[0, edges.same_direction.argmax()]),
         )
@@ -166,25 +316,23 @@ def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -
     volumes[np.abs(volumes) <= MIN_RELATIVE_VOLUME * _shell_diagonals(surface, shells) ** 3] = 0.0
     if (volumes == 0.0).any():
         flat = firsts[volumes == 0.0]
-        found.add_diagnostic(
-            error,
-            f"the surface encloses no volume{found.shells_phrase(flat, len(firsts))}",
-            int(flat[0]),
+        found.error(
+            f"the surface encloses no volume{found.shells_phrase(flat, len(firsts))}", int(flat[0])
         )
         return
     turns = turns ^ (volumes < 0.0)[shells]
-    nesting = shell_nesting(surface.with_flipped_faces(turns), shells, len(firsts))
-    for one, two in nesting.intersecting_pairs[:MAX_NAMES_LISTED]:
-        found.add_diagnostic(
-            error,
+    outward = surface.with_flipped_faces(turns)
+    depths, cutting = shell_nesting(outward, shells, len(firsts))
+    for one, two in cutting[:MAX_NAMES_LISTED]:
+        found.error(
             f"the bodies of face {surface.face_name(int(firsts[one]))} and of face "
             f"{surface.face_name(int(firsts[two]))} intersect each other",
             int(firsts[two]),
             "their common volume would count twice",
         )
-    if nesting.intersecting_pairs:
+    if cutting:
         return
-    voids = nesting.depths % 2 == 1
+    voids = depths % 2 == 1
     turns = turns ^ voids[shells]
     if fix_winding and turns.any():
         found.surface, found.flipped = surface.with_flipped_faces(turns), np.flatnonzero(turns)
@@ -195,7 +343,7 @@ def validate_shells(found: SurfaceValidation, edges: Edges, fix_winding: bool) -
     signed = np.where(voids, -np.abs(volumes), np.abs(volumes))
     found.shells = tuple(
         Shell(int(first), int(size), float(volume), int(depth))
-        for first, size, volume, depth in zip(firsts, sizes, signed, nesting.depths, strict=True)
+        for first, size, volume, depth in zip(firsts, sizes, signed, depths, strict=True)
     )
 
 
@@ -207,8 +355,7 @@ def _validate_winding(
     inside_out, solid_voids = first_faces[wrong & ~voids], first_faces[wrong & voids]
     if len(inside_out):
         volume = build_tetrahedra(found.surface).volume if wrong.all() else None
-        found.add_diagnostic(
-            error,
+        found.error(
             f"the surface is inside out{found.shells_phrase(inside_out, int((~voids).sum()))}: its "
             "faces point inwards"
             + ("" if volume is None else f", and its volume is {volume:.6g} m^3"),
@@ -216,8 +363,7 @@ def _validate_winding(
             FIX_WINDING_HINT,
         )
     if len(solid_voids) and not wrong.all():
-        found.add_diagnostic(
-            error,
+        found.error(
             f"a shell within a body faces outwards{found.shells_phrase(solid_voids, 0)}: its "
             "volume would count twice",
             int(solid_voids[0]),
@@ -225,8 +371,7 @@ def _validate_winding(
         )
     single = np.flatnonzero(flips & ~wrong[edges.shells])
     if len(single):
-        found.add_diagnostic(
-            error,
+        found.error(
             f"{found.faces_phrase(single)} flipped: seen from outside the vertices run clockwise",
             int(single[0]),
             FIX_WINDING_HINT,
@@ -257,12 +402,10 @@ def validate_surface(surface: Surface, *, fix_winding: bool = False) -> SurfaceV
     """
     found = SurfaceValidation(surface)
     if not surface.face_count:
-        found.add_diagnostic(error, "the surface has no faces", None)
+        found.error("the surface has no faces", None)
         return found
     if float(np.abs(surface.vertices).max()) > MAX_COORDINATE:
-        found.add_diagnostic(
-            error, f"a vertex is more than {MAX_COORDINATE:g} m from the origin", None
-        )
+        found.error(f"a vertex is more than {MAX_COORDINATE:g} m from the origin", None)
         return found
     flaws = face_flaws(surface)
     if _validate_distinct_vertices(found, flaws):
@@ -276,8 +419,7 @@ def validate_surface(surface: Surface, *, fix_winding: bool = False) -> SurfaceV
 
 def _validate_distinct_vertices(found: SurfaceValidation, flaws: FaceFlaws) -> bool:
     for face in flaws.repeated_vertex[:MAX_NAMES_LISTED].tolist():
-        found.add_diagnostic(
-            error,
+        found.error(
             f"face {found.surface.face_name(face)} has a vertex twice",
             face,
             "split it into faces that do not",
@@ -288,15 +430,13 @@ def _validate_distinct_vertices(found: SurfaceValidation, flaws: FaceFlaws) -> b
 def _validate_planarity(found: SurfaceValidation, flaws: FaceFlaws) -> None:
     """Report faces without area, and faces that are not planar."""
     if len(flaws.slivers):
-        found.add_diagnostic(
-            warning,
+        found.warning(
             f"{found.faces_phrase(flaws.slivers)} without area",
             int(flaws.slivers[0]),
             "such triangles enclose nothing and are harmless",
         )
     if len(flaws.degenerate_polygons):
-        found.add_diagnostic(
-            error,
+        found.error(
             f"{found.faces_phrase(flaws.degenerate_polygons)} without area: the sides cross, "
             "or lie on one line",
             int(flaws.degenerate_polygons[0]),
@@ -304,7 +444,7 @@ def _validate_planarity(found: SurfaceValidation, flaws: FaceFlaws) -> None:
         )
     warped = {face: warp for face, warp in flaws.warps.items() if warp > MAX_WARP}
     bent = {face: warp for face, warp in flaws.warps.items() if warp <= MAX_WARP}
-    for make, faces in ((error, warped), (warning, bent)):
+    for report, faces in ((found.error, warped), (found.warning, bent)):
         if faces:
             worst = max(faces, key=faces.__getitem__)
             which = (
@@ -312,13 +452,12 @@ def _validate_planarity(found: SurfaceValidation, flaws: FaceFlaws) -> None:
                 if len(faces) == 1
                 else f"the worst is face {found.surface.face_name(worst)}, of which a corner"
             )
-            found.add_diagnostic(
-                make,
+            report(
                 f"{found.faces_phrase(np.array(list(faces)))} not planar: {which} "
                 f"lies off the plane by {faces[worst]:.2g} of the size",
                 worst,
                 "the enclosed volume depends on how such a face is split; split it into triangles"
-                if make is error
+                if faces is warped
                 else f"it is split into triangles from its first corner; the limit is {MAX_WARP:g}",
             )
 
@@ -339,49 +478,33 @@ def _close_by_merging(found: SurfaceValidation) -> Edges:
 def _validate_closed(found: SurfaceValidation, edges: Edges) -> bool:
     """Return whether each edge belongs to two faces, after reporting those that do not."""
     unit = "" if found.surface.text else " m"
-    if len(edges.boundary):
-        names = join_names(
-            [edges.name(h) for h in edges.boundary[:MAX_NAMES_LISTED].tolist()], len(edges.boundary)
-        )
-        belong = (
-            "1 edge belongs" if len(edges.boundary) == 1 else f"{len(edges.boundary)} edges belong"
-        )
-        found.add_diagnostic(
-            error,
+    count = len(edges.boundary)
+    if count:
+        belong = "1 edge belongs" if count == 1 else f"{count} edges belong"
+        names = join_names(edges.name, edges.boundary)
+        found.error(
             f"the surface is open: {belong} to one face only: {names}{unit}",
             int(found.surface.face_of_corner[edges.boundary[0]]),
             "a face is missing at each of them",
         )
     if len(edges.nonmanifold):
-        names = join_names(
-            [
-                f"{edges.name(h)}{unit} to {count}"
-                for h, count in zip(
-                    edges.nonmanifold.tolist(), edges.nonmanifold_face_counts.tolist(), strict=True
-                )
-            ][:MAX_NAMES_LISTED],
-            len(edges.nonmanifold),
-        )
-        found.add_diagnostic(
-            error,
+        shared = dict(zip(edges.nonmanifold.tolist(), edges.nonmanifold_face_counts, strict=True))
+        names = join_names(lambda h: f"{edges.name(h)}{unit} to {shared[h]}", edges.nonmanifold)
+        found.error(
             f"the surface touches itself: edges belong to more than two faces: {names}",
             int(found.surface.face_of_corner[edges.nonmanifold[0]]),
             "which faces belong together is ambiguous; give each part its own vertices there",
         )
-    return not len(edges.boundary) and not len(edges.nonmanifold)
+    return not count and not len(edges.nonmanifold)
 
 
 def _report_pinch_vertices(found: SurfaceValidation, edges: Edges) -> None:
     """Report parts that meet in a single point: every edge still separates inside from outside."""
     if len(edges.pinch_vertices):
-        names = [
-            found.surface.vertex_name(v) for v in edges.pinch_vertices[:MAX_NAMES_LISTED].tolist()
-        ]
         vertices = "vertex" if len(edges.pinch_vertices) == 1 else "vertices"
-        found.add_diagnostic(
-            warning,
-            f"the surface touches itself at a point: {vertices} "
-            f"{join_names(names, len(edges.pinch_vertices))}",
+        names = join_names(found.surface.vertex_name, edges.pinch_vertices)
+        found.warning(
+            f"the surface touches itself at a point: {vertices} {names}",
             int(found.surface.face_of_corner[found.surface.corners == edges.pinch_vertices[0]][0]),
             "a point has no volume, so this is harmless",
         )

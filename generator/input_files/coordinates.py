@@ -17,7 +17,6 @@ from generator.identifiers import coordinate_names, plain_name, reserve_name
 from generator.text_io import path_exists
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Integer, Number, TableRows, Text
-from generator.toml_file.spans import locate_keys
 from generator.toml_file.writer import document_to_toml
 
 COORDINATE_TABLE = "coordinate"
@@ -76,10 +75,9 @@ NO_COORDINATES: Coordinates = MappingProxyType({})
 def _parse_coordinates(
     source: Source, diagnostics: Diagnostics, figure: Figure, *, has_all_joints: bool = True
 ) -> Coordinates | None:
-    document = parse_document(source, _NOUN, diagnostics)
-    if document is None:
+    top = parse_document(source, _NOUN, diagnostics)
+    if top is None:
         return None
-    top = TableReader(document, "", 0, locate_keys(source), diagnostics)
     top.reject_unknown_keys((COORDINATE_TABLE,), _NOUN)
     found: dict[str, CoordinateMapping] = {}
     owners: dict[tuple[str, int], str] = {}

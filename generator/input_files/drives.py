@@ -5,18 +5,12 @@ one displacement or `JOINT.k [deg]` for the k-th of a joint of several, counted 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
 
-from generator.diagnostics import (
-    Diagnostics,
-    Source,
-    Span,
-    shorten,
-    spelling_hint,
-)
+from generator.diagnostics import Diagnostics, Source, Span, shorten, spelling_hint
 from generator.drive import MAX_DISPLACEMENT, MIN_ROW_INTERVAL, Drive, Overshoot
 from generator.figure import AxisKind, Figure, Joint
 from generator.file_kind import FileKind
@@ -47,13 +41,6 @@ class _Column:
     factor: float
 
 
-@dataclass(frozen=True)
-class _Header:
-    column_count: int
-    time_index: int
-    columns: list[_Column] = field(default_factory=list[_Column])
-
-
 def _parse_drives(
     source: Source, diagnostics: Diagnostics, figure: Figure, joint_names: Sequence[str] = ()
 ) -> Mapping[str, Drive]:
@@ -63,9 +50,9 @@ def _parse_drives(
         diagnostics.error("there is no table in this file", Span(source, 0, 1), DRIVES_EXAMPLE)
         return {}
     header = _parse_header(lines[0], figure, joint_names, diagnostics)
-    if header is None or not header.columns or diagnostics.has_errors:
+    if header is None or not header[1] or diagnostics.has_errors:
         return {}
-    return _build_drives(lines, header, diagnostics)
+    return _build_drives(lines, *header, diagnostics)
 
 
 DRIVES_FILE = FileKind("drives", ".csv", _parse_drives)
@@ -73,8 +60,8 @@ DRIVES_FILE = FileKind("drives", ".csv", _parse_drives)
 
 def _parse_header(
     line: Span, figure: Figure, joint_names: Sequence[str], diagnostics: Diagnostics
-) -> _Header | None:
-    """Parse the titles; None, with the errors reported, if they are wrong."""
+) -> tuple[int, list[_Column]] | None:
+    """Return the place of the time and the other columns; None, with errors, if they are wrong."""
     cells = split_cells(line)
     if len(cells) == 1 and ";" in line.text:
         diagnostics.error("columns are separated by commas", line, DRIVES_EXAMPLE)
@@ -106,7 +93,7 @@ def _parse_header(
     elif not columns and not joint_names and not diagnostics.has_errors:
         diagnostics.error("no column is the angle of a joint", line, DRIVES_EXAMPLE)
     ordered = sorted(columns.values(), key=lambda one: (one.joint, one.coordinate))
-    return None if time is None else _Header(len(cells), time, ordered)
+    return None if time is None else (time, ordered)
 
 
 def _parse_column(
@@ -180,43 +167,44 @@ def _parse_coordinate_index(
     return int(number or 1) - 1
 
 
-def _build_drives(lines: list[Span], header: _Header, diagnostics: Diagnostics) -> dict[str, Drive]:
+def _build_drives(
+    lines: list[Span], time_index: int, columns: list[_Column], diagnostics: Diagnostics
+) -> dict[str, Drive]:
     """Build the drives from the rows; none, with the errors reported, if any is wrong."""
     if len(lines) < 3:
         diagnostics.error("a table of angles needs two rows or more", lines[-1])
         return {}
+    count = len(split_cells(lines[0]))
     times: list[float] = []
     rows: list[list[float]] = []
     read: list[list[Span]] = []
     for line in lines[1:]:
         cells = split_cells(line)
-        if len(cells) != header.column_count:
-            diagnostics.error(f"this row has {len(cells)} cells, not {header.column_count}", line)
+        if len(cells) != count:
+            diagnostics.error(f"this row has {len(cells)} cells, not {count}", line)
             continue
-        time = parse_number_cell(cells[header.time_index], _TIME_COLUMN, diagnostics)
-        values = [
-            _parse_angle(cells[column.cell_index], column, diagnostics) for column in header.columns
-        ]
+        time = parse_number_cell(cells[time_index], _TIME_COLUMN, diagnostics)
+        values = [_parse_angle(cells[column.cell_index], column, diagnostics) for column in columns]
         row = [value for value in values if value is not None]
         if time is None or len(row) != len(values):
             continue
         if times and time <= times[-1]:
-            diagnostics.error("the time does not increase", cells[header.time_index])
+            diagnostics.error("the time does not increase", cells[time_index])
         elif times and time - times[-1] < MIN_ROW_INTERVAL:
             message = f"this row is less than {MIN_ROW_INTERVAL:.0e} s after the one before"
-            diagnostics.error(message, cells[header.time_index])
+            diagnostics.error(message, cells[time_index])
         times.append(time)
         rows.append(row)
         read.append(cells)
     if diagnostics.has_errors:
         return {}
     table, found = np.array(rows), dict[str, Drive]()
-    for name in dict.fromkeys(column.joint for column in header.columns):
-        mine = [k for k, column in enumerate(header.columns) if column.joint == name]
-        freedoms = tuple(header.columns[k].coordinate for k in mine)
+    for name in dict.fromkeys(column.joint for column in columns):
+        mine = [k for k, column in enumerate(columns) if column.joint == name]
+        freedoms = tuple(columns[k].coordinate for k in mine)
         drive = found[name] = Drive(tuple(times), table[:, mine], freedoms)
         for one in drive.overshoots():
-            column = header.columns[mine[one.column]]
+            column = columns[mine[one.column]]
             message = (
                 f"between this row and the next {describe_overshoot(name, column.coordinate, one)}"
             )

@@ -12,7 +12,6 @@ from generator.diagnostics import Diagnostics, Source, Span
 from generator.file_kind import FileKind
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Flag, Names, Number, Row, TableRows, Text
-from generator.toml_file.spans import TomlSpans, locate_keys
 
 MAX_LINK_FACTOR = 1e6
 """No joint follows another so much faster, and none so far from it [rad or m]."""
@@ -99,27 +98,22 @@ class LinksFile:
 
 
 def _parse_links(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
-    document = parse_document(source, FILE_ROWS.noun, diagnostics)
-    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
+    top = parse_document(source, FILE_ROWS.noun, diagnostics)
+    if top is None:
+        return None
+    FILE_ROWS.check_keys(top)
+    tables = top.tables(LINK_TABLE, "links")
+    if top.content.get(LINK_TABLE, []) == []:
+        place, hint = top.spans.table(""), "write `[[link]]`"
+        diagnostics.error("there is no link in this file", place, hint)
+    read = [_parse_entry(table) for table in tables]
+    entries = tuple(entry for entry in read if entry)
+    origins = {key: top.span(key) for key in top.content}
+    return LinksFile(entries, **FILE_ROWS.read(top), origins=origins)
 
 
 LINK_ENTRIES = FileKind("links", ".links.toml", _parse_links)
 """The links as they are written, without a figure; `generator.kinematics.links` binds them."""
-
-
-def _parse_content(
-    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
-) -> LinksFile:
-    top = TableReader(document, "", 0, spans, diagnostics)
-    FILE_ROWS.check_keys(top)
-    tables = top.tables(LINK_TABLE, "links")
-    if document.get(LINK_TABLE, []) == []:
-        diagnostics.error("there is no link in this file", spans.table(""), "write `[[link]]`")
-    read = [_parse_entry(table) for table in tables]
-    origins = {key: top.span(key) for key in document}
-    return LinksFile(
-        tuple(entry for entry in read if entry), **FILE_ROWS.read(top), origins=origins
-    )
 
 
 def _parse_entry(table: TableReader) -> LinkEntry | None:

@@ -14,7 +14,6 @@ from generator.file_kind import FileKind
 from generator.run_options import LIVE_ROWS, MAX_LIVE_SIZE
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Block, Integer, Row, TableRows, Text, Vector3, require_keys
-from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.toml_file.writer import numbers_to_toml, quote_toml
 from springs import SphericalLaw
 
@@ -43,7 +42,7 @@ MAX_FORCE = 1e6
 """Largest component of a force [N]."""
 
 _FILE_KIND = "live file"
-_HEADER, _START, _CHANGE = "", "start", "change"
+_START, _CHANGE = "start", "change"
 _NO_FLOOR = "none"
 
 _IN_BOUNDS = f"at most {MAX_LIVE_SIZE:g}"
@@ -178,26 +177,18 @@ class LiveLog:
 
 
 def _parse_live(source: Source, diagnostics: Diagnostics) -> LiveLog | None:
-    document = parse_document(source, _FILE_KIND, diagnostics, MAX_LENGTH)
-    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
-
-
-LIVE_FILE = FileKind("live simulation", ".live.toml", _parse_live)
-
-
-def _parse_content(
-    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
-) -> LiveLog | None:
-    top = TableReader(document, _HEADER, 0, spans, diagnostics)
+    top = parse_document(source, _FILE_KIND, diagnostics, MAX_LENGTH)
+    if top is None:
+        return None
     _HEADER_ROWS.check_keys(top)
     figure, digest, end_frame = _FIGURE.read(top), _DIGEST.read(top), _END_FRAME.read(top)
     start = _parse_start(top)
-    changes = [_parse_change(table) for table in _change_tables(top)]
+    changes = [_parse_change(table) for table in top.tables(_CHANGE, "changes")]
     last = 0
     for index, logged in enumerate(changes):
         if logged is None:
             continue
-        span = spans.value(_CHANGE, index, "frame")
+        span = top.spans.value(_CHANGE, index, "frame")
         if end_frame is not None and logged.frame > end_frame:
             diagnostics.error("this change is after the end", span, f"`end_frame` is {end_frame}")
         elif logged.frame < last:
@@ -206,6 +197,9 @@ def _parse_content(
     if diagnostics.has_errors or figure is None or end_frame is None:
         return None
     return LiveLog(figure, digest, start, tuple(each for each in changes if each), end_frame)
+
+
+LIVE_FILE = FileKind("live simulation", ".live.toml", _parse_live)
 
 
 def _parse_start(top: TableReader) -> LiveStart:
@@ -218,18 +212,6 @@ def _parse_start(top: TableReader) -> LiveStart:
     _START_ROWS.check_keys(table)
     read = {name: row.read(table) for name, row in LIVE_ROWS.items()}
     return LiveStart(**{name: value for name, value in read.items() if value is not None})
-
-
-def _change_tables(top: TableReader) -> list[TableReader]:
-    """Return the readers of all changes."""
-    tables: Any = top.content.get(_CHANGE, [])
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        top.error(_CHANGE, "changes are tables", f"write `[[{_CHANGE}]]` above each")
-        return []
-    return [
-        TableReader(table, _CHANGE, index, top.spans, top.diagnostics)
-        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
-    ]
 
 
 _Parser = Callable[[TableReader], LiveChange | None]

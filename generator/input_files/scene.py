@@ -7,22 +7,13 @@ a number is part of its key.
 from collections.abc import Iterator, Mapping
 from math import inf
 from pathlib import Path
-from typing import Any, cast
 
 from generator.contact.scene import SHAPES, Cover, Prop, Scene
-from generator.diagnostics import (
-    Diagnostics,
-    Source,
-    Span,
-    select_errors,
-    shorten,
-    spelling_hint,
-)
+from generator.diagnostics import Diagnostics, Source, Span, select_errors, shorten, spelling_hint
 from generator.file_kind import FileKind
 from generator.run_options import MAX_FRICTION
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Number, Numbers, TableRows, Text
-from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.toml_file.writer import number_to_toml, quote_long_toml
 from springs.contact import DEFAULT_SURFACE, Surface
 from springs.layer import Layer
@@ -135,29 +126,19 @@ def read_scene(path_or_name: str | Path) -> Scene:
 
 
 def _parse_scene(source: Source, diagnostics: Diagnostics) -> Scene | None:
-    document = parse_document(source, _FILE_KIND, diagnostics)
-    if document is None:
+    top = parse_document(source, _FILE_KIND, diagnostics)
+    if top is None:
         return None
-    return _parse_content(document, locate_keys(source), diagnostics, source.name)
-
-
-SCENE_FILE = FileKind("scene", ".scene.toml", _parse_scene, is_shipped=True)
-
-
-def _parse_content(
-    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics, file: str
-) -> Scene | None:
-    top = TableReader(document, "", 0, spans, diagnostics)
     top.reject_unknown_keys(tuple(SCENE_TABLES), _FILE_KIND)
     surface_tables = _table_readers(top, SURFACE_TABLE)
-    covers = _parse_covers(_table_readers(top, COVER_TABLE), file)
+    covers = _parse_covers(_table_readers(top, COVER_TABLE), source.name)
     tables = [table for name in _SHAPES for table in _table_readers(top, name)]
     # Planes and boxes may alternate in the text; `tomllib` returns those of each kind together.
     tables.sort(key=lambda table: table.header_span.start)
     known = {*_SHAPES, COVER_TABLE}
-    if not document.keys() & known or not (tables or covers or diagnostics.has_errors):
+    if not top.content.keys() & known or not (tables or covers or diagnostics.has_errors):
         hint = f"write {' or '.join(f'`[[{name}]]`' for name in _SHAPES)}"
-        diagnostics.error("there is no prop in this file", spans.table(""), hint)
+        diagnostics.error("there is no prop in this file", top.spans.table(""), hint)
     surface_names = _parse_names(surface_tables, "surface")
     parsed = [_parse_surface(table) for table in surface_tables]
     surfaces = {name: one for name, one in zip(surface_names, parsed, strict=True) if name}
@@ -172,6 +153,9 @@ def _parse_content(
         if name not in used:
             diagnostics.warning(f"no prop has the surface `{name}`", table.span("name"))
     return Scene(tuple(prop for prop in props if prop), covers)
+
+
+SCENE_FILE = FileKind("scene", ".scene.toml", _parse_scene, is_shipped=True)
 
 
 def _parse_covers(tables: list[TableReader], file: str) -> tuple[Cover, ...]:
@@ -220,16 +204,7 @@ def _parse_layer(
 
 def _table_readers(top: TableReader, name: str) -> list[TableReader]:
     """Return the readers of all tables of one kind."""
-    tables: Any = top.content.get(name, [])
-    if not isinstance(tables, list) or not all(isinstance(t, dict) for t in cast("Any", tables)):
-        plural = name + ("es" if name.endswith("x") else "s")
-        hint = f"write `[[{name}]]` above each"
-        top.diagnostics.error(f"{plural} are tables", top.spans.table(name), hint)
-        return []
-    readers = [
-        TableReader(table, name, index, top.spans, top.diagnostics)
-        for index, table in enumerate(cast("list[Mapping[str, Any]]", tables))
-    ]
+    readers = top.tables(name, name + ("es" if name.endswith("x") else "s"))
     for reader in readers:
         SCENE_TABLES[name].check_keys(reader)
     return readers

@@ -5,7 +5,7 @@ and groups are those of `generator.tone`.
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,6 @@ from generator.diagnostics import Diagnostics, Source, UsageError, shorten
 from generator.file_kind import FileKind
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Choice, Names, Number, Numbers, TableRows, Text
-from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.tone import ALL, Tone
 from springs.strength.strengths import StrengthClass
 
@@ -70,17 +69,9 @@ _STRENGTH_ROWS = TableRows(
 
 
 def _parse_tone(source: Source, diagnostics: Diagnostics) -> Tone | None:
-    document = parse_document(source, FILE_ROWS.noun, diagnostics)
-    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
-
-
-TONE_FILE = FileKind("tone", ".tone.toml", _parse_tone, is_shipped=True)
-
-
-def _parse_content(
-    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
-) -> Tone | None:
-    top = TableReader(document, "", 0, spans, diagnostics)
+    top = parse_document(source, FILE_ROWS.noun, diagnostics)
+    if top is None:
+        return None
     FILE_ROWS.check_keys(top)
     top.text("why")
     values = FILE_ROWS.read(top)
@@ -109,8 +100,11 @@ def _parse_content(
             strength_classes=classes,
         )
     except ValueError as failure:
-        diagnostics.error(str(failure), spans.table(""))
+        diagnostics.error(str(failure), top.spans.table(""))
         return None
+
+
+TONE_FILE = FileKind("tone", ".tone.toml", _parse_tone, is_shipped=True)
 
 
 def _parse_strengths(
@@ -132,15 +126,13 @@ def _parse_strengths(
 
 
 def _parse_strength_file(source: Source, diagnostics: Diagnostics) -> Tone | None:
-    document = parse_document(source, _STRENGTH_FILE_ROWS.noun, diagnostics)
-    if document is None:
+    top = parse_document(source, _STRENGTH_FILE_ROWS.noun, diagnostics)
+    if top is None:
         return None
-    spans = locate_keys(source)
-    top = TableReader(document, "", 0, spans, diagnostics)
     _STRENGTH_FILE_ROWS.check_keys(top)
     top.text("why")
-    if _STRENGTH_TABLE not in document:
-        diagnostics.error("this strength file has no [[strength]]", spans.table(""))
+    if _STRENGTH_TABLE not in top.content:
+        diagnostics.error("this strength file has no [[strength]]", top.spans.table(""))
     strengths, classes = _parse_strengths(top)
     if diagnostics.has_errors:
         return None

@@ -23,7 +23,6 @@ from generator.figure import Figure, SiteRef
 from generator.file_kind import FileKind
 from generator.inverse.smoothing import input_error
 from generator.model_files.body_tree.to_figure import FRAME, ORIGIN, WORLD
-from generator.model_files.opensim.joints import child_text
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.motion_files import COORDINATES_FILE
 from generator.motion_files.opensim_table import CoordinateTable
@@ -168,7 +167,7 @@ def _parse_loads(source: Source, diagnostics: Diagnostics) -> ExternalLoads | No
     loads = next((each for each in root.walk() if each.tag == "ExternalLoads"), None)
     if loads is None:
         message = "this document has no `ExternalLoads`"
-        diagnostics.error(message, root.span, "OpenSim's inverse dynamics takes such a file")
+        root.error(message, "OpenSim's inverse dynamics takes such a file")
         return None
     rows = [
         row
@@ -190,19 +189,19 @@ LOADS_FILE = FileKind("external loads", ".xml", _parse_loads)
 
 def _load_row(element: XmlElement, diagnostics: Diagnostics) -> LoadRow | None:
     """Return what a force says; None, perhaps with an error, for one that does not act."""
-    is_off = child_text(element, "isDisabled").lower() == "true"
-    if is_off or child_text(element, "appliesForce").lower() == "false":
+    is_off = element.is_child("isDisabled", "true")
+    if is_off or element.is_child("appliesForce", "false"):
         return None
     name = element.get("name") or "force"
-    body = child_text(element, "applied_to_body").rpartition("/")[2]
-    words = [child_text(element, f"{word}_identifier") for word in ("force", "point", "torque")]
+    body = element.child_text("applied_to_body").rpartition("/")[2]
+    words = [element.child_text(f"{word}_identifier") for word in ("force", "point", "torque")]
     force, point, torque = ("" if word == "Unassigned" else word for word in words)
     if not body or not (force or torque):
         missing = "force_identifier" if body else "applied_to_body"
-        diagnostics.error(f"the force `{shorten(name)}` has no `{missing}`", element.span)
+        element.error(f"the force `{shorten(name)}` has no `{missing}`")
         return None
     frames = [
-        child_text(element, f"{word}_expressed_in_body").rpartition("/")[2] or GROUND
+        element.child_text(f"{word}_expressed_in_body").rpartition("/")[2] or GROUND
         for word in ("force", "point")
     ]
     place = element.find("applied_to_body") or element

@@ -9,19 +9,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from generator.diagnostics import (
-    Diagnostics,
-    InputError,
-    Source,
-    Span,
-    UsageError,
-    error,
-    shorten,
-)
+from generator.diagnostics import Diagnostics, InputError, Source, Span, UsageError, error, shorten
 from generator.figure import Figure
 from generator.file_kind import FileKind
 from generator.identifiers import plain_name
-from generator.model_files.opensim.joints import child_text
 from generator.model_files.xml import XmlElement, parse_xml
 from generator.rotations import Array
 
@@ -292,20 +283,20 @@ def _parse_tasks(source: Source, diagnostics: Diagnostics) -> Mapping[str, float
         if task.tag == "IKMarkerTask":
             weights[task.get("name") or ""] = _weight_of_task(task, diagnostics)
     if not weights and not diagnostics.has_errors:
-        diagnostics.error("there is no `IKMarkerTask` in this file", root.span)
+        root.error("there is no `IKMarkerTask` in this file")
     return weights
 
 
 def _weight_of_task(task: XmlElement, diagnostics: Diagnostics) -> float:
     """Return the weight of a task; zero for one that does not apply."""
-    text = child_text(task, "weight") or "1"
+    text = task.child_text("weight") or "1"
     try:
         weight = float(text)
     except ValueError:
         weight = -1.0
     if not 0.0 <= weight < np.inf:
-        diagnostics.error(f"the weight `{shorten(text)}` is not a number from 0", task.span)
-    return 0.0 if child_text(task, "apply").lower() == "false" else weight
+        task.error(f"the weight `{shorten(text)}` is not a number from 0")
+    return 0.0 if task.is_child("apply", "false") else weight
 
 
 TASKS_FILE = FileKind("marker tasks", ".xml", _parse_tasks)

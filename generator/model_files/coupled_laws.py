@@ -13,8 +13,10 @@ from generator.diagnostics import Diagnostics, MoverError, Source
 from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model import Model
-from generator.model_files.embedded import canonical_element, edited_model
-from generator.model_files.imported import Imported
+from generator.model_files.body_tree.to_figure import figure_from_tree
+from generator.model_files.body_tree.tree import BodyTree
+from generator.model_files.embedded import canonical_element, edited_model, imported_from_embedded
+from generator.model_files.model_files import Imported
 from generator.model_files.xml import Element, XmlElement, format_document, parse_xml
 from generator.springs_file.edit import format_besides_fields, springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
@@ -46,9 +48,7 @@ class CarriedLaws:
 
 
 def find_carried_laws(
-    root: XmlElement,
-    elements: Iterable[XmlElement],
-    write: Callable[[Model], CoupledElements],
+    root: XmlElement, elements: Iterable[XmlElement], write: Callable[[Model], CoupledElements]
 ) -> CarriedLaws:
     """Return the laws over several joints that an edited model still has.
 
@@ -81,9 +81,26 @@ def _parsed(elements: Sequence[Element]) -> tuple[XmlElement, ...]:
     return () if parsed is None else parsed.children
 
 
-def with_carried_laws(
-    imported: Imported | None, laws: CarriedLaws, losses: Losses
+def imported_with_laws(
+    root: XmlElement, tree: BodyTree, laws: CarriedLaws, losses: Losses, *, separate: bool
 ) -> Imported | None:
+    """Return the figure that a model carries, or else that of its bodies with the carried laws.
+
+    None, with diagnostics, if that is impossible.
+
+    Args:
+        root: Element of the model.
+        tree: Bodies of the model as they were read.
+        laws: Laws over several joints that come back.
+        losses: Losses of the reading.
+        separate: See `figure_from_tree`.
+    """
+    carried = None if root.diagnostics.has_errors else imported_from_embedded(root, tree, losses)
+    figure = carried or figure_from_tree(tree, root.diagnostics, losses, separate=separate)
+    return figure if carried is not None else _with_laws(figure, laws, losses)
+
+
+def _with_laws(imported: Imported | None, laws: CarriedLaws, losses: Losses) -> Imported | None:
     """Return an imported model with the laws whose joints have the axes that they had."""
     if imported is None or laws.model is None or not laws.springs:
         return imported

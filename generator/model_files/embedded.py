@@ -30,18 +30,12 @@ from generator.input_files.coordinates import (
 )
 from generator.kinematics.placement import Placement, forward_kinematics, initial_displacements
 from generator.kinematics.tree import build_tree
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model import Model
 from generator.model_files.body_tree.shapes import Colour, Shape, join_shapes, with_colours
 from generator.model_files.body_tree.tree import Body, BodyTree
-from generator.model_files.imported import Imported
-from generator.model_files.xml import (
-    Element,
-    XmlElement,
-    add_element,
-    format_document,
-    parse_xml,
-)
+from generator.model_files.model_files import Imported
+from generator.model_files.xml import Element, XmlElement, add_element, format_document, parse_xml
 from generator.rotations import inverse_pose
 from generator.springs_file.edit import format_besides_fields, springs_from_text
 from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
@@ -84,11 +78,7 @@ class ElementKinds:
 
     def group(self, tag: str) -> str:
         """Return the group of an element with this tag; "" for the group of the one above."""
-        groups = {
-            "springs": self.spring_tags,
-            "shapes": self.shape_tags,
-            "others": self.other_tags,
-        }
+        groups = {"springs": self.spring_tags, "shapes": self.shape_tags, "others": self.other_tags}
         return next((group for group, tags in groups.items() if tag in tags), "")
 
 
@@ -281,9 +271,8 @@ def imported_from_embedded(
         return None
     losses = Losses(read_losses.format)
     if not same["others"]:
-        losses.add(
-            "cameras, sensors, settings of a run and the like that were added or changed",
-            effect=Effect.DESCRIPTION,
+        losses.add_description(
+            "cameras, sensors, settings of a run and the like that were added or changed"
         )
     if parts["springs"] == NO_SPRINGS and any(
         joint.lower_limit or joint.upper_limit for joint in updated.joints.values()

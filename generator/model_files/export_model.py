@@ -21,7 +21,7 @@ from generator.kinematics.loops import close_loops
 from generator.kinematics.placement import Displacements, Placement, initial_displacements
 from generator.kinematics.tree import Tree, TreeJoint, build_tree
 from generator.loads import site_loads
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
 from springs import (
@@ -311,7 +311,7 @@ def add_common_losses(
             losses.add("contact spheres", name)
     for name, attribute in model.figure.attributes.items():
         if set(attribute.fields) - {"rgb"}:
-            losses.add("attributes other than a colour", name, effect=Effect.DESCRIPTION)
+            losses.add_description("attributes other than a colour", name)
     for joint in model.tree.closures:
         if joint.name in model.springs.joints and not has_loops:
             losses.add("springs of joints that close loops", joint.name)

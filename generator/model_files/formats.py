@@ -28,11 +28,9 @@ from generator.model_files.biomod import write as biomod
 from generator.model_files.dyspam import write as dyspam
 from generator.model_files.dyspam.read import imported_from_dyspam, parse_dyspam
 from generator.model_files.export_model import Start
-from generator.model_files.figure_files import springs_path
-from generator.model_files.imported import Imported
 from generator.model_files.mjcf import write as mjcf
 from generator.model_files.mjcf.read import figure_from_mjcf
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import Imported, ModelFiles, springs_path
 from generator.model_files.opensim import write as osim
 from generator.model_files.opensim.read import figure_from_osim
 from generator.model_files.urdf import write as urdf
@@ -109,10 +107,7 @@ def read_model(path: str | Path, *, separate: bool = False) -> Imported:
 
 
 def parse_model(
-    source: Source,
-    directory: Path | None = None,
-    *,
-    separate: bool = False,
+    source: Source, directory: Path | None = None, *, separate: bool = False
 ) -> Parsed[Imported]:
     """Parse the text of a model; included files are looked for in `directory`."""
     collector = Diagnostics()
@@ -126,9 +121,9 @@ def parse_model(
                 known = "mujoco (MJCF), robot (URDF) or OpenSimDocument"
                 hint = near if near.startswith("did") else f"the root element of a model is {known}"
                 message = f"`{shorten(root.tag)}` is not a model that can be read"
-                collector.error(message, root.span, hint)
+                root.error(message, hint)
             else:
-                imported = reader(root, directory, collector, separate=separate)
+                imported = reader(root, directory, separate=separate)
     diagnostics = collector.sorted_by_position()
     return Parsed(None if collector.has_errors else imported, diagnostics)
 
@@ -187,10 +182,7 @@ class ModelFormat:
 MODEL_FORMATS: Mapping[str, ModelFormat] = {
     "peabody": ModelFormat((".fig",), format_fig, "figure file of this program"),
     "mjcf": ModelFormat(
-        (".xml", ".mjcf"),
-        mjcf.format_files,
-        "MuJoCo model",
-        format_with_start=mjcf.format_files,
+        (".xml", ".mjcf"), mjcf.format_files, "MuJoCo model", format_with_start=mjcf.format_files
     ),
     "urdf": ModelFormat(
         (".urdf",), urdf.format_files, "robot model without loops, its springs as a table"

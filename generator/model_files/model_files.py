@@ -1,7 +1,9 @@
 """The files of an exported model, with the meshes of its segments (`.stl`), and their losses."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +12,22 @@ import numpy as np
 from generator.diagnostics import Diagnostic, InputError, Parsed, Severity, error
 from generator.figure import Figure
 from generator.figure_file.read import FIGURE_FILE
+from generator.figure_file.write import write_figure
 from generator.geometry.appearance import Colour, segment_appearances
 from generator.geometry.intersections import triangulate
-from generator.geometry.psurf import PSURF_FILE
+from generator.geometry.psurf import PSURF_FILE, format_psurf
 from generator.geometry.surface import Surface
-from generator.identifiers import plain_names
-from generator.input_files.coordinates import COORDINATE_NAMES
+from generator.identifiers import plain_names, reserve_name
+from generator.input_files.coordinates import (
+    COORDINATE_NAMES,
+    Coordinates,
+    are_own_names,
+    write_coordinates,
+)
 from generator.losses import Loss, Losses
-from generator.springs_file.parse import SPRINGS_FILE
+from generator.springs_file.parse import SPRINGS_FILE, SpringsFile
 from generator.springs_file.read import load_springs
+from generator.springs_file.write import write_springs
 from generator.text_io import write_atomic
 
 
@@ -184,3 +193,108 @@ def format_stl(surface: Surface) -> bytes:
         normals, lengths, where=lengths > 0.0, out=np.zeros_like(normals)
     )
     return _HEADER + len(corners).to_bytes(4, "little") + triangles.tobytes()
+
+
+def springs_path(path: Path, name: str | None = None) -> Path:
+    """Return the path of the springs of the figure file at `path`; with a name, of others."""
+    middle = "" if name is None else f".{name}"
+    return path.with_name(f"{path.stem}{middle}{SPRINGS_FILE.suffix}")
+
+
+_UNQUOTABLE = re.compile(r"[^ !#-\[\]-~]")
+"""Characters that a string of the figure language may not have, or that differ by system."""
+
+
+_MAX_NAME_PART = 80
+"""Characters of a file's or a segment's name in the path of a psurf, whose length is limited."""
+
+
+def psurf_folder(path: Path) -> Path:
+    """Return the folder of the psurfs of the figure file at `path`."""
+    stem = _UNQUOTABLE.sub("_", path.stem[:_MAX_NAME_PART])
+    if stem != path.stem:  # the changed names of two figures may be the same
+        stem += f"_{sha256(path.name.encode(errors='surrogateescape')).hexdigest()[:8]}"
+    return geometry_folder(path.with_stem(stem))
+
+
+def figure_files(
+    figure: Figure,
+    path: Path,
+    surfaces: Mapping[str, Surface],
+    beside: Mapping[Path, str],
+    *,
+    surface_names: Mapping[str, str] | None = None,
+    comment: str = "",
+) -> dict[Path, str | bytes]:
+    """Return the files of a figure at `path`, the figure last: it is not whole without the others.
+
+    Args:
+        figure: names no psurfs.
+        path: path of the figure file.
+        surfaces: surfaces by their names, in the frames of their segments.
+        beside: texts of other files beside the figure, such as its springs.
+        surface_names: the surface of each segment that has one; None where each surface has the
+            name of its segment.
+        comment: one or more lines above the figure.
+    """
+    folder = psurf_folder(path)
+    files: dict[Path, str | bytes] = {}
+    psurfs: dict[str, str] = {}
+    taken: set[str] = set()
+    for name, surface in surfaces.items():
+        psurf = folder / f"{reserve_name(name[:_MAX_NAME_PART], taken)}{PSURF_FILE.suffix}"
+        files[psurf] = format_psurf(surface)
+        psurfs[name] = f"{folder.name}/{psurf.name}"
+    for segment, name in (surface_names or {name: name for name in surfaces}).items():
+        figure = figure.with_parts(replace(figure.segments[segment], psurf=psurfs[name]))
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    return {**files, **beside, path: f"{head}\n" * bool(head) + write_figure(figure)}
+
+
+def older_springs_loss(path: Path) -> Loss | None:
+    """Return the loss that springs beside the figure file at `path` are not of this figure."""
+    beside = springs_path(path)
+    if not beside.exists():
+        return None
+    return Loss("an older springs file stands beside the figure and will be used", (str(beside),))
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A model of another program as a figure.
+
+    Attributes:
+        figure: y up, with all displacements zero in the pose in which the model is drawn.
+        springs: passive laws that the figure's own fields cannot hold; None without any.
+        losses: losses of the conversion.
+        coordinates: coordinates by their names in the model.
+        surfaces: surfaces of segments, in their frames; the figure names no psurfs before it has a
+            path.
+    """
+
+    figure: Figure
+    springs: SpringsFile | None
+    losses: Losses
+    coordinates: Coordinates
+    surfaces: Mapping[str, Surface] = field(default_factory=dict[str, Surface])
+
+
+def format_imported_springs(springs: SpringsFile, path: Path) -> str:
+    """Format the springs file beside the figure file at `path`."""
+    comment = f"Passive joints of {path.name} that its own fields cannot hold."
+    return write_springs(springs, comment)
+
+
+def imported_files(imported: Imported, path: Path) -> ModelFiles:
+    """Return the files of a figure at `path`: its psurfs, springs and coordinates, and itself."""
+    beside: dict[Path, str] = {}
+    if imported.springs is not None:
+        beside[springs_path(path)] = format_imported_springs(imported.springs, path)
+    figure, coordinates = imported.figure, imported.coordinates
+    if not are_own_names(coordinates, figure) or COORDINATE_NAMES.beside(path).exists():
+        comment = f"Coordinates of the model that {path.name} is from, in its .mot and .sto files."
+        beside[COORDINATE_NAMES.beside(path)] = write_coordinates(coordinates, figure, comment)
+    files = figure_files(figure, path, imported.surfaces, beside)
+    stale = older_springs_loss(path) if imported.springs is None else None
+    losses = Losses.collect(imported.losses.format, (*imported.losses.entries, stale))
+    return ModelFiles(path, files, losses)

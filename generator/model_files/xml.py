@@ -48,6 +48,7 @@ class XmlElement:
         children: the elements in it.
         text: the characters in it before the first child, without blanks around them; the place of
             an empty text is the element's.
+        diagnostics: collects the errors of its document.
     """
 
     tag: str
@@ -55,6 +56,7 @@ class XmlElement:
     attributes: Mapping[str, SourceText]
     children: tuple["XmlElement", ...]
     text: SourceText
+    diagnostics: Diagnostics = field(compare=False, repr=False)
 
     def find_all(self, *tags: str) -> Iterator["XmlElement"]:
         """The children with one of these tags, in order."""
@@ -74,22 +76,74 @@ class XmlElement:
         written = self.attributes.get(name)
         return self.span if written is None else written.span
 
-    def numbers(
-        self, name: str, diagnostics: Diagnostics, least: int, most: int | None = None
-    ) -> tuple[float, ...] | None:
+    @property
+    def label(self) -> str:
+        """Its name; without one, its tag."""
+        return self.get("name") or self.tag
+
+    def error(self, message: str, hint: str = "", at: str | Span = "") -> None:
+        """Report an error at an attribute or another place; without one, at the element."""
+        place = self.span_of(at) if isinstance(at, str) else at
+        self.diagnostics.error(message, place, hint)
+
+    def numbers(self, name: str, least: int, most: int | None = None) -> tuple[float, ...] | None:
         """Parse the numbers of an attribute; None without it, or, with an error, if it is wrong."""
         written = self.attributes.get(name)
-        return None if written is None else parse_numbers(written, diagnostics, least, most)
+        return None if written is None else parse_numbers(written, self.diagnostics, least, most)
 
-    def is_first_of_name(
-        self, name: str, known: dict[str, "XmlElement"], diagnostics: Diagnostics
-    ) -> bool:
+    def number(self, name: str, default: float = 0.0) -> float:
+        """Parse one number of an attribute; `default` if it is missing or wrong."""
+        (value,) = self.numbers(name, 1) or (default,)
+        return value
+
+    def vector(self, name: str, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
+        """Parse three numbers of an attribute; `default` if it is missing or wrong."""
+        x, y, z = self.numbers(name, 3) or default
+        return x, y, z
+
+    def text_numbers(
+        self, least: int, most: int | None = None, *, allow_infinite: bool = False
+    ) -> tuple[float, ...] | None:
+        """Parse the numbers of the text; None, with an error, if they are wrong."""
+        return parse_numbers(
+            self.text, self.diagnostics, least, most, allow_infinite=allow_infinite
+        )
+
+    def child_text(self, name: str) -> str:
+        """Return the text of a child; empty without one."""
+        child = self.find(name)
+        return "" if child is None else child.text.text
+
+    def is_child(self, name: str, value: str) -> bool:
+        """Return whether the text of a child is `value` but for capitals."""
+        return self.child_text(name).lower() == value
+
+    def child_numbers(self, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """Parse as many numbers of a child as `default` has; `default` if missing or wrong."""
+        child = self.find(name)
+        if child is None or not child.text.text:
+            return default
+        return child.text_numbers(len(default)) or default
+
+    def child_number(self, name: str) -> float:
+        """Parse one number of a child; zero if it is missing or wrong."""
+        return self.child_numbers(name, (0.0,))[0]
+
+    def direction(self, axis: Sequence[float], at: str | Span = "") -> Vector:
+        """Normalise an axis of this element; z, with an error, for the zero vector."""
+        length = sum(part * part for part in axis) ** 0.5
+        if not 1e-10 < length < inf:
+            self.error("this vector has no direction", "an axis must not be zero", at)
+            return 0.0, 0.0, 1.0
+        x, y, z = (part / length for part in axis)
+        return x, y, z
+
+    def is_first_of_name(self, name: str, known: dict[str, "XmlElement"]) -> bool:
         """Return whether no other element has the name of this one; report a second one."""
         first = known.setdefault(name, self)
         if first is not self:
-            message = f"a second {self.tag} named `{shorten(name)}`"
             hint = f"the first is in line {first.span.line}"
-            diagnostics.error(message, self.span_of("name"), hint)
+            self.error(f"a second {self.tag} named `{shorten(name)}`", hint, "name")
         return first is self
 
     def walk(self) -> Iterator["XmlElement"]:
@@ -125,8 +179,8 @@ class _OpenElement:
 class _ElementBuilder:
     """Builds elements from the events of the parser."""
 
-    def __init__(self, source: Source) -> None:
-        self.source = source
+    def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
+        self.source, self.diagnostics = source, diagnostics
         self.data = source.text.encode("utf-8", "surrogatepass")
         self._starts: list[int] | None = None
         self.open: list[_OpenElement] = []
@@ -199,6 +253,7 @@ class _ElementBuilder:
                 "".join(done.text).strip(),
                 self._stripped_span(done.content_start, stop) or tag_span,
             ),
+            self.diagnostics,
         )
         if self.open:
             self.open[-1].children.append(element)
@@ -218,10 +273,12 @@ class _ElementBuilder:
 def parse_xml(source: Source, diagnostics: Diagnostics) -> XmlElement | None:
     """Parse a document into its root element; None, with an error, for another text.
 
+    Errors of its elements, such as an attribute that is not a number, go to `diagnostics` as well.
+
     No entities are declared or fetched: a document type is refused before its first declaration is
     read.
     """
-    builder = _ElementBuilder(source)
+    builder = _ElementBuilder(source, diagnostics)
     if not source.text.strip():
         diagnostics.error("this file is empty", Span(source, 0, 1), "a model is an XML document")
         return None
@@ -292,32 +349,6 @@ def parse_numbers(
         diagnostics.error(f"{has} instead of {count}", source_text.span)
         return None
     return tuple(values)
-
-
-def parse_vector(
-    element: XmlElement, name: str, diagnostics: Diagnostics, default: Vector = (0.0, 0.0, 0.0)
-) -> Vector:
-    """Parse three numbers of an attribute; `default` if it is missing or wrong."""
-    x, y, z = element.numbers(name, diagnostics, 3) or default
-    return x, y, z
-
-
-def parse_number(
-    element: XmlElement, name: str, diagnostics: Diagnostics, default: float = 0.0
-) -> float:
-    """Parse one number of an attribute; `default` if it is missing or wrong."""
-    (value,) = element.numbers(name, diagnostics, 1) or (default,)
-    return value
-
-
-def unit_direction(axis: Sequence[float], span: Span, diagnostics: Diagnostics) -> Vector:
-    """Normalise an axis; z, with an error, for the zero vector."""
-    length = sum(part * part for part in axis) ** 0.5
-    if not 1e-10 < length < inf:
-        diagnostics.error("this vector has no direction", span, "an axis must not be zero")
-        return 0.0, 0.0, 1.0
-    x, y, z = (part / length for part in axis)
-    return x, y, z
 
 
 def _word_span(source_text: SourceText, match: re.Match[str]) -> Span:

@@ -14,7 +14,7 @@ import numpy as np
 from generator.diagnostics import UsageError
 from generator.identifiers import plain_names, renaming_loss
 from generator.losses import Effect, Loss, Losses
-from generator.motion_files.motion import FigureMotion, lost_props, unrepresented
+from generator.motion_files.motion import FigureMotion, late_start, lost_props, unrepresented
 from generator.motion_files.resample import resample
 from generator.motion_files.skeleton import Bone, Skeleton, bones_with_block_ends, build_skeleton
 from generator.rotations import Array, RotationSequence
@@ -75,13 +75,10 @@ def write(motion: FigureMotion, path: Path, scale: float = CENTIMETRES_PER_METRE
         *_motion(skeleton, count, interval, scale),
     ]
     write_atomic(path, "".join(f"{line}\n" for line in lines))
-    start = float(motion.times[0])
     losses = [
         *skeleton.losses(_MIN_TRANSLATION),
         uneven,
-        Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s")
-        if start
-        else None,
+        late_start(motion),
         renaming_loss(names),
         Loss("shapes, colours, masses and springs, and all segments that do not move"),
         Loss("displacements: the file holds orientations as angles of its own, X Y Z"),

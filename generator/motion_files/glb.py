@@ -34,7 +34,13 @@ from generator.geometry.appearance import (
 )
 from generator.identifiers import free_name
 from generator.losses import Effect, Loss, Losses
-from generator.motion_files.motion import NO_MASSES, FigureMotion, unknown_props, unrepresented
+from generator.motion_files.motion import (
+    NO_MASSES,
+    FigureMotion,
+    late_start,
+    unknown_props,
+    unrepresented,
+)
 from generator.motion_files.skeleton import Bone, Skeleton, build_skeleton, continuous_quaternions
 from generator.rotations import Array, inverse_pose
 from generator.text_io import write_atomic
@@ -130,14 +136,11 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     """
     content, losses = format_glb(motion)
     write_atomic(path, content)
-    start = float(motion.times[0])
     return Losses.collect(
         "glTF",
         [
             *losses,
-            Loss(f"the time of the first frame, {start:g} s; the file begins at 0 s")
-            if start
-            else None,
+            late_start(motion),
             Loss("displacements: the file holds orientations, without whole turns"),
             NO_MASSES,
             unknown_props(motion),

@@ -71,7 +71,7 @@ def header_from_recording(recording: Recording, figure: Figure) -> Header:
     """The header of a recording of a figure."""
     times, path = recording.times, figure.path
     return Header(
-        figure=_one_line(figure.name if path is None else path.name),
+        figure=_name_of_figure(figure),
         sha256=figure.sha256 or (None if path is None else file_sha256(path)),
         start=float(times[0]),
         stop=float(times[-1]),
@@ -94,6 +94,11 @@ def file_sha256(path: Path) -> str | None:
         return sha256(open_regular_file(path).read()).hexdigest()
     except (OSError, ValueError):  # no path may hold a zero byte
         return None
+
+
+def _name_of_figure(figure: Figure) -> str:
+    """Return the name of the figure's file, else of the figure."""
+    return _one_line(figure.name if figure.path is None else figure.path.name)
 
 
 def _one_line(text: str | None) -> str:
@@ -183,10 +188,9 @@ def motion_from_figure(
         displacements = {
             name: np.array(joint.displacement, dtype=float) for name, joint in figure.joints.items()
         }
-    path = figure.path
     header = Header(
-        figure=_one_line(figure.name if path is None else path.name),
-        sha256=None if path is None else file_sha256(path),
+        figure=_name_of_figure(figure),
+        sha256=None if figure.path is None else file_sha256(figure.path),
         start=0.0,
         stop=0.0,
         frame_interval=None,
@@ -244,6 +248,13 @@ def unrepresented(motion: FigureMotion, *represented: str) -> Loss | None:
     contact = _contact_quantities(motion.recording.contact)
     left = [name for name in (*_QUANTITIES, *driven, *contact) if name not in represented]
     return Loss("results of the run other than the motion", tuple(left), effect=Effect.DESCRIPTION)
+
+
+def late_start(motion: FigureMotion) -> Loss | None:
+    """Return the loss of the time of the first frame, in a file that begins at 0 s."""
+    start = float(motion.times[0])
+    message = f"the time of the first frame, {start:g} s; the file begins at 0 s"
+    return Loss(message) if start else None
 
 
 def lost_props(motion: FigureMotion) -> Loss | None:

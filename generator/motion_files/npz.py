@@ -18,13 +18,7 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.lib import format as npy
 
-from generator.contact.record import (
-    ContactRecord,
-    HeadImpact,
-    Overlap,
-    PartContact,
-    SegmentContact,
-)
+from generator.contact.record import ContactRecord, HeadImpact, Overlap, PartContact, SegmentContact
 from generator.contact.scene import NO_SCENE, Scene
 from generator.contact_file.parts import Evidence
 from generator.diagnostics import InputError, ModelError, error
@@ -90,10 +84,7 @@ def write(motion: FigureMotion, path: Path) -> Losses:
     about = _metadata(motion)
     stream = BytesIO()
     np.savez_compressed(
-        stream,
-        allow_pickle=False,
-        **arrays,
-        **{METADATA_KEY: np.array(json.dumps(about))},
+        stream, allow_pickle=False, **arrays, **{METADATA_KEY: np.array(json.dumps(about))}
     )
     write_atomic(path, stream.getvalue())
     losses = [Loss("the figure: its segments, masses and shapes; the names are there")]
@@ -188,23 +179,22 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
         "segments": {
             name: {
                 "first_time": _json_number(segment.first_time),
-                **{field: _json_number(getattr(segment, field)) for field in _SEGMENT_NUMBERS},
+                **_json_numbers(segment, _SEGMENT_NUMBERS),
                 "impulse": [_json_number(part) for part in segment.impulse],
             }
             for name, segment in contact.segments.items()
         },
-        **{field: _json_number(getattr(contact, field)) for field in _CONTACT_NUMBERS},
+        **_json_numbers(contact, _CONTACT_NUMBERS),
         "max_depth_segment": contact.max_depth_segment,
         **({"max_depth_part": part} if part != contact.max_depth_segment else {}),
-        "weight_carried": _json_number(contact.weight_carried),
-        "impact_shift": _json_number(contact.impact_shift),
+        **_json_numbers(contact, ("weight_carried", "impact_shift")),
         "sensitivities": _sensitivities(contact),
         "overlap": None
         if overlap is None
         else [_json_number(overlap.depth), *overlap[1:3], _json_number(overlap.time)],
         "head_injury": {name: _json_number(value) for name, value in contact.head_injury.items()},
         "heads": {
-            name: [_json_number(getattr(head, field)) for field in _HEAD_NUMBERS]
+            name: [*_json_numbers(head, _HEAD_NUMBERS).values()]
             for name, head in contact.heads.items()
         },
         "parts": {name: _part_metadata(part) for name, part in contact.parts.items()},
@@ -214,7 +204,7 @@ def _contact_metadata(contact: ContactRecord) -> dict[str, Any]:
 def _part_metadata(part: PartContact) -> dict[str, Any]:
     return {
         "first_time": _json_number(part.first_time),
-        **{field: _json_number(getattr(part, field)) for field in _SEGMENT_NUMBERS},
+        **_json_numbers(part, _SEGMENT_NUMBERS),
         "body_weights": _json_number(part.body_weights),
         "band": list(part.band),
         "class": part.evidence.value,
@@ -450,7 +440,9 @@ def _arrays_in_field(
 
 def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Chains) -> Recording:
     run = metadata["run"]
-    joints = {field: _arrays_in_field(arrays, field, chains) for field in JOINT_FIELDS}
+    by_joint: dict[str, Any] = {
+        field: _arrays_in_field(arrays, field, chains) for field in JOINT_FIELDS
+    }
     outcome = Outcome(Ending(run["ending"]), run["message"], run["last_time"], run["joint"])
     accuracy = Accuracy(
         _number(run["estimate"]),
@@ -460,16 +452,11 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         int(run["steps"]),
         arrays[FRAME_ERROR_FIELD],
     )
-    contact = _contact(arrays, run.get("contact"))
     return Recording(
         times=arrays["times"],
         poses=_arrays_in_field(arrays, POSE_FIELD, _names(arrays, POSE_FIELD)),
         chains=chains,
-        displacements=joints["displacements"],
-        velocities=joints["velocities"],
-        rotation_vectors=joints["rotation_vectors"],
-        reactions=joints["reactions"],
-        passive_torques=joints["passive_torques"],
+        **by_joint,
         centre_of_mass=arrays["centre_of_mass"],
         energy=_arrays_in_field(arrays, ENERGY_FIELD, _energy_kinds(arrays)),
         outcome=outcome,
@@ -487,7 +474,7 @@ def _recording(arrays: Mapping[str, Array], metadata: dict[str, Any], chains: Ch
         integrator=Integrator(run.get("integrator", "exudyn")),
         integrator_reason=str(run.get("integrator_reason", "")),
         agreement_with_exudyn=run.get("agreement_with_exudyn"),
-        contact=contact,
+        contact=_contact(arrays, run.get("contact")),
         scene=_scene(metadata.get("scene")),
     )
 
@@ -506,9 +493,10 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
     segments: dict[str, SegmentContact] = {}
     for name, segment in about["segments"].items():
         x, y, z = map(float, segment["impulse"])
-        first_time = _number(segment["first_time"])
-        numbers = [float(segment[field]) for field in _SEGMENT_NUMBERS]
-        segments[name] = SegmentContact(first_time, *numbers, impulse=(x, y, z))
+        numbers = _floats(segment, _SEGMENT_NUMBERS)
+        segments[name] = SegmentContact(
+            _number(segment["first_time"]), impulse=(x, y, z), **numbers
+        )
     overlap = None
     if about["overlap"] is not None:
         depth, segment, other, time = about["overlap"]
@@ -521,15 +509,11 @@ def _contact(arrays: Mapping[str, Array], about: Mapping[str, Any] | None) -> Co
         ground_reaction=arrays[GROUND_REACTION_FIELD],
         depths=_arrays_in_field(arrays, CONTACT_DEPTH_FIELD, segments),
         segments=segments,
-        max_force=float(about["max_force"]),
-        max_force_time=float(about["max_force_time"]),
-        max_depth=float(about["max_depth"]),
+        **_floats(about, _CONTACT_NUMBERS),
         max_depth_segment=about["max_depth_segment"],
         max_depth_part=about.get("max_depth_part", ""),
         weight_carried=_number(about["weight_carried"]),
         impact_shift=_number(about["impact_shift"]),
-        creep=float(about["creep"]),
-        dissipated=float(about["dissipated"]),
         sensitivity=sensitivity,
         height_sensitivity=height_sensitivity,
         extreme_forces=arrays.get(EXTREME_FORCE_FIELD),
@@ -550,12 +534,22 @@ def _part(about: Mapping[str, Any]) -> PartContact:
     low, high = map(float, about["band"])
     return PartContact(
         _number(about["first_time"]),
-        *(float(about[field]) for field in _SEGMENT_NUMBERS),
+        **_floats(about, _SEGMENT_NUMBERS),
         body_weights=_number(about["body_weights"]),
         band=(low, high),
         evidence=Evidence(about["class"]),
         within=about["within"],
     )
+
+
+def _floats(about: Mapping[str, Any], fields: Iterable[str]) -> dict[str, Any]:
+    """Return some numbers by the field that holds them."""
+    return {field: float(about[field]) for field in fields}
+
+
+def _json_numbers(owner: object, fields: Iterable[str]) -> dict[str, Any]:
+    """Return the numbers of some fields as JSON has them."""
+    return {field: _json_number(getattr(owner, field)) for field in fields}
 
 
 def _number(value: float | str | None) -> float | None:

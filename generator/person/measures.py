@@ -33,7 +33,6 @@ from generator.person.sources import Origin, SourcedNumber
 from generator.person.survey import Sex, SurveySample, survey
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Number
-from generator.toml_file.spans import locate_keys
 from generator.units import parse_unit
 from springs.published.reference import Reference
 from springs.short_repr import short_repr
@@ -490,16 +489,14 @@ def measure_sources(measures: Measures) -> tuple[SourcedNumber, ...]:
 
 def _parse_measures(source: Source, diagnostics: Diagnostics) -> MeasuredDimensions | None:
     """Dimensions of a text; errors go to `diagnostics`, which may raise TooManyErrors."""
-    document = parse_document(source, _FILE_KIND, diagnostics)
-    if document is None:
+    table = parse_document(source, _FILE_KIND, diagnostics)
+    if table is None:
         return None
-    spans = locate_keys(source)
-    if not document:
-        diagnostics.error("the file states no dimension", spans.table(""), _EXAMPLE)
-    table = TableReader(document, "", 0, spans, diagnostics)
+    if not table.content:
+        diagnostics.error("the file states no dimension", table.spans.table(""), _EXAMPLE)
     lengths: dict[str, float] = {}
     units: dict[str, str] = {}
-    for key in document:
+    for key in table.content:
         parsed = _parse_key(table, key)
         length = Number(key, 0.0, MAX_DIMENSION, " m", "it is a length", is_positive=True)
         value = None if parsed is None else length.read(table)
@@ -507,9 +504,9 @@ def _parse_measures(source: Source, diagnostics: Diagnostics) -> MeasuredDimensi
             continue
         name, unit = parsed
         if name in lengths:
-            first = spans.key("", 0, f"{name}_{units[name]}")
+            first = table.spans.key("", 0, f"{name}_{units[name]}")
             hint = f"the first is in line {first.line}"
-            diagnostics.error(f"a second value of `{name}`", spans.key("", 0, key), hint)
+            diagnostics.error(f"a second value of `{name}`", table.spans.key("", 0, key), hint)
             continue
         lengths[name], units[name] = value, unit
     places = {name: table.span(f"{name}_{unit}") for name, unit in units.items()}

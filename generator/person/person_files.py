@@ -9,8 +9,12 @@ from textwrap import fill
 
 from generator.contact_file.file import CONTACT_FILE, write_contact
 from generator.losses import Loss, Losses
-from generator.model_files.figure_files import figure_files, older_springs_loss, springs_path
-from generator.model_files.model_files import ModelFiles
+from generator.model_files.model_files import (
+    ModelFiles,
+    figure_files,
+    older_springs_loss,
+    springs_path,
+)
 from generator.person.body import side_names
 from generator.person.contact_parts import person_contact
 from generator.person.measures import Measures
@@ -18,13 +22,7 @@ from generator.person.passive_joints import springs_comment
 from generator.person.person import Person
 from generator.person.sources import SourcedNumber, load_data_file
 from generator.springs_file.write import write_springs
-from generator.text_io import (
-    format_csv_comment,
-    format_csv_rows,
-    is_file,
-    load_text,
-    read_csv_rows,
-)
+from generator.text_io import format_csv_comment, format_csv_rows, is_file, load_text, read_csv_rows
 
 RIENER_SPRINGS = "riener"
 """Name that chooses the springs with the law of hip and knee alone: `--springs riener`."""

@@ -46,7 +46,6 @@ from generator.toml_file.rows import (
     lines_of_rows,
     read_rows,
 )
-from generator.toml_file.spans import TomlSpans, locate_keys
 from springs import Damping, SphericalLaw
 from springs.damping import DEFAULT_SLIP_RATE
 from springs.short_repr import short_repr
@@ -101,27 +100,15 @@ _SLIP_RATE = Number(
     attribute="slip_rate",
 )
 _SCALE = Number("scale", 0.0, hint=ENERGY_HINT)
-_MODIFIERS = (
-    _SCALE,
-    Number("offset_deg", attribute="offset"),
-    _HYSTERESIS,
-)
+_MODIFIERS = (_SCALE, Number("offset_deg", attribute="offset"), _HYSTERESIS)
 """Rows that change any elastic law."""
 
 _VISCOUS = Number(
-    "viscous_Nms_rad",
-    0.0,
-    hint=ENERGY_HINT,
-    attribute="damping.viscous",
-    is_always_written=True,
+    "viscous_Nms_rad", 0.0, hint=ENERGY_HINT, attribute="damping.viscous", is_always_written=True
 )
 _COULOMB = Number("coulomb_Nm", 0.0, hint=ENERGY_HINT, attribute="damping.coulomb")
 _SLIDE_VISCOUS = Number(
-    "viscous_Ns_m",
-    0.0,
-    hint=ENERGY_HINT,
-    attribute="damping.viscous",
-    is_always_written=True,
+    "viscous_Ns_m", 0.0, hint=ENERGY_HINT, attribute="damping.viscous", is_always_written=True
 )
 _SLIDE_COULOMB = Number("coulomb_N", 0.0, hint=ENERGY_HINT, attribute="damping.coulomb")
 _SLIDE_DAMPING = (_SLIDE_VISCOUS, _SLIDE_COULOMB)
@@ -221,17 +208,9 @@ class SpringsFile:
 
 
 def _parse_springs(source: Source, diagnostics: Diagnostics) -> SpringsFile | None:
-    document = parse_document(source, "springs file", diagnostics)
-    return None if document is None else _parse_content(document, locate_keys(source), diagnostics)
-
-
-SPRINGS_FILE = FileKind("springs", ".springs.toml", once_per_source(_parse_springs))
-
-
-def _parse_content(
-    document: Mapping[str, Any], spans: TomlSpans, diagnostics: Diagnostics
-) -> SpringsFile:
-    top = TableReader(document, "", 0, spans, diagnostics)
+    top = parse_document(source, "springs file", diagnostics)
+    if top is None:
+        return None
     FILE_ROWS.check_keys(top)
     values = FILE_ROWS.read(top)
     stands_alone = values.pop(BASE_KEY, None) is not None
@@ -242,15 +221,18 @@ def _parse_content(
     reaches = [parse_reach_entry(table) for table in top.tables(REACH_TABLE, "reaches")]
     if not (entries or coupled or reaches or "law" in values or diagnostics.has_errors):
         hint = "write `[[spring]]`, or `law` for the springs in the fields of a figure"
-        diagnostics.error("there is no spring in this file", spans.table(""), hint)
+        diagnostics.error("there is no spring in this file", top.spans.table(""), hint)
     return SpringsFile(
         tuple(entry for entry in entries if entry),
         coupled=tuple(entry for entry in coupled if entry),
         reaches=tuple(entry for entry in reaches if entry),
         stands_alone=stands_alone,
-        origins={key: top.span(key) for key in document},
+        origins={key: top.span(key) for key in top.content},
         **values,
     )
+
+
+SPRINGS_FILE = FileKind("springs", ".springs.toml", once_per_source(_parse_springs))
 
 
 def _parse_entry(table: TableReader) -> SpringEntry | None:
@@ -352,11 +334,7 @@ def _misplaced_keys(
             yield key, "an elastic law", f"with one of: {', '.join(known)}"
     has_two = any(INCREASING_KEY in form.required_keys for form in present)
     if _HYSTERESIS.key in content and has_two:
-        yield (
-            _HYSTERESIS.key,
-            "a law of one curve",
-            "two curves already define their difference",
-        )
+        yield (_HYSTERESIS.key, "a law of one curve", "two curves already define their difference")
     if _SLIP_RATE.key in content and _HYSTERESIS.key not in content and not has_two:
         hint = f"with `{_HYSTERESIS.key}`, or with `{INCREASING_KEY}` and `{DECREASING_KEY}`"
         yield _SLIP_RATE.key, "a law that depends on the direction", hint

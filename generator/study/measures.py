@@ -35,14 +35,14 @@ from generator.contact_file.parts import BodyContact
 from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import Figure, JointAxis, Vector
 from generator.motion_files.action import LENGTH_UNIT
-from generator.motion_files.columns import (
+from generator.motion_files.motion import FigureMotion
+from generator.motion_files.tables import (
     Column,
     contact_of,
     displacement_columns,
     run_of,
     table_columns,
 )
-from generator.motion_files.motion import FigureMotion
 from generator.recording import CONTACT_ENERGY_KINDS, ENERGY_KINDS, RecordingPart
 from generator.rotations import Array
 from generator.simulation.muscle_tone import body_of
@@ -126,10 +126,7 @@ def _take_fault(column: Column, measure: Measure) -> MeasureFault | None:
     if measure.take is Statistic.REST and not column.is_displacement:
         message = f"`{column.title}` has no value at rest"
         return MeasureFault(measure.name, "take", message, "a displacement of a joint has one")
-    if column.name.endswith(_SINGLE) and measure.take not in (
-        Statistic.LAST,
-        Statistic.LARGEST,
-    ):
+    if column.name.endswith(_SINGLE) and measure.take not in (Statistic.LAST, Statistic.LARGEST):
         message = f"`{column.title}` is one number of the whole run"
         return MeasureFault(measure.name, "take", message, f'take = "{Statistic.LAST}"')
     return None

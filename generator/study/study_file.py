@@ -80,7 +80,6 @@ from generator.study.study_tables import (
 )
 from generator.text_io import is_file, path_exists
 from generator.toml_file.reader import TableReader, parse_document
-from generator.toml_file.spans import locate_keys
 from springs import SphericalLaw
 
 _FILE_KIND = "study file"
@@ -111,15 +110,14 @@ def read_study(path_or_name: str | Path) -> Study:
 
 def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
     folder = Path() if source.path is None else source.path.parent
-    document = parse_document(source, _FILE_KIND, diagnostics)
-    if document is None:
+    top = parse_document(source, _FILE_KIND, diagnostics)
+    if top is None:
         return None
-    top = TableReader(document, "", 0, locate_keys(source), diagnostics)
-    if not document:
+    if not top.content:
         diagnostics.error("this study is empty", top.header_span, 'begin with `figure = "NAME"`')
         return None
     for key in _OTHER_OPTIONS:
-        if key in document:
+        if key in top.content:
             place = top.spans.key("", 0, key)
             diagnostics.error(f"a study has no `{key}`", place, "use `mover simulate` for it")
     top.reject_unknown_keys((*STUDY_KEYS, *_OTHER_OPTIONS), "study")
@@ -140,7 +138,7 @@ def _parse_study(source: Source, diagnostics: Diagnostics) -> Study | None:
         design=design or _PLACEHOLDER,
         measures={name: one for name, one in measures.items() if one is not None},
         persons=subject.persons,
-        fall=str(document.get("fall", "")),
+        fall=str(top.content.get("fall", "")),
         stops_edges=_stops_edges(top),
         sensitivity=sensitivity,
         text=source.text,

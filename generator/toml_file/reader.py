@@ -8,16 +8,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, cast
 
-from generator.diagnostics import (
-    Diagnostics,
-    Source,
-    Span,
-    closest_match,
-    shorten,
-    spelling_hint,
-)
+from generator.diagnostics import Diagnostics, Source, Span, closest_match, shorten, spelling_hint
 from generator.figure_file.lexer import MAX_WORD_LENGTH
-from generator.toml_file.spans import TomlSpans
+from generator.toml_file.spans import TomlSpans, locate_keys
 from generator.toml_file.writer import MAX_LINE_LENGTH
 from generator.units import convert_to_si, parse_unit
 
@@ -225,12 +218,7 @@ class TableReader:
         return cast("list[Any]", value) if isinstance(value, list) else None
 
     def _number(
-        self,
-        key: str,
-        value: object,
-        item: int | None,
-        part: int | None = None,
-        unit: str = "",
+        self, key: str, value: object, item: int | None, part: int | None = None, unit: str = ""
     ) -> float | None:
         """One finite number in SI."""
         factor = unit_factor(unit or key)
@@ -257,12 +245,9 @@ _POSITION = re.compile(r" ?\(at (?:line ([0-9]+), column ([0-9]+)|end of documen
 
 
 def parse_document(
-    source: Source,
-    file_kind: str,
-    diagnostics: Diagnostics,
-    max_length: int = MAX_TEXT_LENGTH,
-) -> Mapping[str, Any] | None:
-    """Parse a text as TOML, bounded in size; None with the fault noted.
+    source: Source, file_kind: str, diagnostics: Diagnostics, max_length: int = MAX_TEXT_LENGTH
+) -> TableReader | None:
+    """Return the reader of a text in TOML, bounded in size; None with the fault noted.
 
     Args:
         source: the text.
@@ -279,7 +264,8 @@ def parse_document(
         )
         return None
     try:
-        return tomllib.loads(source.text, parse_float=number_text)
+        content = tomllib.loads(source.text, parse_float=number_text)
+        return TableReader(content, "", 0, locate_keys(source), diagnostics)
     except RecursionError:
         diagnostics.error(
             "brackets are nested too deeply", Span(source, 0, 1), "a list holds no list"

@@ -126,8 +126,19 @@ def test_a_parsed_value_or_all_its_diagnostics():
 def test_errors_of_a_part_stop_the_whole_with_one_hint():
     part, whole = Diagnostics(), Diagnostics()
     with pytest.raises(TooManyErrors):
-        part.extend(Diagnostics([error("wrong")] * MAX_DIAGNOSTICS))
+        part.extend(Diagnostics([error(f"wrong {k}") for k in range(MAX_DIAGNOSTICS)]))
     with pytest.raises(TooManyErrors):
         whole.extend(part)
     assert whole.entries == part.entries
     assert part.entries[-1].hint == "reading stopped here, after 100 errors"
+
+
+def test_an_error_is_reported_once_and_a_muted_one_never():
+    found = Diagnostics()
+    for _ in range(2):
+        found.error("wrong", None)
+    with found.muted():
+        assert not found.has_errors
+        found.error("another", None)
+        assert found.has_errors
+    assert [one.message for one in found.entries] == ["wrong"]

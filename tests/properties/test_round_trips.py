@@ -36,7 +36,7 @@ from generator.loads import LoadKind, TimedLoad
 from generator.model_files.body_tree.to_figure import FRAME, WORLD
 from generator.model_files.embedded import MARK
 from generator.model_files.formats import MODEL_FORMATS, read_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.motion_files import MOTION_FORMATS, ActionFile, read_action, read_npz
 from generator.motion_files.action import parse_displacement
 from generator.motion_files.drives import read_drives

@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike
 from generator.figure import CENTRE_OF_MASS_SITE, AxisKind, Figure, JointAxis, is_rotation
 from generator.identifiers import plain_names, reserve_name
 from generator.kinematics.tree import TreeJoint
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.biomod.passive_torque import (
+    COUPLING_LOSS,
     FittedTorque,
     LinearTorque,
     passive_torques,
 )
 from generator.model_files.curves_csv import with_curves
-from generator.model_files.displacement_torques import COUPLING_LOSS
 from generator.model_files.export_model import (
     ExportModel,
     JointLaws,
@@ -42,13 +42,7 @@ from generator.model_files.model_files import (
     format_with_meshes,
     geometry_folder,
 )
-from generator.rotations import (
-    Array,
-    inverse_pose,
-    pose_matrix,
-    rotation_with_z_axis,
-    unit_vector,
-)
+from generator.rotations import Array, inverse_pose, pose_matrix, rotation_with_z_axis, unit_vector
 from springs import SpringSet, Stop
 
 WORLD = "root"
@@ -382,4 +376,4 @@ def _add_losses(model: ExportModel, losses: Losses) -> None:
             losses.add(LIMITS_LOSS, joint.name)
     add_common_losses(model, losses)
     add_tree_losses(model, losses)
-    losses.add("the orientations of sites: a marker is a point", effect=Effect.DESCRIPTION)
+    losses.add_description("the orientations of sites: a marker is a point")

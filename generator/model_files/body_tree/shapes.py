@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, InputError
+from generator.diagnostics import InputError
 from generator.figure import Attribute, Figure
 from generator.geometry.read import FORMAT_UNITS, read_mesh
-from generator.geometry.simplify import simplify
-from generator.geometry.surface import Surface, join_surfaces
+from generator.geometry.surface import Surface, join_surfaces, simplify
 from generator.identifiers import reserve_name
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array
 
@@ -82,21 +81,17 @@ class MeshFiles:
         suffix = path.suffix.lower()
         reader = self.readers.get(suffix)
         if reader is None and suffix not in FORMAT_UNITS:
-            self.losses.add(
-                "shapes in mesh files of a format that is not read", name, effect=Effect.DESCRIPTION
-            )
+            self.losses.add_description("shapes in mesh files of a format that is not read", name)
             return None
         if not _exists(path):
-            self.losses.add("shapes whose mesh file is missing", name, effect=Effect.DESCRIPTION)
+            self.losses.add_description("shapes whose mesh file is missing", name)
             return None
         try:
             surface = read_mesh(path, Fraction(1)) if reader is None else reader(path)
             return surface.without_unused_vertices
         except InputError as failure:
             del failure  # it may quote the file, which may be any file of the system
-            self.losses.add(
-                "shapes whose mesh file cannot be read", name, effect=Effect.DESCRIPTION
-            )
+            self.losses.add_description("shapes whose mesh file cannot be read", name)
             return None
 
 
@@ -113,15 +108,13 @@ def clipped_colour(parts: Iterable[float]) -> Colour:
     return red, green, blue
 
 
-def has_size(
-    element: XmlElement, name: str, sizes: Iterable[float], diagnostics: Diagnostics, losses: Losses
-) -> bool:
+def has_size(element: XmlElement, name: str, sizes: Iterable[float], losses: Losses) -> bool:
     """Return whether all sizes of a shape are positive; report an element that has others."""
     smallest = min(sizes)
     if smallest < 0.0:
-        diagnostics.error(f"a size of this {element.tag.lower()} is negative", element.span)
+        element.error(f"a size of this {element.tag.lower()} is negative")
     elif smallest == 0.0:
-        losses.add("shapes of size zero", name, effect=Effect.DESCRIPTION)
+        losses.add_description("shapes of size zero", name)
     return smallest > 0.0
 
 
@@ -152,25 +145,17 @@ def join_shapes(
             count = surface.face_count
             surface, moved = simplify(surface, MAX_FACES)
             what = f"shapes of more than {MAX_FACES:,} faces, whose vertices move by at most"
-            losses.add(
-                what,
-                f"{segment} ({count:,} faces, {1e3 * moved:.3g} mm)",
-                effect=Effect.DESCRIPTION,
-            )
+            losses.add_description(what, f"{segment} ({count:,} faces, {1e3 * moved:.3g} mm)")
         if not surface.face_count:
-            losses.add(
-                "shapes whose faces are all lines or points", segment, effect=Effect.DESCRIPTION
-            )
+            losses.add_description("shapes whose faces are all lines or points", segment)
             continue
         surfaces[segment] = surface
         areas: dict[Colour | None, float] = {}
         for part in listed:
             areas[part.colour] = areas.get(part.colour, 0.0) + _area(part.surface)
         if len(areas) > 1:
-            losses.add(
-                "further colours: a segment has that of its largest surface",
-                segment,
-                effect=Effect.DESCRIPTION,
+            losses.add_description(
+                "further colours: a segment has that of its largest surface", segment
             )
         colour = max(areas, key=lambda each: areas[each])
         if colour is not None:

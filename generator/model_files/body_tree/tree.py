@@ -17,7 +17,7 @@ from generator.figure import AxisKind, Vector
 from generator.follower_curve import FollowerCurve
 from generator.identifiers import free_name
 from generator.inertia import MassProperties
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.body_tree.shapes import Shape
 from generator.rotations import Array, inverse_pose, matrix_from_axis_angle, pose_matrix
 from generator.springs_file.parse import SpringEntry
@@ -356,7 +356,7 @@ def _merge_sites(
 def add_new_names(losses: Losses, renamed: Mapping[str, str]) -> None:
     """Report changed names."""
     places = [f"`{shorten(name)}` is `{shorten(word)}`" for name, word in renamed.items()]
-    losses.add("changed names", *places, effect=Effect.DESCRIPTION)
+    losses.add_description("changed names", *places)
 
 
 def own_site_names(body: str, sites: Mapping[str, Array]) -> dict[str, Array]:
@@ -408,14 +408,11 @@ def rotation_to_y_up(gravity: ArrayLike, losses: Losses) -> Array:
     up = _rotation_to_y_up(np.asarray(gravity))
     columns = [_axis_name(axis) for axis in up.T]
     if not all(columns):
-        losses.add(
-            "the world is turned so that gravity points against y", effect=Effect.DESCRIPTION
-        )
+        losses.add_description("the world is turned so that gravity points against y")
     elif columns != ["x", "y", "z"]:
         new = ", ".join(columns)
-        losses.add(
-            f"the world is turned so that y is up: x, y, z of the model are {new} of the figure",
-            effect=Effect.DESCRIPTION,
+        losses.add_description(
+            f"the world is turned so that y is up: x, y, z of the model are {new} of the figure"
         )
     size = float(np.linalg.norm(gravity))
     if abs(size - STANDARD_GRAVITY) > _GRAVITY_TOLERANCE:

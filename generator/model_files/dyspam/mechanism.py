@@ -42,9 +42,6 @@ def triad_from_rows(rows: Iterable[Sequence[float]]) -> Triad:
 LOAD_KINDS = tuple(LoadKind)
 """The order in which `structure` counts loads and `jackforce` lists them."""
 
-ANGLE_AXES = (3, 2, 1)
-"""Of a spherical joint's three initial angles, the axis of each: z, y, x."""
-
 
 class JointType(IntEnum):
     """The supported joint types, by number.

@@ -46,19 +46,18 @@ from generator.model_files.dyspam.mechanism import (
 from generator.model_files.dyspam.tables import (
     MAX_COUNT,
     Structure,
-    Times,
     parse_jackforce,
     parse_structure,
     parse_tables,
 )
 from generator.model_files.dyspam.write import FILES, FORMAT, LOADS, OPTIONAL, STRUCTURE, TABLES
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.rotations import Array, RotationSequence
 from generator.springs_file.axes import AXIS_NAMES
 from generator.springs_file.laws import CubicEntry
 from generator.springs_file.parse import SpringEntry, SpringsFile
 from generator.springs_file.read import load_springs
-from generator.text_io import load_text
+from generator.text_io import load_text, parse_source
 from springs import AxisSpring, Cubic, SpringSet
 
 GROUND = "ground"
@@ -111,15 +110,6 @@ def figure_from_mechanism(
     return check_figure(draft, None, diagnostics)
 
 
-def initial_rates(mechanism: Mechanism) -> dict[str, tuple[float, ...]]:
-    """Return the initial rates of displacements [rad/s] of the joints that start moving."""
-    return {
-        _joint_name(k): connection.rates[::-1]
-        for k, connection in enumerate(mechanism.connections, start=1)
-        if any(connection.rates)
-    }
-
-
 def _figure_joint(number: int, connection: Connection, springs: list[LinearSpring]) -> Joint:
     """A joint, with a value for each factor where any axis has a spring.
 
@@ -129,12 +119,7 @@ def _figure_joint(number: int, connection: Connection, springs: list[LinearSprin
     ends = (SiteRef(_body_name(body), name) for body in (connection.first, connection.second))
     parent, child = ends
     joint = Joint(
-        name,
-        parent,
-        child,
-        chain,
-        connection.angles[::-1],
-        origins=_origins(connection.span),
+        name, parent, child, chain, connection.angles[::-1], origins=_origins(connection.span)
     )
     if not springs:
         return joint
@@ -180,15 +165,11 @@ class DyspamModel:
         figure: figure of the structure, its tables and loads.
         springs: springs of the figure, from `ndyspamfile` and `optional`.
         losses: what the files say that a figure and its springs do not hold.
-        times: times of the simulation.
-        rates: rates by joint, rates of the displacements at the start [rad/s], where there are any.
     """
 
     figure: Figure
     springs: SpringSet
     losses: Losses
-    times: Times
-    rates: Mapping[str, tuple[float, ...]]
 
 
 def parse_dyspam(path: Path) -> Parsed[DyspamModel]:
@@ -198,19 +179,20 @@ def parse_dyspam(path: Path) -> Parsed[DyspamModel]:
         return Parsed(None, (missing,))
     diagnostics: list[Diagnostic] = []
     sources = {name: _read_source(path, name, diagnostics) for name in (STRUCTURE, TABLES, LOADS)}
-    structure, figure, springs = None, None, None
-    rates: dict[str, tuple[float, ...]] = {}
-    if not diagnostics:
-        structure = _structure(sources[STRUCTURE], diagnostics)
-    if structure is not None and not select_errors(diagnostics):
-        figure, rates = _build_figure(sources, structure, diagnostics)
+    if diagnostics:
+        return Parsed(None, tuple(diagnostics))
+    parsed = parse_source(sources[STRUCTURE], parse_structure)
+    structure, diagnostics = parsed.value, [*parsed.diagnostics]
+    figure, moving, springs = None, (), None
+    if structure is not None:
+        figure, moving = _build_figure(sources, structure, diagnostics)
     if figure is not None:
         springs = _load_springs(figure, path / OPTIONAL, diagnostics)
     if structure is None or figure is None or springs is None or select_errors(diagnostics):
         return Parsed(None, tuple(diagnostics))
     figure = replace(figure, path=path / TABLES)
-    losses = Losses.collect(FORMAT, _reading_losses(structure, rates))
-    return Parsed(DyspamModel(figure, springs, losses, structure.times, rates), tuple(diagnostics))
+    losses = Losses.collect(FORMAT, _reading_losses(structure, moving))
+    return Parsed(DyspamModel(figure, springs, losses), tuple(diagnostics))
 
 
 def _read_source(folder: Path, name: str, diagnostics: list[Diagnostic]) -> Source:
@@ -220,18 +202,10 @@ def _read_source(folder: Path, name: str, diagnostics: list[Diagnostic]) -> Sour
     return source
 
 
-def _structure(source: Source, diagnostics: list[Diagnostic]) -> Structure | None:
-    collector, structure = Diagnostics(), None
-    with suppress(TooManyErrors):
-        structure = parse_structure(source, collector)
-    diagnostics += collector.sorted_by_position()
-    return structure
-
-
 def _build_figure(
     sources: Mapping[str, Source], structure: Structure, diagnostics: list[Diagnostic]
-) -> tuple[Figure | None, dict[str, tuple[float, ...]]]:
-    """Return the figure and its initial rates; append diagnostics."""
+) -> tuple[Figure | None, tuple[str, ...]]:
+    """Return the figure, and the joints that start moving; append diagnostics."""
     in_tables, in_loads, mechanism, loads = Diagnostics(), Diagnostics(), None, ()
     with suppress(TooManyErrors):
         mechanism = parse_tables(sources[TABLES], structure, in_tables)
@@ -245,7 +219,7 @@ def _build_figure(
             figure = figure_from_mechanism(mechanism, loads, structure.span, in_tables)
     diagnostics += [*in_tables.sorted_by_position(), *in_loads.sorted_by_position()]
     if mechanism is None or figure is None:
-        return None, {}
+        return None, ()
     counted = Diagnostics()
     has_loops = len(mechanism.connections) > len(mechanism.bodies)
     if not has_loops and structure.degrees_of_freedom != figure.degrees_of_freedom:
@@ -255,7 +229,8 @@ def _build_figure(
             f"the joints of {TABLES} have {figure.degrees_of_freedom}",
         )
     diagnostics += counted.entries
-    return figure, initial_rates(mechanism)
+    starting = enumerate(mechanism.connections, start=1)
+    return figure, tuple(_joint_name(k) for k, joint in starting if any(joint.rates))
 
 
 def _load_springs(figure: Figure, path: Path, diagnostics: list[Diagnostic]) -> SpringSet | None:
@@ -270,9 +245,7 @@ def _load_springs(figure: Figure, path: Path, diagnostics: list[Diagnostic]) -> 
     return loaded.value
 
 
-def _reading_losses(
-    structure: Structure, rates: Mapping[str, tuple[float, ...]]
-) -> list[Loss | None]:
+def _reading_losses(structure: Structure, moving: tuple[str, ...]) -> list[Loss | None]:
     times = structure.times
     return [
         Loss(
@@ -280,7 +253,7 @@ def _reading_losses(
             f"{times.step:g} s and a frame of {times.frame:g} s"
         ),
         Loss("flags that are set, whose meaning is not known") if structure.has_flags else None,
-        Loss("rates with which joints start", tuple(rates)) if rates else None,
+        Loss("rates with which joints start", moving) if moving else None,
     ]
 
 

@@ -8,7 +8,7 @@ curve nor, for a spherical joint, its dead zone: reading infers both from the co
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +25,7 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.tree import build_tree
 from generator.loads import site_loads
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.dyspam.mechanism import (
     Connection,
     JointTriad,
@@ -81,32 +81,17 @@ _OTHER_SENSE = (
 _SLIP = f"the slip rate of friction, which is then {DEFAULT_SLIP_RATE:g} rad/s"
 
 
-@dataclass
-class DyspamSprings:
-    """The springs in DYSPAM's form.
-
-    Attributes:
-        losses: the springs that could not be written.
-        rows: rows of `ndyspamfile`, linear springs.
-        records: records of `optional`, cubics.
-    """
-
-    losses: Losses
-    rows: list[LinearSpring] = field(default_factory=list[LinearSpring])
-    records: list[OptionalRecord] = field(default_factory=list[OptionalRecord])
-
-
 def convert_springs(
     springs: SpringSet, triads: Mapping[str, JointTriad], losses: Losses
-) -> DyspamSprings:
-    """Convert the springs of a figure's joints.
+) -> list[LinearSpring | OptionalRecord]:
+    """Return the springs of a figure's joints as rows of `ndyspamfile` and records of `optional`.
 
     Args:
         springs: springs of the figure.
         triads: triads of its joints, by name in the order of their numbers.
         losses: collects the losses.
     """
-    written = DyspamSprings(losses)
+    written: list[LinearSpring | OptionalRecord] = []
     for number, (name, triad) in enumerate(triads.items(), start=1):
         joint_springs = springs.joints.get(name)
         by_axis: dict[int, list[AxisSpring]] = {}
@@ -115,15 +100,15 @@ def convert_springs(
                 losses.add(LIMITS_LOSS, name)
             axis, own_spring = _in_triad_axes(spring, triad)
             if axis is None:
-                written.losses.add(_OTHER_AXIS, name)
+                losses.add(_OTHER_AXIS, name)
             else:
                 by_axis.setdefault(axis, []).append(own_spring)
         for axis, several in sorted(by_axis.items()):
             where = name if triad.type is JointType.REVOLUTE else f"{name} {AXIS_NAMES[axis - 1]}"
             if len(several) > 1:
-                written.losses.add(_SEVERAL, where)
-            else:
-                _convert_axis_spring(several[0], triad, (number, axis), where, written)
+                losses.add(_SEVERAL, where)
+            elif spring := _convert_axis_spring(several[0], triad, number, axis, where, losses):
+                written.append(spring)
     _add_other_losses(springs, losses)
     return written
 
@@ -137,10 +122,8 @@ def _add_other_losses(springs: SpringSet, losses: Losses) -> None:
         if joint.reach is not None:
             losses.add("the reach of limbs, left out", name)
         if any(axis.motion or axis.reference or axis.why for axis in joint.axes):
-            losses.add(
-                "what springs say of their motions, references and reasons",
-                name,
-                effect=Effect.DESCRIPTION,
+            losses.add_description(
+                "what springs say of their motions, references and reasons", name
             )
     if springs.law is not SphericalLaw.CONSERVATIVE:
         how = f"the axes of a spherical joint join ({springs.law.value})"
@@ -159,43 +142,36 @@ def _in_triad_axes(spring: AxisSpring, triad: JointTriad) -> tuple[int | None, A
 
 
 def _convert_axis_spring(
-    spring: AxisSpring,
-    triad: JointTriad,
-    number_and_axis: tuple[int, int],
-    where: str,
-    converted: DyspamSprings,
-) -> None:
-    """Convert the spring of one axis, without its stops."""
+    spring: AxisSpring, triad: JointTriad, joint: int, axis: int, where: str, losses: Losses
+) -> LinearSpring | OptionalRecord | None:
+    """Return the spring of one axis without its stops; None without any, or with a loss."""
     laws = spring.laws_besides_stops
-    joint, axis = number_and_axis
     if len(laws) > 1:
-        converted.losses.add(_SEVERAL, where)
-        return
+        losses.add(_SEVERAL, where)
+        return None
     law = laws[0] if laws else Linear(0.0)
     viscous, coulomb = spring.damping.viscous, spring.damping.coulomb
     if isinstance(law, Linear) and not coulomb:
-        if laws or viscous:
-            row = LinearSpring(joint, axis, law.stiffness, viscous, law.rest)
-            converted.rows.append(row)
-        return
+        has_spring = laws or viscous
+        return LinearSpring(joint, axis, law.stiffness, viscous, law.rest) if has_spring else None
     if isinstance(law, Linear):
         law = Cubic((0.0, law.stiffness, 0.0, 0.0), rest=law.rest)
     elif not isinstance(law, Cubic):
-        converted.losses.add(_OTHER_LAW, where)
-        return
+        losses.add(_OTHER_LAW, where)
+        return None
     spherical = triad.type is JointType.SPHERICAL
     record = _cubic_record(law, joint, axis, spherical=spherical)
     if record is None:
-        converted.losses.add(_OTHER_SENSE, where)
-        return
+        losses.add(_OTHER_SENSE, where)
+        return None
     if coulomb and spring.damping.slip != DEFAULT_SLIP_RATE:
-        converted.losses.add(_SLIP, where)
+        losses.add(_SLIP, where)
     # The printed tables give the moment about the site's own positive axis. Negated or not, a curve
     # is read as the same law: its sense follows from its coefficients.
     if spherical and triad.rotation[axis - 1, axis - 1] < 0.0:
         c0, c1, c2, c3 = record.coefficients
         record = replace(record, coefficients=(-c0, -c1, -c2, -c3))
-    converted.records.append(replace(record, viscous=viscous, coulomb=coulomb))
+    return replace(record, viscous=viscous, coulomb=coulomb)
 
 
 def _cubic_record(law: Cubic, joint: int, axis: int, *, spherical: bool) -> OptionalRecord | None:
@@ -323,9 +299,9 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
     figure = numbered.figure
     for name, k in numbered.bodies.items():
         if k:
-            losses.add(_NAMES, f"body {k} was {name}", effect=Effect.DESCRIPTION)
+            losses.add_description(_NAMES, f"body {k} was {name}")
     for k, name in enumerate(numbered.triads, start=1):
-        losses.add(_NAMES, f"joint {k} was {name}", effect=Effect.DESCRIPTION)
+        losses.add_description(_NAMES, f"joint {k} was {name}")
     for name, triad in numbered.triads.items():
         if figure.joints[name].chain != triad.type.chain:
             losses.add(_CHAINS, name)
@@ -334,29 +310,23 @@ def add_figure_losses(numbered: NumberedFigure, losses: Losses) -> None:
             losses.add(LIMITS_LOSS, name)
     for name, segment in figure.segments.items():
         if segment.psurf:
-            losses.add("psurfs", name, effect=Effect.DESCRIPTION)
+            losses.add_description("psurfs", name)
         if segment.attributes:
-            losses.add("attributes", name, effect=Effect.DESCRIPTION)
+            losses.add_description("attributes", name)
         if segment.contact_spheres:
             losses.add("contact spheres", name)
     at_joints = {end for name in numbered.triads for end in figure.joints[name].ends}
     for ref in numbered.points:
         turn = figure.site(ref).pose_in_segment[:3, :3]
         if ref not in at_joints and np.any(np.abs(turn - np.eye(3)) > 1e-12):
-            losses.add(
-                "directions of sites at which no joint is", str(ref), effect=Effect.DESCRIPTION
-            )
+            losses.add_description("directions of sites at which no joint is", str(ref))
     for name, segment in figure.segments.items():
         for site in segment.sites if name in figure.ground else ():
             ref = SiteRef(name, site)
             if ref != figure.root and ref not in at_joints:
-                losses.add(
-                    "sites of the ground at which no joint is", str(ref), effect=Effect.DESCRIPTION
-                )
+                losses.add_description("sites of the ground at which no joint is", str(ref))
             if site_loads(figure.site(ref)):
-                losses.add(
-                    "loads on the ground, which move nothing", str(ref), effect=Effect.DESCRIPTION
-                )
+                losses.add_description("loads on the ground, which move nothing", str(ref))
 
 
 def _mechanism_joint(numbered: NumberedFigure, joint: Joint, triad: JointTriad) -> Connection:
@@ -413,7 +383,9 @@ def format_files(
     losses = Losses(FORMAT)
     add_figure_losses(numbered, losses)
     written = convert_springs(springs, numbered.triads, losses)
-    mechanism, loads = mechanism_from_figure(numbered, tuple(written.rows)), point_loads(numbered)
+    rows = tuple(spring for spring in written if isinstance(spring, LinearSpring))
+    records = [spring for spring in written if isinstance(spring, OptionalRecord)]
+    mechanism, loads = mechanism_from_figure(numbered, rows), point_loads(numbered)
     structure = Structure(
         bodies=len(mechanism.bodies),
         joints=len(mechanism.connections),
@@ -426,7 +398,7 @@ def format_files(
         STRUCTURE: format_structure(structure),
         TABLES: format_tables(mechanism),
         LOADS: format_jackforce(loads),
-        OPTIONAL: write_optional(written.records),
+        OPTIONAL: write_optional(records),
     }
     return ModelFiles(path, {path / name: text for name, text in texts.items()}, losses)
 

@@ -1,45 +1,30 @@
-"""Geoms of MJCF: their mass, and their shapes."""
+"""Geoms of MJCF: their mass, and their shapes.
+
+Meshes have their mass by the rules of MuJoCo's compiler: `legacy` counts the pyramid between each
+triangle and the centroid of the surface as positive, so that concave meshes have too much; `exact`
+has their signed volumes, `convex` those of the hull, and `shell` the areas (MuJoCo 4.0, XML
+reference, asset/mesh/inertia, and user_mesh.cc).
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
-from generator.diagnostics import (
-    Diagnostics,
-    InputError,
-    TooManyErrors,
-    error,
-    shorten,
-    spelling_hint,
-)
+from generator.diagnostics import InputError, error, shorten, spelling_hint
 from generator.geometry.primitives import box, capsule, cylinder, ellipsoid, sphere
-from generator.geometry.surface import Surface
+from generator.geometry.surface import Surface, build_edges, merge_vertices
 from generator.inertia import MassProperties
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.body_tree.shapes import MeshFiles, Shape, scaled
 from generator.model_files.body_tree.tree import rotation_from_z_to
 from generator.model_files.mjcf.document import MAIN, Document
 from generator.model_files.mjcf.joints import AngleConvention, parse_orientation, parse_pose
-from generator.model_files.mjcf.mesh_mass import (
-    LEGACY,
-    RULES,
-    convex_hull,
-    inertia_box,
-    unit_mass_properties,
-)
-from generator.model_files.xml import (
-    SourceText,
-    XmlElement,
-    parse_number,
-    parse_numbers,
-    parse_vector,
-    unit_direction,
-)
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array, matrix_from_quaternion, pose_matrix
 from generator.text_io import open_regular_file
 
@@ -58,33 +43,27 @@ WEIGHTLESS: Final = ("plane", "hfield")
 NO_MESH: Final = "this geom names no mesh"
 
 
-def primitive_mass(
-    element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
-) -> MassProperties | None:
+def primitive_mass(element: XmlElement, angles: AngleConvention) -> MassProperties | None:
     """Return the mass properties of a geom of a simple shape in its body's frame; None if wrong.
 
     `element` has the values of its default class.
     """
     shape = element.get("type") or "sphere"
     if shape not in SIZES:
-        diagnostics.error(
-            f"unknown geom type `{shorten(shape)}`",
-            element.span_of("type"),
-            spelling_hint(shape, SIZES),
-        )
+        element.error(f"unknown geom type `{shorten(shape)}`", spelling_hint(shape, SIZES), "type")
         return None
     if element.get("shellinertia") == "true":
-        diagnostics.error(
+        element.error(
             "the inertia of a shell is not computed here",
-            element.span_of("shellinertia"),
             "give the body an `inertial` with its mass and inertia",
+            "shellinertia",
         )
         return None
-    place = _placed(element, shape, angles, diagnostics)
+    place = _placed(element, shape, angles)
     if place is None:
         return None
     pose, size = place
-    return _with_mass(_unit_mass(shape, size), element, pose, diagnostics)
+    return _with_mass(_unit_mass(shape, size), element, pose)
 
 
 def _unit_mass(shape: str, size: Sequence[float]) -> MassProperties:
@@ -93,50 +72,47 @@ def _unit_mass(shape: str, size: Sequence[float]) -> MassProperties:
     return MassProperties(volume, np.zeros(3), np.diag(moments) * volume)
 
 
-def _with_mass(
-    unit: MassProperties, geom: XmlElement, pose: Array, diagnostics: Diagnostics
-) -> MassProperties | None:
+def _with_mass(unit: MassProperties, geom: XmlElement, pose: Array) -> MassProperties | None:
     """Return a shape of unit density with the mass or the density of its geom, at a pose, (4, 4).
 
     None, with an error, for a negative one.
     """
-    mass = parse_number(geom, "density", diagnostics, DENSITY) * unit.mass
+    mass = geom.number("density", DENSITY) * unit.mass
     if "mass" in geom.attributes:
-        mass = parse_number(geom, "mass", diagnostics)
+        mass = geom.number("mass")
     if not mass > 0.0:
-        diagnostics.error("a mass must not be negative", geom.span_of("mass"))
+        geom.error("a mass must not be negative", "", "mass")
         return None
     return unit.with_mass(mass).transform(pose)
 
 
 def _placed(
-    element: XmlElement, shape: str, angles: AngleConvention, diagnostics: Diagnostics
-) -> tuple[Array, tuple[float, ...]] | None:
+    element: XmlElement, shape: str, angles: AngleConvention
+) -> tuple[Array, Sequence[float]] | None:
     """Return the pose of a shape in its body, shape (4, 4), and its sizes [m]."""
-    count, ends = SIZES[shape], element.attributes.get("fromto")
-    size = element.attributes.get("size", SourceText("", element.span))
-    sizes_read = parse_numbers(size, diagnostics, 0, 3)
-    if sizes_read is None:
+    count = SIZES[shape]
+    has_ends = "fromto" in element.attributes and shape in FROMTO_SHAPES
+    read = element.numbers("size", 0, 3)
+    if read is None and "size" in element.attributes:
         return None
-    needed = count
-    if ends is not None and shape in FROMTO_SHAPES:
-        needed = 1
+    sizes_read = list(read or ())
+    needed = 1 if has_ends else count
     if len(sizes_read) < needed or not all(part > 0.0 for part in sizes_read[:needed]):
         plural, article = "s" if needed > 1 else "", "an" if shape == "ellipsoid" else "a"
-        diagnostics.error(
+        element.error(
             f"{article} {shape} needs {needed} positive size{plural}",
-            element.span_of("size"),
             "half lengths and radii [m]",
+            "size",
         )
         return None
-    if ends is None or shape not in FROMTO_SHAPES:
-        at = parse_vector(element, "pos", diagnostics)
-        return pose_matrix(parse_orientation(element, angles, diagnostics), at), sizes_read[:count]
-    read = parse_numbers(ends, diagnostics, 6)
+    if not has_ends:
+        at = element.vector("pos")
+        return pose_matrix(parse_orientation(element, angles), at), sizes_read[:count]
+    read = element.numbers("fromto", 6)
     if read is None:
         return None
     start, end = np.array(read[:3]), np.array(read[3:])
-    along = unit_direction((start - end).tolist(), ends.span, diagnostics)
+    along = element.direction((start - end).tolist(), "fromto")
     half = float(np.linalg.norm(end - start)) / 2.0
     sizes = (sizes_read[0], half) if count == 2 else (sizes_read[0], sizes_read[0], half)
     return pose_matrix(rotation_from_z_to(along), (start + end) / 2.0), sizes
@@ -182,11 +158,7 @@ _SMALLEST_QUATERNION = 1e-15
 _MAX_MESH_NUMBERS = 3_000_000
 """Numbers in the longest list of a mesh within the model."""
 
-UNDRAWN: Final = {
-    "plane": "planes",
-    "hfield": "height fields",
-    "sdf": "shapes of plugins",
-}
+UNDRAWN: Final = {"plane": "planes", "hfield": "height fields", "sdf": "shapes of plugins"}
 
 
 @dataclass
@@ -196,55 +168,48 @@ class GeomReader:
     Attributes:
         document: the model.
         directory: directory of the model's file.
-        diagnostics: collects errors.
         losses: collects what a figure does not hold.
     """
 
     document: Document
     directory: Path
-    diagnostics: Diagnostics
     losses: Losses
     _files: MeshFiles = field(init=False)
     _meshes: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     _materials: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     _surfaces: dict[str, Surface | None] = field(default_factory=dict[str, Surface | None])
     _unit_masses: dict[str, MassProperties] = field(default_factory=dict[str, MassProperties])
-    _used: set[str] = field(default_factory=set[str])
 
     def __post_init__(self) -> None:
         """Collect the meshes and the materials of the model."""
         self._files = MeshFiles(self.losses, {".msh": read_msh})
         for asset in self.document.root.find_all("asset"):
             for element in asset.children:
-                childclass = element.get("class") or MAIN
-                if element.tag == "mesh":
-                    whole = self.document.with_defaults(element, childclass, self.diagnostics)
-                    name = whole.get("name") or Path(whole.get("file") or "").stem
-                    self._meshes[name] = whole
-                elif element.tag == "material":
-                    whole = self.document.with_defaults(element, childclass, self.diagnostics)
-                    self._materials[whole.get("name") or ""] = whole
+                if element.tag in ("mesh", "material"):
+                    whole = self.document.with_defaults(element, element.get("class") or MAIN)
+                    known = self._meshes if element.tag == "mesh" else self._materials
+                    known[whole.get("name") or Path(whole.get("file") or "").stem] = whole
 
     def mass(self, geom: XmlElement) -> MassProperties | None:
         """Return the mass properties of a geom in its body's frame; None for a weightless one.
 
         A mesh that has none is an error.
         """
-        shape, diagnostics = geom.get("type") or "sphere", self.diagnostics
+        shape = geom.get("type") or "sphere"
         word, default = ("mass", 0.0) if "mass" in geom.attributes else ("density", DENSITY)
-        if shape in WEIGHTLESS or parse_number(geom, word, diagnostics, default) == 0.0:
+        if shape in WEIGHTLESS or geom.number(word, default) == 0.0:
             return None
         mesh, angles = geom.get("mesh"), self.document.angle_convention
         if shape == "sdf":
-            diagnostics.error("the mass of a shape of a plugin is not known", geom.span_of("type"))
+            geom.error("the mass of a shape of a plugin is not known", "", "type")
         elif mesh is None and shape == "mesh":
-            diagnostics.error(NO_MESH, geom.span, 'write `mesh="..."`')
+            geom.error(NO_MESH, 'write `mesh="..."`')
         elif mesh is None:
-            return primitive_mass(geom, angles, diagnostics)
+            return primitive_mass(geom, angles)
         elif (unit := self._unit_mass(mesh, geom)) is not None:
             if shape == "mesh":
-                pose = parse_pose(geom, angles, diagnostics)
-                return _with_mass(unit, geom, pose, diagnostics)
+                pose = parse_pose(geom, angles)
+                return _with_mass(unit, geom, pose)
             return self._fitted_mass(geom, shape, unit)
         return None
 
@@ -259,13 +224,11 @@ class GeomReader:
         if rule not in RULES:
             hint = spelling_hint(rule, RULES)
             message = f"`{shorten(rule)}` is not a rule for the inertia of a mesh"
-            self.diagnostics.error(message, element.span_of("inertia"), hint)
+            element.error(message, hint, "inertia")
             return None
         if rule == "convex" and (element.get("maxhullvert") or "-1") != "-1":
-            self.losses.add(
-                "convex hulls with fewer vertices, which are whole here",
-                mesh,
-                effect=Effect.DESCRIPTION,
+            self.losses.add_description(
+                "convex hulls with fewer vertices, which are whole here", mesh
             )
         reason, unit = "it cannot be read", None
         try:
@@ -275,7 +238,7 @@ class GeomReader:
         if unit is None:
             message = f"the mesh `{shorten(mesh)}` has no mass: {reason}"
             hint = "give the body an `inertial` with its mass and inertia"
-            self.diagnostics.error(message, geom.span_of("mesh"), hint)
+            geom.error(message, hint, "mesh")
             return None
         self._unit_masses[mesh] = unit
         return unit
@@ -285,10 +248,10 @@ class GeomReader:
     ) -> MassProperties | None:
         """Return the mass properties of a simple shape that is fitted to a mesh."""
         if shape not in SIZES or self.document.setting("fitaabb", "false") == "true":
-            self.diagnostics.error(
+            geom.error(
                 f"the mass of this `{shorten(shape)}` fitted to a mesh is not computed",
-                geom.span_of("type"),
                 "give the body an `inertial` with its mass and inertia",
+                "type",
             )
             return None
         box_pose, (short, middle, long) = inertia_box(unit)
@@ -298,10 +261,10 @@ class GeomReader:
             "capsule": (across, max(0.0, long - across / 2.0)),
             "cylinder": (across, long),
         }.get(shape, (short, middle, long))
-        factor = parse_number(geom, "fitscale", self.diagnostics, 1.0)
+        factor = geom.number("fitscale", 1.0)
         fitted = _unit_mass(shape, [factor * size for size in sizes])
-        pose = parse_pose(geom, self.document.angle_convention, self.diagnostics)
-        return _with_mass(fitted, geom, pose @ box_pose, self.diagnostics)
+        pose = parse_pose(geom, self.document.angle_convention)
+        return _with_mass(fitted, geom, pose @ box_pose)
 
     def shapes(self, geoms: Sequence[tuple[XmlElement, Array]]) -> tuple[Shape, ...]:
         """Return the shapes of the geoms of a body: those without contact, if it has such ones.
@@ -319,23 +282,10 @@ class GeomReader:
         visual = [(geom, pose) for geom, pose in seen if _is_visual(geom)]
         for geom, _ in geoms:
             if (shape := geom.get("type")) in UNDRAWN:
-                self.losses.add(
-                    UNDRAWN[shape or ""],
-                    *filter(None, [geom.get("name")]),
-                    effect=Effect.DESCRIPTION,
-                )
+                self.losses.add_description(UNDRAWN[shape or ""], *filter(None, [geom.get("name")]))
         if any(not _is_visual(geom) for geom, _ in geoms):
             self.losses.add(_CONTACT)
-        collected, self.diagnostics = self.diagnostics, Diagnostics()
-        found: tuple[Shape, ...] = ()
-        with suppress(TooManyErrors):
-            found = tuple(self._read_shapes(visual or seen))
-        # The reading of its mass has reported a wrong geom already.
-        known = {(one.message, one.span) for one in collected.entries}
-        new = [one for one in self.diagnostics.entries if (one.message, one.span) not in known]
-        self.diagnostics = collected
-        collected.extend(Diagnostics(new))
-        return found
+        return tuple(self._read_shapes(visual or seen))
 
     def _read_shapes(self, geoms: Sequence[tuple[XmlElement, Array]]) -> Iterator[Shape]:
         for geom, pose in geoms:
@@ -350,24 +300,19 @@ class GeomReader:
         mesh = geom.get("mesh")
         if mesh is not None:
             if shape != "mesh":
-                self.losses.add(
-                    "simple shapes fitted to meshes, which are the meshes here",
-                    mesh,
-                    effect=Effect.DESCRIPTION,
+                self.losses.add_description(
+                    "simple shapes fitted to meshes, which are the meshes here", mesh
                 )
             surface = self._mesh_surface(mesh, geom)
-            if surface is None:
-                return None
-            return surface.transformed(parse_pose(geom, angles, self.diagnostics))
+            return surface and surface.transformed(parse_pose(geom, angles))
         if shape == "mesh":
-            self.diagnostics.error(NO_MESH, geom.span, 'write `mesh="..."`')
+            geom.error(NO_MESH, 'write `mesh="..."`')
             return None
         if shape not in SIZES:
             hint = spelling_hint(shape, (*SIZES, *UNDRAWN, "mesh"))
-            message = f"unknown geom type `{shorten(shape)}`"
-            self.diagnostics.error(message, geom.span_of("type"), hint)
+            geom.error(f"unknown geom type `{shorten(shape)}`", hint, "type")
             return None
-        place = _placed(geom, shape, angles, self.diagnostics)
+        place = _placed(geom, shape, angles)
         if place is None:
             return None
         pose, sizes = place
@@ -377,11 +322,7 @@ class GeomReader:
         """Return the surface of a mesh of the model; None, with a loss, if it cannot be read."""
         element = self._meshes.get(name)
         if element is None:
-            self.diagnostics.error(
-                f"unknown mesh `{shorten(name)}`",
-                geom.span_of("mesh"),
-                spelling_hint(name, self._meshes),
-            )
+            geom.error(f"unknown mesh `{shorten(name)}`", spelling_hint(name, self._meshes), "mesh")
             return None
         if name not in self._surfaces:
             self._surfaces[name] = self._read_mesh(element, name)
@@ -399,49 +340,42 @@ class GeomReader:
             surface = self._inline_mesh(element, name)
         if surface is None:
             return None
-        shift = np.array(parse_vector(element, "refpos", self.diagnostics))
-        read = element.numbers("refquat", self.diagnostics, 4)
+        shift = np.array(element.vector("refpos"))
+        read = element.numbers("refquat", 4)
         turn = np.eye(3)
         if read is not None and np.linalg.norm(read) > _SMALLEST_QUATERNION:
             turn = matrix_from_quaternion(np.array(read))
         surface = surface.transformed(pose_matrix(turn.T, -turn.T @ shift))
-        scale = parse_vector(element, "scale", self.diagnostics, (1.0, 1.0, 1.0))
+        scale = element.vector("scale", (1.0, 1.0, 1.0))
         if not all(scale):
-            self.diagnostics.error("a scale is not zero", element.span_of("scale"))
+            element.error("a scale is not zero", "", "scale")
             return None
         return scaled(surface, scale)
 
     def _inline_mesh(self, element: XmlElement, name: str) -> Surface | None:
         """Return a mesh that is written in the model; without faces its convex hull."""
-        vertex, face = element.attributes.get("vertex"), element.attributes.get("face")
-        if vertex is None:
-            self.losses.add("meshes that MuJoCo makes itself", name, effect=Effect.DESCRIPTION)
+        if "vertex" not in element.attributes:
+            self.losses.add_description("meshes that MuJoCo makes itself", name)
             return None
-        numbers = element.numbers("vertex", self.diagnostics, 9, _MAX_MESH_NUMBERS)
-        corners = element.numbers("face", self.diagnostics, 3, _MAX_MESH_NUMBERS)
-        if numbers is None or (face is not None and corners is None):
+        numbers = element.numbers("vertex", 9, _MAX_MESH_NUMBERS)
+        corners = element.numbers("face", 3, _MAX_MESH_NUMBERS)
+        if numbers is None or ("face" in element.attributes and corners is None):
             return None
-        if len(numbers) % 3 or (corners is not None and len(corners) % 3):
-            odd = vertex if len(numbers) % 3 or face is None else face
-            self.diagnostics.error("a mesh has three numbers for each vertex and face", odd.span)
-            return None
+        for name, listed in (("vertex", numbers), ("face", corners or ())):
+            if len(listed) % 3:
+                element.error("a mesh has three numbers for each vertex and face", at=name)
+                return None
         points = np.array(numbers).reshape(-1, 3)
         if corners is None:
             try:
                 return convex_hull(points)
             except ValueError:
-                self.losses.add(
-                    "meshes whose points lie in a plane", name, effect=Effect.DESCRIPTION
-                )
+                self.losses.add_description("meshes whose points lie in a plane", name)
                 return None
         faces = np.array(corners).reshape(-1, 3)
         if (faces != np.round(faces)).any() or not 0 <= faces.min() <= faces.max() < len(points):
-            assert face is not None
-            self.diagnostics.error(
-                "a face of this mesh has a corner that is not a vertex",
-                face.span,
-                f"vertices are counted from 0 to {len(points) - 1}",
-            )
+            hint = f"vertices are counted from 0 to {len(points) - 1}"
+            element.error("a face of this mesh has a corner that is not a vertex", hint, "face")
             return None
         return Surface.from_faces(points, faces.astype(np.int64))
 
@@ -451,17 +385,15 @@ class GeomReader:
         material = self._materials.get(geom.get("material") or "")
         if material is None or own != DEFAULT_RGBA:
             return own
-        if material.get("texture") and (name := material.get("name") or "") not in self._used:
-            self._used.add(name)
-            self.losses.add(
-                "textures: a material has its colour alone", name, effect=Effect.DESCRIPTION
-            )
+        if material.get("texture"):
+            what = "textures: a material has its colour alone"
+            self.losses.add_description(what, material.get("name") or "")
         return self._parse_rgba(material, (1.0, 1.0, 1.0, 1.0))
 
     def _parse_rgba(
         self, element: XmlElement, default: tuple[float, float, float, float]
     ) -> tuple[float, float, float, float]:
-        read = element.numbers("rgba", self.diagnostics, 4) or default
+        read = element.numbers("rgba", 4) or default
         red, green, blue, opacity = np.clip(read, 0.0, 1.0).tolist()
         return red, green, blue, opacity
 
@@ -470,7 +402,7 @@ class GeomReader:
         for asset in self.document.root.find_all("asset"):
             for element in asset.children:
                 if element.tag not in ("mesh", "material", "texture", "hfield"):
-                    self.losses.add("unknown assets", element.tag, effect=Effect.DESCRIPTION)
+                    self.losses.add_description("unknown assets", element.tag)
 
 
 _PRIMITIVES: Final[Mapping[str, Callable[..., Surface]]] = {
@@ -518,3 +450,87 @@ def read_msh(path: Path) -> Surface:
 
 
 _MAX_MSH_BYTES = 200_000_000
+
+
+RULES: Final = ("convex", "exact", "legacy", "shell")
+
+LEGACY: Final = "legacy"
+"""Rule of meshes without any."""
+
+_LEAST_VOLUME = 1e-15
+"""Volume [m3] or area [m2] that MuJoCo takes for none."""
+
+
+def unit_mass_properties(surface: Surface, rule: str) -> MassProperties:
+    """Return the mass properties of a mesh at unit density by one of the `RULES`.
+
+    The density is 1 kg/m3, of a shell 1 kg/m2, so that the mass is the volume or the area.
+
+    Raises ValueError, with a sentence, for a mesh that MuJoCo refuses as well.
+    """
+    if rule == "convex":
+        surface = convex_hull(surface.vertices)
+    elif rule == "exact" and build_edges(merge_vertices(surface)[0]).same_direction.any():
+        raise ValueError("its triangles do not all face outwards")
+    corners = surface.vertices[surface.fan_triangles[0]]
+    centres = corners.mean(axis=0)
+    normals = np.cross(corners[1] - corners[0], corners[2] - corners[0]) / 2.0
+    weights = np.linalg.norm(normals, axis=1)
+    if weights.sum() < _LEAST_VOLUME:
+        raise ValueError("its triangles have no area")
+    centre = weights @ centres / weights.sum()
+    if rule != "shell":
+        weights = _pyramids(centres - centre, normals, rule)
+        centre = weights @ (0.75 * centres + 0.25 * centre) / weights.sum()
+        weights = _pyramids(centres - centre, normals, rule)
+    edges = corners - centre
+    total = edges.sum(axis=0)
+    second = np.einsum("t,ti,tj->ij", weights, total, total)
+    second += np.einsum("t,cti,ctj->ij", weights, edges, edges)
+    second /= 12.0 if rule == "shell" else 20.0
+    inertia = np.trace(second) * np.eye(3) - second
+    return MassProperties(float(weights.sum()), centre, inertia)
+
+
+def inertia_box(mass: MassProperties) -> tuple[Array, Array]:
+    """Return the box that has this mass and inertia, as a mesh's primitive shape is fitted.
+
+    The results are its pose, (4, 4), with the longest side along z, and its half sides [m], (3,).
+    """
+    principal = mass.principal_inertia
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = principal.axes[:, ::-1] * [1.0, 1.0, -1.0], mass.centre
+    moments = principal.moments[::-1]
+    squares = np.maximum(moments.sum() - 2.0 * moments, 0.0)
+    return pose, np.sqrt(1.5 * squares / mass.mass)
+
+
+def _pyramids(centres: Array, normals: Array, rule: str) -> Array:
+    """Volumes between an apex and triangles with these centres from it, shape (t,) [m3].
+
+    Raises ValueError unless their sum is positive.
+    """
+    volumes = np.einsum("ti,ti->t", centres, normals) / 3.0
+    volumes = np.abs(volumes) if rule == LEGACY else volumes
+    if volumes.sum() < 0.0:
+        raise ValueError("its volume is negative: its triangles face inwards")
+    if volumes.sum() < _LEAST_VOLUME:
+        raise ValueError('its volume is zero; `inertia="shell"` takes its area')
+    return volumes
+
+
+def convex_hull(points: Array) -> Surface:
+    """Return the convex hull of points, shape (n, 3).
+
+    Raises ValueError for points in a plane.
+    """
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):  # fewer than four
+        raise ValueError("its points lie in a plane") from None
+    faces = hull.simplices.astype(np.int64)
+    corners = points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return Surface.from_faces(points, faces).without_unused_vertices

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.diagnostics import shorten, spelling_hint
 from generator.figure import AxisKind
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import (
@@ -16,18 +16,8 @@ from generator.model_files.body_tree.tree import (
     free_dofs,
     rotation_from_z_to,
 )
-from generator.model_files.xml import (
-    XmlElement,
-    parse_number,
-    parse_vector,
-    unit_direction,
-)
-from generator.rotations import (
-    Array,
-    matrix_from_axis_angle,
-    matrix_from_quaternion,
-    pose_matrix,
-)
+from generator.model_files.xml import XmlElement
+from generator.rotations import Array, matrix_from_axis_angle, matrix_from_quaternion, pose_matrix
 
 ORIENTATION_ATTRIBUTES = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
 """Attributes of an orientation, and how many numbers they have."""
@@ -50,45 +40,42 @@ class AngleConvention:
         return radians(value) if self.in_degrees else value
 
 
-def parse_pose(element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics) -> Array:
+def parse_pose(element: XmlElement, angles: AngleConvention) -> Array:
     """Parse `pos` and an orientation as a pose, shape (4, 4)."""
-    offset = parse_vector(element, "pos", diagnostics)
-    return pose_matrix(parse_orientation(element, angles, diagnostics), offset)
+    offset = element.vector("pos")
+    return pose_matrix(parse_orientation(element, angles), offset)
 
 
-def parse_orientation(
-    element: XmlElement, angles: AngleConvention, diagnostics: Diagnostics
-) -> Array:
+def parse_orientation(element: XmlElement, angles: AngleConvention) -> Array:
     """Parse the orientation of an element in its parent, shape (3, 3)."""
     present = [name for name in ORIENTATION_ATTRIBUTES if name in element.attributes]
     if len(present) > 1:
-        diagnostics.error(
+        element.error(
             f"`{present[0]}` and `{present[1]}` both give the orientation",
-            element.span_of(present[1]),
             "an element has one of them at most",
+            present[1],
         )
     form = present[0] if present else ""
-    read = element.numbers(form, diagnostics, ORIENTATION_ATTRIBUTES.get(form, 0))
+    read = element.numbers(form, ORIENTATION_ATTRIBUTES.get(form, 0))
     if read is None:
         return np.eye(3)
-    span = element.span_of(form)
     match form:
         case "quat":
             if np.linalg.norm(read) > 1e-10:
                 return matrix_from_quaternion(np.array(read))
-            diagnostics.error("the zero quaternion is not an orientation", span, "write `1 0 0 0`")
+            element.error("the zero quaternion is not an orientation", "write `1 0 0 0`", form)
             return np.eye(3)
         case "axisangle":
-            axis = unit_direction(read[:3], span, diagnostics)
+            axis = element.direction(read[:3], form)
             return matrix_from_axis_angle(axis, angles.radians(read[3]))
         case "xyaxes":
-            x = np.asarray(unit_direction(read[:3], span, diagnostics))
+            x = np.asarray(element.direction(read[:3], form))
             y = np.asarray(read[3:]) - float(x @ np.asarray(read[3:])) * x
-            y = np.asarray(unit_direction(y.tolist(), span, diagnostics))
+            y = np.asarray(element.direction(y.tolist(), form))
             parallel = abs(float(x @ y)) > 0.5
             return np.eye(3) if parallel else np.stack([x, y, np.cross(x, y)], axis=1)
         case "zaxis":
-            return rotation_from_z_to(unit_direction(read, span, diagnostics))
+            return rotation_from_z_to(element.direction(read, form))
         case _:
             matrix = np.eye(3)
             for letter, value in zip(angles.euler_sequence, read, strict=True):
@@ -118,13 +105,11 @@ class JointReader:
     Attributes:
         angle_convention: how the model tells angles.
         autolimits: whether a range alone makes a limit.
-        diagnostics: collects errors.
         losses: collects what a figure does not hold.
     """
 
     angle_convention: AngleConvention
     autolimits: bool
-    diagnostics: Diagnostics
     losses: Losses
 
     def read(
@@ -139,22 +124,15 @@ class JointReader:
                 f"{body}_joint" if len(joints) == 1 else f"{body}_joint_{k}"
             )
             if kind not in KINDS:
-                self.diagnostics.error(
-                    f"unknown joint type `{shorten(kind)}`",
-                    element.span_of("type"),
-                    spelling_hint(kind, KINDS),
+                element.error(
+                    f"unknown joint type `{shorten(kind)}`", spelling_hint(kind, KINDS), "type"
                 )
                 continue
             if kind == "free" and not (is_outermost and len(joints) == 1):
-                self.diagnostics.error(
-                    "a free joint is the only one of a body that hangs on the world",
-                    element.span,
-                )
+                element.error("a free joint is the only one of a body that hangs on the world")
                 continue
             if (kind == "ball" and turning) or (kind == "hinge" and "ball" in turning):
-                self.diagnostics.error(
-                    "a body with a ball joint has no other joint that turns", element.span
-                )
+                element.error("a body with a ball joint has no other joint that turns")
                 continue
             if kind in ("ball", "hinge"):
                 turning.append(kind)
@@ -162,41 +140,41 @@ class JointReader:
         return tuple(freedoms)
 
     def _freedoms(self, name: str, joint_type: str, element: XmlElement) -> list[DegreeOfFreedom]:
-        if parse_number(element, "armature", self.diagnostics) > 0.0:
+        if element.number("armature") > 0.0:
             self.losses.add(ARMATURE, name)
-        if any(element.numbers("springdamper", self.diagnostics, 2) or ()):
+        if any(element.numbers("springdamper", 2) or ()):
             self.losses.add("springs and dampers by time constants (`springdamper`)", name)
         if joint_type in ("hinge", "slide"):
             return [self._single(name, joint_type, element)]
         if joint_type == "free":
             row = free_dofs(name)
         else:
-            row = ball_dofs(name, parse_vector(element, "pos", self.diagnostics))
+            row = ball_dofs(name, element.vector("pos"))
             if self._limits(element) is not None:
                 self.losses.add("limits of ball joints", name)
         return [self._with_passive_law(dof, element) for dof in row]
 
     def _single(self, name: str, joint_type: str, element: XmlElement) -> DegreeOfFreedom:
         """A hinge or a slide."""
-        axis = parse_vector(element, "axis", self.diagnostics, (0.0, 0.0, 1.0))
-        axis = unit_direction(axis, element.span_of("axis"), self.diagnostics)
-        point = parse_vector(element, "pos", self.diagnostics)
+        axis = element.vector("axis", (0.0, 0.0, 1.0))
+        axis = element.direction(axis, "axis")
+        point = element.vector("pos")
         turns = joint_type == "hinge"
-        shift = self._in_radians(parse_number(element, "ref", self.diagnostics), turns)
-        rest = self._in_radians(parse_number(element, "springref", self.diagnostics), turns) - shift
+        shift = self._in_radians(element.number("ref"), turns)
+        rest = self._in_radians(element.number("springref"), turns) - shift
         kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
         dof = DegreeOfFreedom(name, kind, axis, point, offset=shift, rest=rest)
         dof = self._with_passive_law(dof, element)
         bounds = self._limits(element)
         if bounds is None:
-            low, high = element.numbers("range", self.diagnostics, 2) or (0.0, 0.0)
+            low, high = element.numbers("range", 2) or (0.0, 0.0)
             ends = (self._in_radians(low, turns) - shift, self._in_radians(high, turns) - shift)
             return replace(dof, expected_range=ends if low < high else None)
         if not bounds[0] < bounds[1]:
-            self.diagnostics.error(
+            element.error(
                 f"the limits of `{shorten(name)}` leave no range",
-                element.span_of("range"),
                 "the lower one stands first",
+                "range",
             )
             return dof
         self.losses.add(LIMITS, name)
@@ -209,7 +187,7 @@ class JointReader:
     def _limits(self, element: XmlElement) -> tuple[float, float] | None:
         """Return the limits of a joint as they are written; None for an unlimited one."""
         limited = element.get("limited") or "auto"
-        low, high = element.numbers("range", self.diagnostics, 2) or (0.0, 0.0)
+        low, high = element.numbers("range", 2) or (0.0, 0.0)
         is_limited = limited == "true" or (limited == "auto" and self.autolimits and low < high)
         return (low, high) if is_limited else None
 
@@ -217,9 +195,9 @@ class JointReader:
         """The freedom with stiffness, damping and friction of its joint."""
         if element.tag == "freejoint":
             return dof
-        stiffness = parse_coefficients(element, "stiffness", self.diagnostics)
-        damping = parse_coefficients(element, "damping", self.diagnostics)
-        friction = parse_number(element, "frictionloss", self.diagnostics)
+        stiffness = parse_coefficients(element, "stiffness")
+        damping = parse_coefficients(element, "damping")
+        friction = element.number("frictionloss")
         name = dof.joint or dof.name
         if any(damping[1:]):
             self.losses.add("quadratic and cubic damping", name)
@@ -229,10 +207,10 @@ class JointReader:
             ("frictionloss", friction),
         ):
             if value < 0.0:
-                self.diagnostics.error(
+                element.error(
                     f"the {word} of `{shorten(name)}` is negative",
-                    element.span_of(word),
                     "a passive joint has none below zero",
+                    word,
                 )
         if friction > 0.0:
             self.losses.add(FRICTION, name)
@@ -249,10 +227,8 @@ class JointReader:
         )
 
 
-def parse_coefficients(
-    element: XmlElement, name: str, diagnostics: Diagnostics
-) -> tuple[float, float, float]:
+def parse_coefficients(element: XmlElement, name: str) -> tuple[float, float, float]:
     """Parse a linear, a quadratic and a cubic coefficient, zero where they are left out."""
-    read = element.numbers(name, diagnostics, 1, 3) or ()
+    read = element.numbers(name, 1, 3) or ()
     first, second, third = (*read, 0.0, 0.0, 0.0)[:3]
     return first, second, third

@@ -1,52 +1,43 @@
 """MJCF, the models of MuJoCo: the passive tree of one as a figure."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.diagnostics import shorten, spelling_hint
+from generator.figure import is_rotation
 from generator.inertia import MassProperties
 from generator.losses import Effect, Losses
 from generator.model_files.body_tree.shapes import Shape
-from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
     BodyTree,
+    DegreeOfFreedom,
+    FunctionCurve,
     inertia_tensor,
     own_site_names,
     rotation_to_y_up,
 )
-from generator.model_files.coupled_laws import (
-    CarriedLaws,
-    find_carried_laws,
-    with_carried_laws,
-)
-from generator.model_files.embedded import MARK, imported_from_embedded
-from generator.model_files.imported import Imported
-from generator.model_files.mjcf.document import (
-    COMPILER_CHOICES,
-    MAIN,
-    Document,
-    parse_document,
-)
+from generator.model_files.coupled_laws import CarriedLaws, find_carried_laws, imported_with_laws
+from generator.model_files.embedded import MARK
+from generator.model_files.mjcf.document import COMPILER_CHOICES, MAIN, Document, parse_document
 from generator.model_files.mjcf.geoms import GeomReader
 from generator.model_files.mjcf.joints import (
     ORIENTATION_ATTRIBUTES,
     JointReader,
+    parse_coefficients,
     parse_orientation,
     parse_pose,
 )
 from generator.model_files.mjcf.joints import READ_ATTRIBUTES as READ_OF_JOINTS
-from generator.model_files.mjcf.tendons import with_tendons
 from generator.model_files.mjcf.write import coupled_elements
-from generator.model_files.xml import (
-    XmlElement,
-    parse_number,
-    parse_vector,
-)
+from generator.model_files.model_files import Imported
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array
+from springs import Cubic
 
 _UNSUPPORTED_ELEMENTS: Final = {
     "composite": "a composite of many bodies",
@@ -86,7 +77,6 @@ class BodyReader:
 
     Attributes:
         document: the model.
-        diagnostics: collects errors.
         losses: collects what a figure does not hold.
         geoms: reads the shapes of geoms.
         bodies: what was read, each parent before its children.
@@ -95,7 +85,6 @@ class BodyReader:
     """
 
     document: Document
-    diagnostics: Diagnostics
     losses: Losses
     geoms: GeomReader
     bodies: list[Body] = field(default_factory=list[Body])
@@ -109,9 +98,7 @@ class BodyReader:
         """Read the bodies of a `worldbody`."""
         contents = self._collect_contents(world, world.get("childclass") or MAIN)
         for element in contents.joints:
-            self.diagnostics.error(
-                "the world has no joints", element.span, "joints stand in a body"
-            )
+            element.error("the world has no joints", "joints stand in a body")
         self.sites |= contents.sites
         self.shapes += self.geoms.shapes(contents.geoms)
         for element, before, childclass in contents.bodies:
@@ -121,7 +108,7 @@ class BodyReader:
         self, element: XmlElement, parent: str | None, parent_pose: Array, childclass: str
     ) -> None:
         name = element.get("name") or f"body_{len(self.bodies) + 1}"
-        if not element.is_first_of_name(name, self._names, self.diagnostics):
+        if not element.is_first_of_name(name, self._names):
             return
         if element.get("mocap") == "true":
             self.losses.add("mocap bodies are fixed", name)
@@ -130,7 +117,7 @@ class BodyReader:
         contents = self._collect_contents(element, childclass)
         autolimits = self.document.setting("autolimits", "true") == "true"
         angles = self.document.angle_convention
-        joints = JointReader(angles, autolimits, self.diagnostics, self.losses)
+        joints = JointReader(angles, autolimits, self.losses)
         freedoms = joints.read(name, contents.joints, is_outermost=parent is None)
         # A body that cannot move needs no mass, but has its share in a prescribed total mass.
         fixed = not freedoms and parent in self._fixed
@@ -142,7 +129,7 @@ class BodyReader:
             Body(
                 name,
                 parent,
-                parent_pose @ parse_pose(element, angles, self.diagnostics),
+                parent_pose @ parse_pose(element, angles),
                 freedoms,
                 mass,
                 own_site_names(name, contents.sites),
@@ -163,7 +150,7 @@ class BodyReader:
         self, element: XmlElement, pose_in_body: Array, childclass: str, contents: _BodyContents
     ) -> None:
         """Collect the contents of a body, or of a frame with the pose `pose_in_body` in it."""
-        angles, diagnostics = self.document.angle_convention, self.diagnostics
+        angles = self.document.angle_convention
         for child in element.children:
             match child.tag:
                 case "body":
@@ -172,10 +159,7 @@ class BodyReader:
                     self._add_unread_losses(child)
                     inner = child.get("childclass") or childclass
                     self._collect_children(
-                        child,
-                        pose_in_body @ parse_pose(child, angles, diagnostics),
-                        inner,
-                        contents,
+                        child, pose_in_body @ parse_pose(child, angles), inner, contents
                     )
                 case "joint" | "freejoint":
                     self._collect_joint(child, element, childclass, contents)
@@ -183,26 +167,24 @@ class BodyReader:
                     self._add_unread_losses(child)
                     contents.inertial = child
                 case "geom":
-                    whole = self.document.with_defaults(child, childclass, diagnostics)
+                    whole = self.document.with_defaults(child, childclass)
                     contents.geoms.append((whole, pose_in_body))
                 case "site":
-                    whole = self.document.with_defaults(child, childclass, diagnostics)
-                    pose = pose_in_body @ parse_pose(whole, angles, diagnostics)
+                    whole = self.document.with_defaults(child, childclass)
+                    pose = pose_in_body @ parse_pose(whole, angles)
                     contents.sites[child.get("name") or f"site_{len(contents.sites) + 1}"] = pose
                 case "camera" | "light" | "plugin":
                     effect = Effect.MOTION if child.tag == "plugin" else Effect.DESCRIPTION
                     names = filter(None, [child.get("name")])
                     self.losses.add(f"{child.tag}s", *names, effect=effect)
                 case tag if tag in _UNSUPPORTED_ELEMENTS:
-                    diagnostics.error(
+                    child.error(
                         f"{_UNSUPPORTED_ELEMENTS[tag]} (`{tag}`) is not read",
-                        child.span,
                         "save the model as MuJoCo compiles it, in which it is written out",
                     )
                 case tag:
-                    diagnostics.error(
+                    child.error(
                         f"unknown element `{shorten(tag)}` in `{element.tag}`",
-                        child.span,
                         spelling_hint(tag, _BODY_ELEMENTS),
                     )
 
@@ -210,16 +192,14 @@ class BodyReader:
         self, child: XmlElement, parent: XmlElement, childclass: str, contents: _BodyContents
     ) -> None:
         if parent.tag == "frame":
-            self.diagnostics.error(
-                "a joint stands in a frame", child.span, "a joint stands in its body"
-            )
+            child.error("a joint stands in a frame", "a joint stands in its body")
             return
         name = child.get("name")
-        if name and not child.is_first_of_name(name, self._joint_names, self.diagnostics):
+        if name and not child.is_first_of_name(name, self._joint_names):
             return
         whole = child
         if child.tag == "joint":
-            whole = self.document.with_defaults(child, childclass, self.diagnostics)
+            whole = self.document.with_defaults(child, childclass)
         self._add_unread_losses(whole)
         contents.joints.append(whole)
 
@@ -232,9 +212,9 @@ class BodyReader:
         if contents.inertial is not None and choice != "true":
             return self._parse_inertial(contents.inertial)
         total: MassProperties | None = None
-        bounds = self.document.compiler.numbers("inertiagrouprange", self.diagnostics, 2)
+        bounds = self.document.compiler.numbers("inertiagrouprange", 2)
         for element, before in contents.geoms if choice != "false" else ():
-            group = 0.0 if bounds is None else parse_number(element, "group", self.diagnostics)
+            group = 0.0 if bounds is None else element.number("group")
             if bounds is not None and not bounds[0] <= group <= bounds[1]:
                 continue
             part = self.geoms.mass(element)
@@ -246,26 +226,24 @@ class BodyReader:
         return self._with_bounds(total.mass, total.centre, total.inertia)
 
     def _parse_inertial(self, element: XmlElement) -> tuple[MassProperties | None, Array]:
-        diagnostics, nothing = self.diagnostics, (None, np.zeros((3, 3)))
+        nothing = None, np.zeros((3, 3))
         if "mass" not in element.attributes:
-            diagnostics.error("`inertial` has no mass", element.span, "add `mass`")
+            element.error("`inertial` has no mass", "add `mass`")
             return nothing
-        mass = parse_number(element, "mass", diagnostics)
-        turn = parse_orientation(element, self.document.angle_convention, diagnostics)
-        tensor = np.diag(parse_vector(element, "diaginertia", diagnostics))
+        mass = element.number("mass")
+        turn = parse_orientation(element, self.document.angle_convention)
+        tensor = np.diag(element.vector("diaginertia"))
         if "fullinertia" in element.attributes:
             default = (1.0,) * 3 + (0.0,) * 3
-            tensor = inertia_tensor(element.numbers("fullinertia", diagnostics, 6) or default)
+            tensor = inertia_tensor(element.numbers("fullinertia", 6) or default)
         elif "diaginertia" not in element.attributes and mass != 0.0:
-            diagnostics.error(
-                "`inertial` has no inertia", element.span, "add `diaginertia` or `fullinertia`"
-            )
+            element.error("`inertial` has no inertia", "add `diaginertia` or `fullinertia`")
             return nothing
-        place = np.array(parse_vector(element, "pos", diagnostics))
+        place = np.array(element.vector("pos"))
         try:
             return self._with_bounds(mass, place, turn @ tensor @ turn.T)
         except ValueError as failure:
-            diagnostics.error(str(failure), element.span, "MuJoCo refuses it as well")
+            element.error(str(failure), "MuJoCo refuses it as well")
             return nothing
 
     def _with_bounds(
@@ -291,7 +269,7 @@ class BodyReader:
         return MassProperties(mass, centre, tensor), np.zeros((3, 3))
 
     def _number_setting(self, name: str) -> float:
-        return parse_number(self.document.compiler, name, self.diagnostics)
+        return self.document.compiler.number(name)
 
     def _add_unread_losses(self, element: XmlElement) -> None:
         unread = element.attributes.keys() - _READ_ATTRIBUTES[element.tag] - {"class"}
@@ -340,24 +318,23 @@ _COMPILER: Final = {
 
 
 def figure_from_mjcf(
-    root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
+    root: XmlElement, directory: Path | None, *, separate: bool = False
 ) -> Imported | None:
     """Convert an MJCF document into a figure; None, with diagnostics, if that is impossible.
 
     Args:
         root: the element `mujoco`.
         directory: directory of included files.
-        diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """
     losses = Losses("MJCF")
-    document = parse_document(root, directory, diagnostics)
-    up = _up_rotation(document, diagnostics, losses)
-    geoms = GeomReader(document, directory or Path(), diagnostics, losses)
-    reader = BodyReader(document, diagnostics, losses, geoms)
+    document = parse_document(root, directory)
+    up = _up_rotation(document, losses)
+    geoms = GeomReader(document, directory or Path(), losses)
+    reader = BodyReader(document, losses, geoms)
     worlds = list(document.root.find_all("worldbody"))
     if not worlds:
-        diagnostics.error("this model has no `worldbody`", root.span, "its bodies stand in one")
+        root.error("this model has no `worldbody`", "its bodies stand in one")
     for world in worlds:
         reader.read_world(world)
     springs = [
@@ -366,37 +343,28 @@ def figure_from_mjcf(
         for child in section.children
     ]
     laws = find_carried_laws(root, springs, coupled_elements)
-    bodies = with_tendons(document, reader.scaled_bodies(), laws, diagnostics, losses)
+    bodies = with_tendons(document, reader.scaled_bodies(), laws, losses)
     _add_section_losses(document, laws, losses)
     geoms.add_asset_losses()
     tree = BodyTree(
-        tuple(bodies),
-        reader.sites,
-        up,
-        document.root.get("model"),
-        root.span,
-        reader.shapes,
+        tuple(bodies), reader.sites, up, document.root.get("model"), root.span, reader.shapes
     )
-    carried = None if diagnostics.has_errors else imported_from_embedded(root, tree, losses)
-    if carried is not None:
-        return carried
-    figure = figure_from_tree(tree, diagnostics, losses, separate=separate)
-    return with_carried_laws(figure, laws, losses)
+    return imported_with_laws(root, tree, laws, losses, separate=separate)
 
 
-def _up_rotation(document: Document, diagnostics: Diagnostics, losses: Losses) -> Array:
+def _up_rotation(document: Document, losses: Losses) -> Array:
     """Return the rotation that makes y up, from the direction of gravity; report it."""
     gravity = STANDARD_GRAVITY
     for option in document.root.find_all("option"):
-        gravity = parse_vector(option, "gravity", diagnostics, gravity)
+        gravity = option.vector("gravity", gravity)
         flag = option.find("flag")
         if flag is not None and flag.get("gravity") == "disable":
             gravity = (0.0, 0.0, 0.0)
         for name in option.attributes:
             if name != "gravity":
-                losses.add("settings of the simulation", name, effect=Effect.DESCRIPTION)
+                losses.add_description("settings of the simulation", name)
         for name in () if flag is None else flag.attributes:
-            losses.add("settings of the simulation", f"flag {name}", effect=Effect.DESCRIPTION)
+            losses.add_description("settings of the simulation", f"flag {name}")
     return rotation_to_y_up(gravity, losses)
 
 
@@ -410,13 +378,93 @@ def _add_section_losses(document: Document, laws: CarriedLaws, losses: Losses) -
         if what is None:
             losses.add("unknown sections", section.tag)
         elif section.tag == "visual" or not section.children:
-            losses.add(what, effect=Effect.DESCRIPTION)
+            losses.add_description(what)
         else:
             left = laws.without(section.children)
-            names = [element.get("name") or element.tag for element in left]
+            names = [element.label for element in left]
             others = [shorten(name) for name in names if not name.startswith(f"{MARK} ")]
             if others:
                 losses.add(what, *others, effect=effect)
     for name in document.compiler.attributes:
         if name not in _COMPILER:
             losses.add("attributes that a figure does not have", f"compiler {name}")
+
+
+_LOST_ATTRIBUTES = ("armature", "frictionloss", "range", "actuatorfrcrange")
+
+
+def with_tendons(
+    document: Document, bodies: Sequence[Body], laws: CarriedLaws, losses: Losses
+) -> list[Body]:
+    """Return the bodies with the springs of fixed tendons on one joint; report the others.
+
+    Those of laws over several joints that come back are left out.
+    """
+    dofs = {dof.name: dof for body in bodies for dof in body.dofs}
+    for section in document.root.find_all("tendon"):
+        for element in laws.without(section.children):
+            whole = document.with_defaults(replace(element, tag="tendon"), MAIN)
+            name = whole.get("name") or element.tag
+            joints = list(whole.find_all("joint"))
+            if element.tag != "fixed" or len(joints) != 1:
+                losses.add("tendons over several joints or along paths", name)
+                continue
+            dof = dofs.get(joints[0].get("joint") or "")
+            if dof is None or dof.joint:
+                losses.add("tendons on joints that are missing or balls", name)
+                continue
+            coefficient = joints[0].number("coef", 1.0)
+            dofs[dof.name] = _with_tendon(dof, whole, name, coefficient, losses)
+    return [replace(body, dofs=tuple(dofs[dof.name] for dof in body.dofs)) for body in bodies]
+
+
+def _with_tendon(
+    dof: DegreeOfFreedom, element: XmlElement, name: str, coefficient: float, losses: Losses
+) -> DegreeOfFreedom:
+    """Return a degree of freedom with the spring and the damper of a tendon."""
+    for word in _LOST_ATTRIBUTES:
+        if word in element.attributes:
+            losses.add("friction, limits and armature of tendons", name)
+    stiffness = parse_coefficients(element, "stiffness")
+    damping = parse_coefficients(element, "damping")
+    if any(damping[1:]):
+        losses.add("quadratic and cubic damping", name)
+    if damping[0] > 0.0:
+        dof = replace(dof, damping=dof.damping + damping[0] * coefficient * coefficient)
+    if not any(stiffness) or not coefficient:
+        return dof
+    slack = _slack_range(dof, element, coefficient)
+    if slack[0] > slack[1]:
+        element.error("this slack range has no length", "", "springlength")
+        return dof
+    if not is_rotation(dof.kind):
+        losses.add("springs of tendons on sliding joints", name)
+        return dof
+    if coefficient == 1.0 and stiffness[0] > 0.0 and not any(stiffness[1:]):
+        law = Cubic(
+            (0.0, stiffness[0], 0.0, 0.0), -1, (slack[0] - dof.offset, slack[1] - dof.offset)
+        )
+        return replace(dof, laws=(*dof.laws, law))
+
+    def torque(angles: Array) -> Array:
+        length = coefficient * (angles + dof.offset)
+        x = length - np.clip(length, slack[0], slack[1])
+        linear, square, cube = stiffness
+        return -coefficient * x * (linear + x * (square + x * cube))
+
+    ends = tuple(sorted(end / coefficient - dof.offset for end in slack))
+    return replace(dof, laws=(*dof.laws, FunctionCurve(torque, ends)))
+
+
+def _slack_range(
+    dof: DegreeOfFreedom, element: XmlElement, coefficient: float
+) -> tuple[float, float]:
+    """Return the lengths between which a tendon has no force.
+
+    Without any it is the length where the joint's own spring has none.
+    """
+    read = element.numbers("springlength", 1, 2) or (-1.0,)
+    low, high = read[0], read[-1]
+    if (low, high) == (-1.0, -1.0):
+        low = high = coefficient * (dof.rest + dof.offset)
+    return low, high

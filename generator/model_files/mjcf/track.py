@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, InputError, error
+from generator.diagnostics import InputError, error
 from generator.identifiers import coordinate_names, plain_names, reserve_name
 from generator.kinematics.placement import MAX_FRAMES_PER_PLACEMENT
 from generator.kinematics.tree import Tree
@@ -52,13 +52,13 @@ def body_name(names: Mapping[str, str], segment: str) -> str:
     return reserve_name(name, {*names.values()}) if name == WORLD else name
 
 
-def _places(element: XmlElement, parent: str | None, diagnostics: Diagnostics) -> Iterator[_Place]:
+def _places(element: XmlElement, parent: str | None) -> Iterator[_Place]:
     """Yield the joints below an element in the order of MuJoCo."""
     waiting = [(body, parent) for body in reversed(list(element.find_all("body")))]
     while waiting:
         body, above = waiting.pop()
         name = body.get("name") or ""
-        turn = np.array(body.numbers("quat", diagnostics, 4) or (1.0, 0.0, 0.0, 0.0))
+        turn = np.array(body.numbers("quat", 4) or (1.0, 0.0, 0.0, 0.0))
         for joint in body.find_all("joint", "freejoint"):
             kind = FREE if joint.tag == "freejoint" else joint.get("type") or _SINGLE[0]
             rest = matrix_from_quaternion(turn / np.linalg.norm(turn))
@@ -122,10 +122,7 @@ def track_of_motion(root: XmlElement, motion: Motion) -> Track:
 
     Raises InputError for a model with other joints than the motion, such as one that is attached.
     """
-    diagnostics = Diagnostics()
-    places = [
-        place for world in root.find_all("worldbody") for place in _places(world, None, diagnostics)
-    ]
+    places = [place for world in root.find_all("worldbody") for place in _places(world, None)]
     _check_joints(places, motion)
     plain = plain_names(motion.tree.figure.segments)
     segments = {body_name(plain, name): name for name in plain}
@@ -190,10 +187,7 @@ def _check_joints(places: list[_Place], motion: Motion) -> None:
     if unknown or missing:
         sentences = [
             f"the {owner} has no {', '.join(f'`{name}`' for name in names)}, which the {other} has"
-            for owner, other, names in (
-                ("motion", "model", unknown),
-                ("model", "motion", missing),
-            )
+            for owner, other, names in (("motion", "model", unknown), ("model", "motion", missing))
             if names
         ]
         hint = "write the model with the start of the run: --floor, --scene or --free-root"

@@ -10,7 +10,7 @@ from generator.geometry.appearance import mass_capsule
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.geometry.surface import Surface
 from generator.identifiers import plain_names
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model_files.export_model import ExportModel
 from generator.model_files.xml import Element, add_element, format_numbers
 from generator.rotations import quaternion_from_matrix
@@ -36,17 +36,15 @@ def add_visuals(
                 surface = read_segment_surface(figure, segment)
             except InputError as failure:
                 reason = failure.diagnostics[0].message
-                losses.add(
-                    f"psurfs that cannot be read ({reason}): capsules instead",
-                    name,
-                    effect=Effect.DESCRIPTION,
+                losses.add_description(
+                    f"psurfs that cannot be read ({reason}): capsules instead", name
                 )
             else:
                 if _add_mesh(assets, mesh, surface):
                     written.add(mesh)
                 else:
                     what = "psurfs without four corners or without any face: capsules instead"
-                    losses.add(what, name, effect=Effect.DESCRIPTION)
+                    losses.add_description(what, name)
         if mesh not in written:
             _add_capsules(figure, segment, bodies[name])
             continue

@@ -20,9 +20,10 @@ the ball's own. Under a law of coordinates the springs are those of hinges.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from math import inf
 from pathlib import Path
-from typing import NamedTuple, assert_never
+from typing import NamedTuple, assert_never, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +32,7 @@ from generator.diagnostics import Diagnostics, Source
 from generator.figure import AxisKind, Figure, Joint, SiteRef, is_rotation
 from generator.follower_curve import CurveKind, FollowerCurve
 from generator.identifiers import reserve_name
+from generator.joint_chain import Chain
 from generator.kinematics.links import Coordinate, figure_links
 from generator.kinematics.placement import Displacements
 from generator.kinematics.tree import TreeJoint
@@ -48,13 +50,7 @@ from generator.model_files.export_model import (
     has_friction,
     loop_closures,
 )
-from generator.model_files.fit_error import (
-    FitError,
-    FitErrors,
-    format_range,
-    joint_ranges,
-)
-from generator.model_files.mjcf.ball_springs import ROUNDING, isotropic_stiffness
+from generator.model_files.fit_error import FitError, FitErrors, format_range, joint_ranges
 from generator.model_files.mjcf.contact import add_contact
 from generator.model_files.mjcf.track import WORLD, Motion, body_name, track_of_motion
 from generator.model_files.mjcf.visuals import add_visuals
@@ -74,6 +70,7 @@ from generator.model_files.xml import (
     nesting_depth,
     parse_xml,
 )
+from generator.passive_curve import rotation_vector
 from generator.rotations import (
     Array,
     inverse_pose,
@@ -174,6 +171,12 @@ _LIGHT = {"ambient": "0.4 0.4 0.4", "diffuse": "0.5 0.5 0.5"}
 
 _UNREACHABLE_LENGTH = 1e6
 """Unreachable end of a tendon's slack range [rad or m]."""
+
+ROUNDING = 1e-9
+"""Share of the largest torque below which a difference is one of rounding."""
+
+_GRID = 7
+"""Values of each displacement at which a law is compared with an isotropic one."""
 
 _CURVES = "springs whose torque is infinite within the joint's range"
 _FITTED = "springs approximated by piecewise cubics"
@@ -507,12 +510,7 @@ class _BodyWriter:
             self._losses.add(_DAMPING if springs.reach is None else _REACH_DAMPING, joint.name)
 
     def _add_axis_spring(
-        self,
-        element: Element,
-        joint: Joint,
-        index: int,
-        spring: AxisSpring,
-        springs: JointSprings,
+        self, element: Element, joint: Joint, index: int, spring: AxisSpring, springs: JointSprings
     ) -> None:
         """A spring of a hinge or a slide."""
         if spring.elastic:
@@ -673,3 +671,29 @@ def _format_stiffness(coefficients: tuple[float, float, float]) -> str:
     """
     count = max(k for k, term in enumerate(coefficients, 1) if term)
     return format_numbers([-term for term in coefficients[:count]])
+
+
+def isotropic_stiffness(
+    joint: Joint, springs: JointSprings, law: VectorLaw
+) -> tuple[float, float, float] | None:
+    """Return k1, k2, k3 of a torque -(k1 a + k2 a^2 + k3 a^3) r/a; None for another law.
+
+    The law has this form over the range and beyond its ends, where stops would change it.
+    """
+    turns = [
+        np.linspace(low - ROTATION_MARGIN, high + ROTATION_MARGIN, _GRID)
+        if is_rotation(factor.kind)
+        else np.zeros(1)
+        for factor, (low, high) in zip(joint.chain, joint_ranges(joint, springs), strict=True)
+    ]
+    r = rotation_vector(Chain(joint.chain), np.array(list(product(*turns))))
+    torques = law.torque(r)
+    angle = np.linalg.norm(r, axis=1)
+    powers = np.stack([-r * angle[:, None] ** power for power in range(3)], axis=-1).reshape(-1, 3)
+    found = cast("Array", np.linalg.lstsq(powers, torques.ravel())[0])
+    largest = float(np.abs(torques).max())
+    if np.abs(powers @ found - torques.ravel()).max() > ROUNDING * largest:
+        return None
+    small = np.abs(found) * angle.max() ** np.arange(1, 4) <= ROUNDING * largest
+    k1, k2, k3 = (0.0 if none else float(f"{k:.12g}") for k, none in zip(found, small, strict=True))
+    return k1, k2, k3

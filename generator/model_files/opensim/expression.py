@@ -7,7 +7,9 @@ follow an expression: `a*b;b=2*c`.
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
+from generator.rotations import Array
 from springs.backends import CubicPieces, Operations, Real, Vector, select_cubic
 
 
@@ -150,6 +152,26 @@ class _ExpressionOperations:
 _NO_VECTORS = "an expression is a number, not a vector"
 
 EXPRESSION_OPERATIONS: Operations = _ExpressionOperations()
+
+
+_ROUNDING = 1e-15
+"""Largest size of coefficients that are rounding errors."""
+
+
+def sum_of_products(coefficients: Array, factors: Sequence[tuple[str, ...]]) -> Expression:
+    """Return the sum of products of one factor of each angle, each with a coefficient.
+
+    Args:
+        coefficients: coefficients by the places of the factors, of as many axes as angles.
+        factors: texts of the factors of each angle; "" for 1.
+    """
+    total = ZERO
+    for places in product(*map(range, coefficients.shape)):
+        coefficient = float(coefficients[places])
+        if abs(coefficient) > _ROUNDING:
+            texts = [one[place] for one, place in zip(factors, places, strict=True) if one[place]]
+            total = total + (coefficient * Expression("*".join(texts)) if texts else coefficient)
+    return total
 
 
 _NAME = re.compile(r"[A-Za-z_]\w*")

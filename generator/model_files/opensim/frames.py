@@ -5,8 +5,7 @@ from posixpath import join, normpath
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
-from generator.model_files.opensim.joints import child_numbers, child_text
+from generator.diagnostics import shorten, spelling_hint
 from generator.model_files.xml import XmlElement
 from generator.rotations import Array, matrix_from_xyz, pose_matrix
 
@@ -21,21 +20,19 @@ class FrameIndex:
     """The frames of a model by their paths.
 
     Attributes:
-        diagnostics: collects errors.
         paths: paths of every component with a name, by its place in memory.
         by_path: frames and bodies by path.
         by_name: likewise by name, the first of each.
     """
 
-    diagnostics: Diagnostics
     paths: dict[int, str] = field(default_factory=dict[int, str])
     by_path: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
     by_name: dict[str, XmlElement] = field(default_factory=dict[str, XmlElement])
 
     @classmethod
-    def from_model(cls, model: XmlElement, diagnostics: Diagnostics) -> "FrameIndex":
+    def from_model(cls, model: XmlElement) -> "FrameIndex":
         """The frames of a model."""
-        frames, waiting = cls(diagnostics), [(model, "/")]
+        frames, waiting = cls(), [(model, "/")]
         while waiting:
             element, path = waiting.pop()
             frames.paths[id(element)] = path
@@ -58,32 +55,30 @@ class FrameIndex:
         `default` is the frame of a component without the socket.
         """
         pose = np.eye(4)
-        if default is not None and not child_text(owner, socket):
+        if default is not None and not owner.child_text(socket):
             if default.tag in _BODY_TAGS:
                 return _body_name(default), pose
             pose, owner, socket = self._offset_pose(default), default, "socket_parent"
         for _ in range(len(self.by_path) + 1):
             reference = owner.find(socket)
             if reference is None or not reference.text.text:
-                self.diagnostics.error(
-                    f"`{owner.tag}` has no `{socket}`", owner.span, "it names a frame"
-                )
+                owner.error(f"`{owner.tag}` has no `{socket}`", "it names a frame")
                 return None
             frame = self._find_frame(owner, reference.text.text)
             if frame is None and reference.text.text.rsplit("/", 1)[-1] == GROUND:
                 return GROUND, pose
             if frame is None:
-                self.diagnostics.error(
+                reference.error(
                     f"unknown frame `{shorten(reference.text.text)}`",
-                    reference.text.span,
                     spelling_hint(reference.text.text.rsplit("/", 1)[-1], self.by_name),
+                    reference.text.span,
                 )
                 return None
             if frame.tag in _BODY_TAGS:
                 return _body_name(frame), pose
             pose = self._offset_pose(frame) @ pose
             owner, socket = frame, "socket_parent"
-        self.diagnostics.error("these frames refer to each other in a circle", owner.span)
+        owner.error("these frames refer to each other in a circle")
         return None
 
     def _find_frame(self, owner: XmlElement, path: str) -> XmlElement | None:
@@ -94,8 +89,8 @@ class FrameIndex:
 
     def _offset_pose(self, frame: XmlElement) -> Array:
         """Pose of an offset frame in its parent, shape (4, 4)."""
-        a, b, c = child_numbers(frame, "orientation", (0.0, 0.0, 0.0), self.diagnostics)
-        offset = child_numbers(frame, "translation", (0.0, 0.0, 0.0), self.diagnostics)
+        a, b, c = frame.child_numbers("orientation", (0.0, 0.0, 0.0))
+        offset = frame.child_numbers("translation", (0.0, 0.0, 0.0))
         return pose_matrix(matrix_from_xyz(a, b, c), np.array(offset))
 
 

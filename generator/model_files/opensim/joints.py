@@ -2,45 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, ModelError, shorten, spelling_hint
+from generator.diagnostics import ModelError, shorten, spelling_hint
 from generator.figure import AxisKind, Vector
 from generator.follower_curve import CurveKind, FollowerCurve
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import DegreeOfFreedom
-from generator.model_files.xml import XmlElement, parse_numbers, unit_direction
+from generator.model_files.xml import XmlElement
 from generator.rotations import Array, inverse_pose
-
-
-def child_numbers(
-    element: XmlElement, name: str, default: tuple[float, ...], diagnostics: Diagnostics
-) -> tuple[float, ...]:
-    """Parse as many numbers as `default` has; `default` if they are missing or wrong."""
-    child = element.find(name)
-    read = None
-    if child is not None and child.text.text:
-        read = parse_numbers(child.text, diagnostics, len(default))
-    return default if read is None else read
-
-
-def child_number(element: XmlElement, name: str, diagnostics: Diagnostics) -> float:
-    """Parse one number; zero if it is missing or wrong."""
-    return child_numbers(element, name, (0.0,), diagnostics)[0]
-
-
-def child_text(element: XmlElement, name: str) -> str:
-    """Return the text of a child; empty without one."""
-    child = element.find(name)
-    return "" if child is None else child.text.text
-
-
-def is_child_true(element: XmlElement, name: str) -> bool:
-    """Return True if the text of a child is `true`."""
-    return child_text(element, name).lower() == "true"
-
 
 FUNCTION_TAGS = (
     "Constant",
@@ -53,104 +25,63 @@ FUNCTION_TAGS = (
 )
 
 
-@dataclass(frozen=True)
-class AxisMotion:
-    """The displacement along an axis as a function of its coordinate.
+class Polygon(NamedTuple):
+    """A displacement as a function of another whose slope jumps at points [rad or m].
 
     Attributes:
-        slope: slope of a straight line through the coordinate, None where the function is curved.
-        value: value at the coordinate's default [rad or m].
+        x: Arguments, increasing, shape (n,).
+        y: Displacements, shape (n,).
     """
 
-    slope: float | None
-    value: float
+    x: Array
+    y: Array
+
+    def at(self, value: float) -> float:
+        """Return the displacement at an argument; beyond the ends it goes straight on."""
+        x, y = self
+        place = int(np.clip(np.searchsorted(x, value) - 1, 0, len(x) - 2))
+        slope = (y[place + 1] - y[place]) / (x[place + 1] - x[place])
+        return float(y[place] + slope * (value - x[place]))
+
+    def scaled(self, factor: float) -> "Polygon":
+        """Return factor * curve."""
+        return Polygon(self.x, factor * self.y)
 
 
-def evaluate_function(
-    function: XmlElement, coordinate: float, diagnostics: Diagnostics
-) -> AxisMotion | None:
-    """Evaluate a function at `coordinate`; None, with an error, for an unknown one."""
+def parse_curve(function: XmlElement) -> FollowerCurve | Polygon | None:
+    """Parse a function of a coordinate; None, with an error, for an unknown or a wrong one."""
     match function.tag:
         case "Constant":
-            value = _list(function, "value", diagnostics)
-            return AxisMotion(0.0, value[0] if value else 0.0)
+            numbers = _list(function, "value")[:1]
+            return FollowerCurve(CurveKind.POLYNOMIAL, numbers or (0.0,))
         case "LinearFunction":
-            slope, first = (*_list(function, "coefficients", diagnostics), 0.0, 0.0)[:2]
-            return AxisMotion(slope, slope * coordinate + first)
+            slope, constant = (*_list(function, "coefficients"), 0.0, 0.0)[:2]
+            return FollowerCurve.line(slope, constant)
+        case "PolynomialFunction":
+            powers = _list(function, "coefficients")[::-1] or (0.0,)
+            return _curve(function, CurveKind.POLYNOMIAL, powers)
         case "MultiplierFunction":
-            scale = (*_list(function, "scale", diagnostics), 1.0)[0]
             below = (one for one in function.walk() if one is not function)
             inner = next((one for one in below if one.tag in FUNCTION_TAGS), None)
             if inner is None:
-                diagnostics.error("this function multiplies nothing", function.span)
+                function.error("this function multiplies nothing")
                 return None
-            motion = evaluate_function(inner, coordinate, diagnostics)
-            if motion is None:
-                return None
-            slope = None if motion.slope is None else scale * motion.slope
-            return AxisMotion(slope, scale * motion.value)
-        case "PolynomialFunction":
-            coefficients = _list(function, "coefficients", diagnostics)
-            straight = len(coefficients) <= 2 or not any(coefficients[:-2])
-            slope = (0.0, *coefficients)[-2] if straight else None
-            return AxisMotion(slope, float(np.polyval(coefficients or (0.0,), coordinate)))
-        case "PiecewiseLinearFunction" | "NaturalCubicSpline" | "SimmSpline":
-            return _evaluate_points(function, coordinate, diagnostics)
-        case tag:
-            diagnostics.error(
-                f"the function `{tag}` is not read",
-                function.span,
-                f"known are {', '.join(FUNCTION_TAGS)}",
-            )
-            return None
-
-
-def _evaluate_points(
-    function: XmlElement, coordinate: float, diagnostics: Diagnostics
-) -> AxisMotion | None:
-    curve = _curve_of_points(function, diagnostics)
-    if curve is None and not diagnostics.has_errors:
-        x, y = (np.array(_list(function, word, diagnostics)) for word in ("x", "y"))
-        place = int(np.clip(np.searchsorted(x, coordinate) - 1, 0, len(x) - 2))
-        slope = (y[place + 1] - y[place]) / (x[place + 1] - x[place])
-        return AxisMotion(None, float(y[place] + slope * (coordinate - x[place])))
-    if curve is None:
-        return None
-    slope = curve.numbers[1] if curve.kind is CurveKind.POLYNOMIAL else None
-    return AxisMotion(slope, float(curve.at(coordinate)))
-
-
-def parse_curve(function: XmlElement, diagnostics: Diagnostics) -> FollowerCurve | None:
-    """Parse a function of a coordinate; None for one whose slope jumps, or with an error."""
-    match function.tag:
-        case "Constant":
-            numbers = _list(function, "value", diagnostics)[:1]
-            return FollowerCurve(CurveKind.POLYNOMIAL, numbers or (0.0,))
-        case "LinearFunction":
-            slope, constant = (*_list(function, "coefficients", diagnostics), 0.0, 0.0)[:2]
-            return FollowerCurve.line(slope, constant)
-        case "PolynomialFunction":
-            powers = _list(function, "coefficients", diagnostics)[::-1] or (0.0,)
-            return _curve(function, CurveKind.POLYNOMIAL, powers, diagnostics)
-        case "MultiplierFunction":
-            below = (one for one in function.walk() if one is not function)
-            inner = next((one for one in below if one.tag in FUNCTION_TAGS), None)
-            curve = None if inner is None else parse_curve(inner, diagnostics)
-            scale = (*_list(function, "scale", diagnostics), 1.0)[0]
+            curve, scale = parse_curve(inner), (*_list(function, "scale"), 1.0)[0]
             return None if curve is None else curve.scaled(scale)
         case "PiecewiseLinearFunction" | "NaturalCubicSpline" | "SimmSpline":
-            return _curve_of_points(function, diagnostics)
-        case _:
+            return _curve_of_points(function)
+        case tag:
+            hint = f"known are {', '.join(FUNCTION_TAGS)}"
+            function.error(f"the function `{tag}` is not read", hint)
             return None
 
 
-def _curve_of_points(function: XmlElement, diagnostics: Diagnostics) -> FollowerCurve | None:
+def _curve_of_points(function: XmlElement) -> FollowerCurve | Polygon | None:
     """Return the curve of points; a line where they are on one."""
-    x, y = (np.array(_list(function, word, diagnostics)) for word in ("x", "y"))
+    x, y = (np.array(_list(function, word)) for word in ("x", "y"))
     if len(x) != len(y) or len(x) < 2 or not bool(np.all(np.diff(x) > 0.0)):
-        diagnostics.error(
+        function.error(
             "the points of this function make no curve",
-            function.span,
             "as many `y` as `x`, two at least, and `x` increasing",
         )
         return None
@@ -158,27 +89,27 @@ def _curve_of_points(function: XmlElement, diagnostics: Diagnostics) -> Follower
     if np.ptp(slopes) < 1e-12 * max(1.0, float(np.abs(slopes).max())):
         return FollowerCurve.line(float(slopes[0]), float(y[0] - slopes[0] * x[0]))
     if function.tag == "PiecewiseLinearFunction":
-        return None
+        return Polygon(x, y)
     # The name of the other one was older; OpenSim 4 takes it for the same.
     points = tuple(np.stack([x, y], axis=1).ravel().tolist())
-    return _curve(function, CurveKind.SIMM_SPLINE, points, diagnostics)
+    return _curve(function, CurveKind.SIMM_SPLINE, points)
 
 
 def _curve(
-    function: XmlElement, kind: CurveKind, numbers: tuple[float, ...], diagnostics: Diagnostics
+    function: XmlElement, kind: CurveKind, numbers: tuple[float, ...]
 ) -> FollowerCurve | None:
     try:
         return FollowerCurve(kind, numbers)
     except ModelError as failure:
-        diagnostics.error(str(failure), function.span)
+        function.error(str(failure))
         return None
 
 
-def _list(function: XmlElement, name: str, diagnostics: Diagnostics) -> tuple[float, ...]:
+def _list(function: XmlElement, name: str) -> tuple[float, ...]:
     element = function.find(name)
     if element is None:
         return ()
-    return parse_numbers(element.text, diagnostics, 0, 100_000) or ()
+    return element.text_numbers(0, 100_000) or ()
 
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -267,38 +198,31 @@ class Followed:
         lead, inner = self.coupled.get(name, (name, FollowerCurve.line(1.0, 0.0)))
         if lead not in self.free:
             return None
-        if is_line(inner):
-            constant, slope = (*inner.numbers, 0.0)[:2]
-            return (lead, curve.of_line(slope, constant)) if slope else None
-        if is_line(curve):
-            constant, slope = (*curve.numbers, 0.0)[:2]
-            return lead, inner.scaled(slope, constant)
+        slope = line_slope(inner)
+        if slope is not None:
+            return (lead, curve.of_line(slope, inner.numbers[0])) if slope else None
+        slope = line_slope(curve)
+        return None if slope is None else (lead, inner.scaled(slope, curve.numbers[0]))
+
+
+def line_slope(curve: FollowerCurve | Polygon) -> float | None:
+    """Return the slope of a curve that is a straight line; None of another."""
+    if isinstance(curve, Polygon) or curve.kind is not CurveKind.POLYNOMIAL:
         return None
+    return None if any(curve.numbers[2:]) else (*curve.numbers, 0.0)[1]
 
 
-def is_line(curve: FollowerCurve) -> bool:
-    """Return whether a curve is a straight line."""
-    return curve.kind is CurveKind.POLYNOMIAL and not any(curve.numbers[2:])
-
-
-def parse_joint(
-    joint: XmlElement, diagnostics: Diagnostics, losses: Losses, followed: Followed
-) -> DofChain:
+def parse_joint(joint: XmlElement, losses: Losses, followed: Followed) -> DofChain:
     """Parse the degrees of freedom of a joint; those that follow others have curves."""
-    name, row = joint.get("name") or joint.tag, DofChain()
-    coordinates = _coordinates(joint, diagnostics, losses)
+    row, coordinates = DofChain(), _coordinates(joint, losses)
     if joint.tag == CUSTOM:
-        _custom(joint, name, coordinates, row, diagnostics, losses, followed)
-        return row
+        return _custom(joint, coordinates, losses, followed)
     if joint.tag not in ROWS:
-        diagnostics.error(
-            f"the joint type `{shorten(joint.tag)}` is not read",
-            joint.span,
-            spelling_hint(joint.tag, [*ROWS, CUSTOM]),
-        )
+        hint = spelling_hint(joint.tag, [*ROWS, CUSTOM])
+        joint.error(f"the joint type `{shorten(joint.tag)}` is not read", hint)
         return row
     for number, kind, axis in ROWS[joint.tag]:
-        one = OsimCoordinate(f"{name}_coord_{number}")
+        one = OsimCoordinate(f"{joint.label}_coord_{number}")
         if number < len(coordinates):
             one = coordinates[number]
         freedom = DegreeOfFreedom(one.name, kind, axis, value=one.default, expected_range=one.range)
@@ -312,35 +236,31 @@ def parse_joint(
     return row
 
 
-def _coordinates(
-    joint: XmlElement, diagnostics: Diagnostics, losses: Losses
-) -> list[OsimCoordinate]:
+def _coordinates(joint: XmlElement, losses: Losses) -> list[OsimCoordinate]:
     """The coordinates of a joint; what a figure does not have of them is reported."""
     listed = joint.find("coordinates")
     parsed: list[OsimCoordinate] = []
     for k, element in enumerate(() if listed is None else listed.find_all("Coordinate")):
         name = element.get("name") or f"{joint.get('name')}_coord_{k}"
-        default = child_number(element, "default_value", diagnostics)
-        locked = is_child_true(element, "locked")
+        default = element.child_number("default_value")
+        locked = element.is_child("locked", "true")
         if locked:
             losses.add("locked coordinates are fixed at their default values", name)
-        if is_child_true(element, "prescribed"):
+        if element.is_child("prescribed", "true"):
             losses.add("prescribed motions", name)
-        if child_number(element, "default_speed_value", diagnostics):
+        if element.child_number("default_speed_value"):
             losses.add("default speeds: use `--velocity`", name)
-        bounds = _parse_range(element, name, locked, diagnostics, losses)
+        bounds = _parse_range(element, name, locked, losses)
         parsed.append(OsimCoordinate(name, default, locked, bounds))
     return parsed
 
 
 def _parse_range(
-    element: XmlElement, name: str, locked: bool, diagnostics: Diagnostics, losses: Losses
+    element: XmlElement, name: str, locked: bool, losses: Losses
 ) -> tuple[float, float] | None:
     """Return the range of a coordinate, which does not become a limit."""
     child = element.find("range")
-    bounds = (
-        None if child is None else parse_numbers(child.text, diagnostics, 2, allow_infinite=True)
-    )
+    bounds = None if child is None else child.text_numbers(2, allow_infinite=True)
     if bounds is None or locked:
         return None
     low, high = bounds
@@ -357,50 +277,44 @@ _NARROWEST_RANGE, _LARGEST_BOUND = 1e-3, 100.0
 
 
 def _custom(
-    joint: XmlElement,
-    name: str,
-    coordinates: list[OsimCoordinate],
-    row: DofChain,
-    diagnostics: Diagnostics,
-    losses: Losses,
-    followed: Followed,
-) -> None:
-    """The row of a CustomJoint: straight functions of a coordinate move, others follow it."""
-    known = {one.name: one for one in coordinates}
-    moves = _moves(joint, known, diagnostics)
+    joint: XmlElement, coordinates: list[OsimCoordinate], losses: Losses, followed: Followed
+) -> DofChain:
+    """Return the row of a CustomJoint: straight functions of a coordinate move, others follow."""
+    moves, row = _moves(joint, {one.name: one for one in coordinates}), DofChain()
     leading: dict[str, str] = {}
     # A coordinate turns an axis rather than it slides along one.
     for which in (*_TRANSFORMS[3:], *_TRANSFORMS[:3]):
         move = moves.get(which)
-        if move is not None and move.coordinate is not None and move.motion.slope:
+        if move is not None and move.coordinate is not None and move.slope:
             leading.setdefault(move.coordinate.name, which)
     for which in _TRANSFORMS:
         move = moves.get(which)
         if move is None:
             continue
-        kind = R if which in _TRANSFORMS[3:] else T
-        freedom = DegreeOfFreedom("", kind, move.axis, value=move.motion.value)
-        one, slope = move.coordinate, move.motion.slope
-        moves_it = one is not None and not one.locked and slope != 0.0
-        follows = None
-        if one is not None and moves_it and move.curve is not None:
-            follows = followed.resolve(one.name, move.curve)
-        if one is not None and moves_it and leading.get(one.name) == which:
-            if one.name not in followed.coupled:
-                _add_coordinate_dof(row, freedom, one, slope or 0.0)
-                continue
-            freedom = replace(freedom, name=one.name)
-        if follows is not None:
-            name_of_axis = freedom.name or f"{name}_{which}"
-            lead, curve = follows
-            row.dofs.append(replace(freedom, name=name_of_axis, control=lead, curve=curve))
+        one, name = move.coordinate, ""
+        freedom = DegreeOfFreedom("", R if which in _TRANSFORMS[3:] else T, move.axis)
+        freedom = replace(freedom, value=move.curve.at(0.0 if one is None else one.default))
+        if one is None or one.locked or move.slope == 0.0:
+            row.add_fixed(freedom)
             continue
-        if one is not None and moves_it:
-            losses.add(FIXED_CURVES, f"{name} {which} ({one.name})")
-        row.add_fixed(freedom)
+        if leading.get(one.name) == which:
+            if one.name not in followed.coupled:
+                _add_coordinate_dof(row, freedom, one, move.slope or 0.0)
+                continue
+            name = one.name
+        follows = None
+        if isinstance(move.curve, FollowerCurve):
+            follows = followed.resolve(one.name, move.curve)
+        if follows is None:
+            losses.add(FIXED_CURVES, f"{joint.label} {which} ({one.name})")
+            row.add_fixed(replace(freedom, name=name))
+        else:
+            name = name or f"{joint.label}_{which}"
+            row.dofs.append(replace(freedom, name=name, control=follows[0], curve=follows[1]))
     for one in coordinates:
         if one.name not in (*leading, *followed.coupled) and not one.locked:
             losses.add("coordinates without an axis that follows them linearly are fixed", one.name)
+    return row
 
 
 def _add_coordinate_dof(
@@ -428,67 +342,53 @@ class _TransformAxis:
 
     axis: Vector
     coordinate: OsimCoordinate | None
-    motion: AxisMotion
-    curve: FollowerCurve | None
+    curve: FollowerCurve | Polygon
+
+    @property
+    def slope(self) -> float | None:
+        """Slope of a straight line through the coordinate; None where the function is curved."""
+        return line_slope(self.curve)
 
 
-def _moves(
-    joint: XmlElement, known: Mapping[str, OsimCoordinate], diagnostics: Diagnostics
-) -> dict[str, _TransformAxis]:
+def _moves(joint: XmlElement, known: Mapping[str, OsimCoordinate]) -> dict[str, _TransformAxis]:
     transform = next((e for e in joint.walk() if e.tag == "SpatialTransform"), None)
     if transform is None:
-        diagnostics.error("this joint has no `SpatialTransform`", joint.span)
+        joint.error("this joint has no `SpatialTransform`")
         return {}
     moves: dict[str, _TransformAxis] = {}
     for axis in transform.find_all("TransformAxis"):
         which = axis.get("name") or ""
         if which not in _TRANSFORMS:
-            diagnostics.error(
-                f"unknown axis `{shorten(which)}`",
-                axis.span_of("name"),
-                spelling_hint(which, _TRANSFORMS),
-            )
-            continue
-        move = _move(axis, known, diagnostics)
-        if move is not None:
+            hint = spelling_hint(which, _TRANSFORMS)
+            axis.error(f"unknown axis `{shorten(which)}`", hint, "name")
+        elif (move := _move(axis, known)) is not None:
             moves[which] = move
     return moves
 
 
-def _move(
-    axis: XmlElement, known: Mapping[str, OsimCoordinate], diagnostics: Diagnostics
-) -> _TransformAxis | None:
-    listed = axis.find("coordinates")
-    names = [] if listed is None else listed.text.text.split()
+def _move(axis: XmlElement, known: Mapping[str, OsimCoordinate]) -> _TransformAxis | None:
+    listed, one = axis.find("coordinates") or axis, None
+    names = [] if listed is axis else listed.text.text.split()
     function = next((e for e in axis.walk() if e.tag in FUNCTION_TAGS or _is_function(e)), None)
     if function is None:
         return None
     if len(names) > 1:
-        diagnostics.error(
-            "an axis that several coordinates move is not read",
-            axis.span if listed is None else listed.text.span,
-        )
+        listed.error("an axis that several coordinates move is not read", at=listed.text.span)
         return None
-    one = None
     if names:
         one = known.get(names[0])
-        if one is None and listed is not None:
-            diagnostics.error(
-                f"this joint has no coordinate `{shorten(names[0])}`",
-                listed.text.span,
-                spelling_hint(names[0], known),
-            )
+        if one is None:
+            message = f"this joint has no coordinate `{shorten(names[0])}`"
+            listed.error(message, spelling_hint(names[0], known), listed.text.span)
             return None
-    motion = evaluate_function(function, 0.0 if one is None else one.default, diagnostics)
-    if motion is None:
+    curve = parse_curve(function)
+    if curve is None:
         return None
-    axis_element = axis.find("axis")
-    read = None if axis_element is None else parse_numbers(axis_element.text, diagnostics, 3)
-    along = unit_direction(
-        read or X, axis.span if axis_element is None else axis_element.text.span, diagnostics
-    )
-    curve = None if diagnostics.has_errors else parse_curve(function, diagnostics)
-    return _TransformAxis(along, one, motion, curve)
+    along = axis.find("axis")
+    direction = X
+    if along is not None:
+        direction = along.direction(along.text_numbers(3) or X, along.text.span)
+    return _TransformAxis(direction, one, curve)
 
 
 def _is_function(element: XmlElement) -> bool:

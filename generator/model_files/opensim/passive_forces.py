@@ -1,4 +1,9 @@
-"""Passive forces of OpenSim's models: springs, limits and expressions of coordinates."""
+"""Passive forces of OpenSim's models: springs, limits and expressions of coordinates.
+
+A bushing acts between two frames, by the three body-fixed angles (x, y, z) and the three
+displacements of the second in the first. Where the frames coincide with a joint's, and its axes are
+theirs, each moment is a law of one degree of freedom.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,14 +12,14 @@ from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten
+from generator.diagnostics import shorten
 from generator.figure import is_rotation
 from generator.losses import Losses
 from generator.model_files.body_tree.tree import Body, Curve, DegreeOfFreedom, FunctionCurve
-from generator.model_files.opensim.joints import child_number, child_numbers, child_text
+from generator.model_files.opensim.frames import GROUND, FrameIndex
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.xml import XmlElement
-from generator.rotations import Array
+from generator.rotations import Array, inverse_pose
 from generator.units import MAX_MODEL_NUMBER
 from springs import Cubic
 from springs.exponential import Exponential, ExponentialTerm
@@ -31,24 +36,19 @@ _PATHS: Final = ("GeometryPath", "FunctionBasedPath", "Scholz2015GeometryPath")
 
 
 def apply_forces(
-    bodies: Sequence[Body],
-    forces: Iterable[XmlElement],
-    diagnostics: Diagnostics,
-    losses: Losses,
+    bodies: Sequence[Body], forces: Iterable[XmlElement], losses: Losses
 ) -> tuple[Body, ...]:
     """The bodies with the springs and limits that act on their coordinates."""
     freedoms = {freedom.name: freedom for body in bodies for freedom in body.dofs}
-    reader = _ForceReader(freedoms, diagnostics, losses)
+    reader = _ForceReader(freedoms, losses)
     for force in forces:
-        name = force.get("name") or force.tag
-        if child_text(force, "appliesForce").lower() == "false":
-            losses.add("forces that are switched off", name)
-        elif force.tag in BUSHINGS:
+        name = force.label
+        if force.tag in BUSHINGS:
             continue
-        elif force.tag in _READERS:
+        if force.tag in _READERS:
             reader.read(force, name)
         elif any(below.tag in _PATHS for below in force.walk()):
-            _check_path(force, name, diagnostics)
+            _check_path(force, name)
             losses.add("muscles and other forces along paths", name)
         elif force.tag in _CONTACT:
             losses.add("contact", name)
@@ -67,12 +67,11 @@ class _ForceReader:
     """Adds the laws of coordinate forces to degrees of freedom, by the names of coordinates."""
 
     dofs: dict[str, DegreeOfFreedom]
-    diagnostics: Diagnostics
     losses: Losses
 
     def read(self, force: XmlElement, name: str) -> None:
         """Add the law of a force to the degree of freedom of its coordinate."""
-        key = child_text(force, "coordinate").rsplit("/", 1)[-1]
+        key = force.child_text("coordinate").rsplit("/", 1)[-1]
         dof = self.dofs.get(key)
         if dof is None:
             self.losses.add("forces on coordinates that are locked or missing", f"{name} ({key})")
@@ -80,7 +79,7 @@ class _ForceReader:
         self.dofs[key] = _READERS[force.tag](self, force, name, dof)
 
     def _number(self, force: XmlElement, word: str) -> float:
-        return child_number(force, word, self.diagnostics)
+        return force.child_number(word)
 
     def spring(self, force: XmlElement, name: str, dof: DegreeOfFreedom) -> DegreeOfFreedom:
         """Add a linear spring and damper."""
@@ -109,7 +108,7 @@ class _ForceReader:
                 width / _DEGREES_PER_RADIAN,
             )
         except ValueError as failure:
-            self.diagnostics.error(str(failure), force.span)
+            force.error(str(failure))
             return dof
         return self._with_limit(force, name, dof, law)
 
@@ -119,18 +118,14 @@ class _ForceReader:
             return dof
         terms: list[ExponentialTerm] = []
         for side, sign in (("lower", 1.0), ("upper", -1.0)):
-            parameters = child_numbers(
-                force, f"{side}_shape_parameters", (0.0, 0.0), self.diagnostics
-            )
+            parameters = force.child_numbers(f"{side}_shape_parameters", (0.0, 0.0))
             limit = self._number(force, f"{side}_limit") - dof.offset
             size, rate = parameters[0], -sign * parameters[1]
             if size and rate:
                 try:
                     terms.append(ExponentialTerm(sign * size * exp(-rate * limit), rate))
                 except OverflowError:
-                    self.diagnostics.error(
-                        f"the exponentials of `{shorten(name)}` are too large", force.span
-                    )
+                    force.error(f"the exponentials of `{shorten(name)}` are too large")
                     return dof
             elif size:
                 self.losses.add("constant forces of exponentials without a rate", name)
@@ -145,9 +140,7 @@ class _ForceReader:
         )
         stiffness = self._number(force, "stiffness")
         if stiffness < 0.0 or lower > upper:
-            self.diagnostics.error(
-                f"the stop `{shorten(name)}` has no range, or a negative stiffness", force.span
-            )
+            force.error(f"the stop `{shorten(name)}` has no range, or a negative stiffness")
             return dof
         law = Cubic((0.0, stiffness, 0.0, 0.0), -1, (lower, upper))
         return self._with_limit(force, name, dof, law) if stiffness else dof
@@ -156,7 +149,7 @@ class _ForceReader:
         """Add an expression of the coordinate and its rate: an elastic law and viscous damping."""
         try:
             function = parse_expression(
-                child_text(force, "expression") or "0", frozenset({"q", "qdot"})
+                force.child_text("expression") or "0", frozenset({"q", "qdot"})
             )
         except ExpressionError as failure:
             self.losses.add("forces with expressions that are not read", f"{name} ({failure})")
@@ -256,7 +249,7 @@ def _with_law(dof: DegreeOfFreedom, law: Curve) -> DegreeOfFreedom:
     return replace(dof, laws=(*dof.laws, law))
 
 
-def _check_path(force: XmlElement, name: str, diagnostics: Diagnostics) -> None:
+def _check_path(force: XmlElement, name: str) -> None:
     """A path has points, or the file is broken."""
     for path in force.walk():
         if path.tag != "GeometryPath":
@@ -267,8 +260,107 @@ def _check_path(force: XmlElement, name: str, diagnostics: Diagnostics) -> None:
         if count < 2:
             place = points or path
             has = "one point" if count else "no points"
-            diagnostics.error(
-                f"the path of `{shorten(name)}` has {has}",
-                place.span,
-                "a path leads from one point to another",
+            place.error(
+                f"the path of `{shorten(name)}` has {has}", "a path leads from one point to another"
             )
+
+
+_VARIABLES = ("theta_x", "theta_y", "theta_z", "delta_x", "delta_y", "delta_z")
+_EXPRESSIONS = tuple(f"{kind}{axis}_expression" for kind in "MF" for axis in "xyz")
+
+_ALIGNMENT_TOLERANCE = 1e-9
+"""Largest difference of frames, and of axes, that count as the same."""
+
+
+def apply_bushings(
+    frames: FrameIndex, bodies: Iterable[Body], forces: Iterable[XmlElement], losses: Losses
+) -> list[Body]:
+    """Return the bodies with the laws of bushings at their joints; report the other bushings."""
+    found = {body.name: body for body in bodies}
+    for force in forces:
+        if force.tag not in BUSHINGS:
+            continue
+        name = force.label
+        changed = _with_bushing(frames, found, force, name, losses)
+        if changed is None:
+            losses.add("bushings that are not at a joint with their axes", name)
+        else:
+            found[changed.name] = changed
+    return list(found.values())
+
+
+def _with_bushing(
+    frames: FrameIndex, bodies: Mapping[str, Body], force: XmlElement, name: str, losses: Losses
+) -> Body | None:
+    """Return the body whose joint has a bushing; None where no joint has its frames and axes."""
+    sockets = ("socket_frame1", "socket_frame2")
+    if not all(force.child_text(socket) for socket in sockets):
+        return None
+    ends = [frames.resolve(force, socket) for socket in sockets]
+    if ends[0] is None or ends[1] is None:
+        return None
+    (first, first_pose), (second, second_pose) = ends[0], ends[1]
+    sign, body = 1.0, bodies.get(second)
+    if body is None or (body.parent or GROUND) != first:
+        sign, body = -1.0, bodies.get(first)
+        first_pose, second_pose = second_pose, first_pose
+        if body is None or (body.parent or GROUND) != second:
+            return None
+    offset = inverse_pose(first_pose) @ body.pose @ second_pose
+    if np.abs(offset - np.eye(4)).max() > _ALIGNMENT_TOLERANCE:
+        return None
+    dofs: list[DegreeOfFreedom] = []
+    for dof in body.dofs:
+        place = _place(dof, second_pose)
+        if place is None:
+            return None
+        index, sense = place
+        dofs.append(_with_moment(force, name, dof, index, sign * sense, losses))
+    return replace(body, dofs=tuple(dofs))
+
+
+def _place(dof: DegreeOfFreedom, frame: Array) -> tuple[int, float] | None:
+    """Return the number of a degree of freedom among a bushing's, and its sense along the axis."""
+    axis = frame[:3, :3].T @ np.asarray(dof.axis)
+    k = int(np.argmax(np.abs(axis)))
+    if np.abs(np.abs(axis[k]) - 1.0) > _ALIGNMENT_TOLERANCE:
+        return None
+    if not is_rotation(dof.kind):
+        return k + 3, float(np.sign(axis[k]))
+    arm = np.cross(np.asarray(dof.point) - frame[:3, 3], dof.axis)
+    if np.abs(arm).max() > _ALIGNMENT_TOLERANCE:
+        return None
+    return k, float(np.sign(axis[k]))
+
+
+def _with_moment(
+    force: XmlElement, name: str, dof: DegreeOfFreedom, index: int, sense: float, losses: Losses
+) -> DegreeOfFreedom:
+    """Return a degree of freedom with the moment or force of a bushing and its damping."""
+    word = "rotational" if index < 3 else "translational"
+    damping = force.child_numbers(f"{word}_damping", (0.0, 0.0, 0.0))[index % 3]
+    stiffness = force.child_numbers(f"{word}_stiffness", (0.0, 0.0, 0.0))[index % 3]
+    function, text = None, force.child_text(_EXPRESSIONS[index])
+    if force.tag == "ExpressionBasedBushingForce":
+        try:
+            function = parse_expression(text or "0", frozenset(_VARIABLES))
+        except ExpressionError as failure:
+            losses.add("forces with expressions that are not read", f"{name} ({failure})")
+            return dof
+
+    def moment_at(values: Array, rate: float) -> Array:
+        """Generalized force of the displacement, at displacements and a rate of it."""
+        angle = sense * values
+        if function is None:
+            resisting = stiffness * angle
+        else:
+            zero = np.zeros_like(angle)
+            known = {other: zero for other in _VARIABLES} | {_VARIABLES[index]: angle}
+            with np.errstate(all="ignore"):
+                resisting = function(known) * np.ones_like(angle)
+        return -sense * resisting - damping * rate
+
+    others = [other for k, other in enumerate(_VARIABLES) if k != index]
+    if function is not None and any(other in text for other in others):
+        losses.add("terms of bushings that depend on several angles or displacements", name)
+    return with_function(dof, name, moment_at, losses)

@@ -17,14 +17,13 @@ slopes of A, B and C. The turn's slope by a rotation about an axis a is a.(c + d
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 
-from generator.model_files.opensim.expression import ZERO, Expression
+from generator.model_files.opensim.expression import ZERO, Expression, sum_of_products
 from generator.model_files.opensim.rotation import RotationExpressions
-from generator.rotations import Array, unit_vector
+from generator.rotations import Array, cross_matrix, unit_vector
 from springs import Reach
 from springs.elastic import Elastic
 from springs.reach import Quadratic
@@ -34,9 +33,6 @@ _LEAST_SINE = 1e-6
 
 _NO_DIVISION_BY_ZERO = 1e-30
 """Added to a number that may be zero, and else is far larger."""
-
-_ROUNDING = 1e-15
-"""Largest size of coefficients that are rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -172,8 +168,7 @@ class ReachExpressions:
         """
         found: Array = vector
         for k, axis in enumerate(self.rotation.axes):
-            x, y, z = unit_vector(axis)
-            across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+            across = cross_matrix(unit_vector(axis))
             square = across @ across
             matrices = [np.eye(3) + square, -square, across]
             if k not in indices:
@@ -183,18 +178,7 @@ class ReachExpressions:
 
     def _text(self, coefficients: Array) -> Expression:
         """Return a sum of products of a cosine or a sine of each angle."""
-        total: Expression = ZERO
-        for places in product(range(3), repeat=coefficients.ndim):
-            coefficient = float(coefficients[places])
-            if abs(coefficient) > _ROUNDING:
-                factors = [
-                    f"{_FUNCTIONS[place - 1][0]}{angle}"
-                    for place, angle in zip(places, self.rotation.angles, strict=True)
-                    if place
-                ]
-                term = coefficient * Expression("*".join(factors)) if factors else coefficient
-                total = total + term
-        return total
+        return sum_of_products(coefficients, [("", f"C{q}", f"S{q}") for q in self.rotation.angles])
 
 
 _FUNCTIONS = (("C", "cos"), ("S", "sin"))

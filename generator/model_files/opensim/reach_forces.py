@@ -20,8 +20,10 @@ from generator.model_files.opensim.lepton import parse_expression
 from generator.model_files.opensim.reach import ReachExpressions, ReachLength
 from generator.model_files.opensim.rotation import RotationExpressions
 from generator.model_files.opensim.rotation_springs import (
+    TOLERANCE,
     JointSamples,
     PathForce,
+    is_equal,
     read_path,
     samples_by_coordinates,
 )
@@ -31,9 +33,6 @@ from generator.springs_file.axes import AXIS_NAMES, AxisError, axis_by_name, axi
 from generator.springs_file.edit import reach_tables
 from springs import AxisSpring, Reach, Stop, total_torque
 from springs.transformed import Transformed
-
-_TOLERANCE = 1e-9
-"""Difference of a length [rad], an arm or a relative tension that counts as rounding."""
 
 _LENGTHS = np.linspace(-np.pi, np.pi, 241)
 """Lengths at which tensions are compared [rad]."""
@@ -154,15 +153,11 @@ def _is_end(
         text = with_definitions(one, made.definitions)
         return parse_expression(text, frozenset(values))(values) * np.ones_like(path.length)
 
-    if path.arms is None or not _is_equal(path.length, evaluated(end.length)):
+    if path.arms is None or not is_equal(path.length, evaluated(end.length)):
         return False
     places = [path.joint.names.index(name) for name in coordinates]
     arms = np.stack([evaluated(arm) for arm in end.arms], axis=1)
-    return _is_equal(path.arms[:, places], arms)
-
-
-def _is_equal(found: Array, expected: Array) -> bool:
-    return bool(np.abs(found - expected).max() <= _TOLERANCE)
+    return is_equal(path.arms[:, places], arms)
 
 
 def _factor(path: PathForce, end: ReachLength) -> float | None:
@@ -175,7 +170,7 @@ def _factor(path: PathForce, end: ReachLength) -> float | None:
         return None
     factor = float(found @ expected) / size
     error = float(np.abs(found - factor * expected).max())
-    if factor <= 0.0 or error > _TOLERANCE * float(np.abs(found).max()):
+    if factor <= 0.0 or error > TOLERANCE * float(np.abs(found).max()):
         return None
     return float(f"{factor:.{_FACTOR_DIGITS}g}")
 
@@ -190,7 +185,7 @@ def _body_reach(reach: Reach, joint: Joint, sample: JointSamples) -> BodyReach |
         for one in (joint, new)
     )
     turn = new_axes @ np.linalg.inv(old_axes)
-    if not _is_equal(turn.T @ turn, np.eye(3)) or np.linalg.det(turn) < 0.0:
+    if not is_equal(turn.T @ turn, np.eye(3)) or np.linalg.det(turn) < 0.0:
         return None
     try:
         table, laws = reach_tables(joint, reach)
@@ -201,7 +196,7 @@ def _body_reach(reach: Reach, joint: Joint, sample: JointSamples) -> BodyReach |
         return None
     own = axis_by_name(joint, _label(np.eye(3), reach.long_axis).lstrip("-"))
     expected = np.array([*reach.planes, own]) @ turn.T
-    if not _is_equal(np.array(declared), expected):
+    if not is_equal(np.array(declared), expected):
         return None
     return BodyReach(replace(table, long_axis=long_axis, planes=planes), laws)
 

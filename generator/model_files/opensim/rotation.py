@@ -9,22 +9,18 @@ Both are the same for (-w, -v), so that they belong to the shortest rotation.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generator.figure import Vector
-from generator.model_files.opensim.expression import ZERO, Expression
+from generator.model_files.opensim.expression import ZERO, Expression, sum_of_products
 from generator.rotations import Array, unit_axis, unit_vector
 from generator.springs_file.axes import parallel_sign
 from springs.axis import Direction
 
 _MIN_SQUARED_SINE = 1e-12
 """Of half the angle of rotation: below it, 2 atan(S/w)/S differs from 2 by less than 1e-12."""
-
-_ROUNDING = 1e-15
-"""Largest size of coefficients that are rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -133,21 +129,12 @@ class RotationExpressions:
 
     def _polynomial(self, coefficients: Array) -> Expression:
         """Sum of products of a cosine or a sine of each angle."""
-        total: Expression = ZERO
-        for places in product((0, 1), repeat=len(self.angles)):
-            coefficient = float(coefficients[places])
-            if abs(coefficient) > _ROUNDING:
-                factors = [f"{'cs'[k]}_{q}" for k, q in zip(places, self.angles, strict=True)]
-                total = total + coefficient * Expression("*".join(factors))
-        return total
+        return sum_of_products(coefficients, [(f"c_{q}", f"s_{q}") for q in self.angles])
 
 
 def _turned_about(axis: Array, quaternion: Array) -> Array:
     """Product of the quaternion (0, axis) and another, shape (4, ...)."""
     w, v = quaternion[0], quaternion[1:]
     scalar = -np.tensordot(axis, v, axes=1)
-    return np.concatenate([[scalar], np.multiply.outer(axis, w) + _cross(axis, v)])
-
-
-def _cross(axis: Array, v: Array) -> Array:
-    return np.cross(axis, v, axisb=0, axisc=0)
+    across: Array = np.cross(axis, v, axisb=0, axisc=0)
+    return np.concatenate([[scalar], np.multiply.outer(axis, w) + across])

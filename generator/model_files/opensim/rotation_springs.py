@@ -21,19 +21,14 @@ from generator.losses import Losses
 from generator.model_files.body_tree.joints import JointGroup, rotation_group
 from generator.model_files.body_tree.to_figure import HINGES_AS_ONE
 from generator.model_files.body_tree.tree import Body, DegreeOfFreedom
-from generator.model_files.opensim.joints import child_text
 from generator.model_files.opensim.lepton import ExpressionError, parse_expression
 from generator.model_files.opensim.passive_forces import with_function
 from generator.model_files.xml import XmlElement
-from generator.rotations import (
-    Array,
-    matrix_from_rotation_vector,
-    rotation_vector_from_matrix,
-)
+from generator.rotations import Array, matrix_from_rotation_vector, rotation_vector_from_matrix
 from springs import SphericalLaw
 
-_TOLERANCE = 1e-9
-"""Difference of a length [rad] or an arm that counts as rounding."""
+TOLERANCE = 1e-9
+"""Difference of a length [rad], an arm or a relative tension that counts as rounding."""
 
 _SAMPLES = 20
 """Orientations at which lengths and arms are compared."""
@@ -77,8 +72,7 @@ def find_rotation_springs(
     law: SphericalLaw | None = None
     for force in forces:
         spring = None
-        switched_off = child_text(force, "appliesForce").lower() == "false"
-        if force.tag == "ExpressionBasedPathForce" and not switched_off:
+        if force.tag == "ExpressionBasedPathForce":
             spring = _find_spring(joints, force)
         if spring is None or (law and spring.law and spring.law is not law):
             others.append(force)
@@ -210,7 +204,7 @@ def _find_spring(
     path = read_path(joints, force)
     if path is None:
         return None
-    name = force.get("name") or force.tag
+    name = force.label
     if path.arms is None:
         return _spring_of_length(name, path.joint, path.length, path.tension_at)
     return _spring_of_arms(name, path.joint, path.length, path.arms, path.tension_at)
@@ -239,16 +233,16 @@ def read_path(
 ) -> PathForce | None:
     """Return a force along a path that depends on one of the joints; None for another."""
     path = force.find("FunctionBasedPath")
-    if path is None or child_text(force, "clamp_stretch").lower() != "false":
+    if path is None or force.child_text("clamp_stretch").lower() != "false":
         return None
-    order = [each.rsplit("/", 1)[-1] for each in child_text(path, "coordinate_paths").split()]
+    order = [each.rsplit("/", 1)[-1] for each in path.child_text("coordinate_paths").split()]
     joint = joints.get(frozenset(order))
     if joint is None or len(order) != len(joint.turns):
         return None
     if any(each.tag in _UNREAD for each in force.walk()):
         return None
     try:
-        tension = parse_expression(child_text(force, "expression"), frozenset({"s", "ldot"}))
+        tension = parse_expression(force.child_text("expression"), frozenset({"s", "ldot"}))
         (length,) = _function_values(joint, order, path.find("length_function"))
         arms = _function_values(joint, order, path.find("moment_arm_functions"))
     except (ExpressionError, ValueError):
@@ -272,9 +266,9 @@ def _function_values(
     """Return the values of functions of a joint's coordinates; raises ExpressionError."""
     found: list[Array] = []
     for function in () if parent is None else parent.find_all("ExpressionBasedFunction"):
-        variables = child_text(function, "variables").split()
+        variables = function.child_text("variables").split()
         known = dict(zip(variables, (joint.coordinates[name] for name in order), strict=True))
-        value = parse_expression(child_text(function, "expression"), frozenset(known))
+        value = parse_expression(function.child_text("expression"), frozenset(known))
         with np.errstate(all="ignore"):
             found.append(value(known) * np.ones(_SAMPLES))
     return found
@@ -285,7 +279,7 @@ def _spring_of_length(
 ) -> RotationSpring | None:
     """Return the law of a force whose length is a component of the rotation vector."""
     for dof, sign in product(joint.turns, (1.0, -1.0)):
-        if _is_equal(length, sign * (joint.rotation_vectors @ dof.axis)):
+        if is_equal(length, sign * (joint.rotation_vectors @ dof.axis)):
             return RotationSpring(
                 name,
                 dof.name,
@@ -307,7 +301,7 @@ def _spring_of_arms(
     for dof, sign in product(joint.turns, (1.0, -1.0)):
         rates = sign * (joint.turn_rates @ dof.axis)
         component = sign * (joint.rotation_vectors @ dof.axis)
-        if not np.any(length) and _is_equal(arms, rates):
+        if not np.any(length) and is_equal(arms, rates):
             constant = np.any(tension_at(np.zeros(1), 0.0))
             return RotationSpring(
                 name,
@@ -316,7 +310,7 @@ def _spring_of_arms(
                 SphericalLaw.WEIGHTED if constant else None,
             )
         weights = np.abs(component) / angles
-        if _is_equal(length, np.copysign(angles, component)) and _is_equal(
+        if is_equal(length, np.copysign(angles, component)) and is_equal(
             arms, weights[:, None] * rates
         ):
             return RotationSpring(
@@ -328,5 +322,6 @@ def _spring_of_arms(
     return None
 
 
-def _is_equal(found: Array, expected: Array) -> bool:
-    return bool(np.abs(found - expected).max() <= _TOLERANCE)
+def is_equal(found: Array, expected: Array) -> bool:
+    """Return whether values differ by rounding alone."""
+    return bool(np.abs(found - expected).max() <= TOLERANCE)

@@ -23,7 +23,7 @@ from generator.follower_curve import CurveKind, FollowerCurve
 from generator.identifiers import plain_names, renaming_loss, reserve_name
 from generator.input_files.coordinates import coordinates_of_figure, names_in_models
 from generator.kinematics.free_root import FREE_SITE
-from generator.losses import Effect, Losses
+from generator.losses import Losses
 from generator.model import Model
 from generator.model_files.coupled_laws import CoupledElements
 from generator.model_files.embedded import embed
@@ -119,7 +119,7 @@ def format_osim(
     used = {name for names in model.coordinates.values() for name in names}
     if renamed := [name for name in own_names if name not in used]:
         what = "names of coordinates that are scaled, shifted or not plain: here they are JOINT_k"
-        losses.add(what, *renamed, effect=Effect.DESCRIPTION)
+        losses.add_description(what, *renamed)
     embed(root, figure, springs, own_names)
     return format_document(root, _COMMENTS), losses
 
@@ -252,11 +252,7 @@ class _JointWriter:
     """The joints, in the order in which they are added, and the paths of their coordinates."""
 
     def __init__(
-        self,
-        model: ExportModel,
-        frames: Mapping[SiteRef, str],
-        bodies: Element,
-        joints: Element,
+        self, model: ExportModel, frames: Mapping[SiteRef, str], bodies: Element, joints: Element
     ) -> None:
         self._model, self._frames = model, frames
         self._bodies, self._joints = bodies, joints

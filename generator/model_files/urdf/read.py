@@ -1,16 +1,27 @@
 """Reader of URDF, the robot descriptions of ROS: their tree of links as a figure."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from generator.diagnostics import Diagnostics, shorten, spelling_hint
+from generator.diagnostics import shorten, spelling_hint
 from generator.figure import AxisKind, Vector
+from generator.geometry.primitives import box, capsule, cylinder, sphere
+from generator.geometry.surface import Surface
 from generator.inertia import MassProperties
-from generator.losses import Effect, Losses
+from generator.losses import Losses
+from generator.model_files.body_tree.shapes import (
+    Colour,
+    MeshFiles,
+    Shape,
+    clipped_colour,
+    folders_above,
+    has_size,
+    scaled,
+)
 from generator.model_files.body_tree.to_figure import figure_from_tree
 from generator.model_files.body_tree.tree import (
     Body,
@@ -22,10 +33,123 @@ from generator.model_files.body_tree.tree import (
     rotation_to_y_up,
     split_extra_inertia,
 )
-from generator.model_files.imported import Imported
-from generator.model_files.urdf.visuals import VisualReader, parse_origin
-from generator.model_files.xml import XmlElement, parse_number, parse_vector, unit_direction
-from generator.rotations import Array
+from generator.model_files.model_files import Imported
+from generator.model_files.urdf.collada import read_collada
+from generator.model_files.xml import XmlElement
+from generator.rotations import Array, matrix_from_xyz, pose_matrix
+
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+
+PACKAGE, FILE = "package://", "file://"
+
+
+def parse_origin(element: XmlElement) -> Array:
+    """Parse the `origin` of an element as a pose, shape (4, 4); rotations are about fixed axes."""
+    origin = element.find("origin")
+    if origin is None:
+        return np.eye(4)
+    roll, pitch, yaw = origin.vector("rpy")
+    # Rz(yaw) Ry(pitch) Rx(roll) is the inverse of a turn about the turned axes.
+    turn = matrix_from_xyz(-roll, -pitch, -yaw).T
+    return pose_matrix(turn, np.array(origin.vector("xyz")))
+
+
+@dataclass
+class VisualReader:
+    """Reads the visuals of links.
+
+    Attributes:
+        root: the element `robot`.
+        directory: directory of the model's file.
+        losses: collects what a figure does not hold.
+    """
+
+    root: XmlElement
+    directory: Path
+    losses: Losses
+    _files: MeshFiles = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Prepare the reading of mesh files."""
+        self._files = MeshFiles(self.losses, {".dae": read_collada})
+
+    def shapes(self, link: XmlElement) -> tuple[Shape, ...]:
+        """Return the visuals of a link; without any, its collision shapes."""
+        visuals, collisions = list(link.find_all("visual")), list(link.find_all("collision"))
+        if collisions:
+            self.losses.add("contact: `mover simulate --floor` and `--scene` have their own")
+        return tuple(self._read(link.get("name") or "", visuals or collisions))
+
+    def _read(self, link: str, elements: list[XmlElement]) -> Iterator[Shape]:
+        for element in elements:
+            geometry = element.find("geometry")
+            shapes = () if geometry is None else geometry.children
+            known = next((shape for shape in shapes if ":" not in shape.tag), None)
+            for shape in shapes:
+                if shape is not known:
+                    self.losses.add_description("unknown elements", shape.tag)
+                    continue
+                surface = self._surface(link, shape)
+                if surface is not None:
+                    pose = parse_origin(element)
+                    yield Shape(surface.transformed(pose), self._colour(element))
+
+    def _surface(self, link: str, shape: XmlElement) -> Surface | None:
+        match shape.tag:
+            case "box":
+                sizes = shape.vector("size")
+                if self._have_size(link, shape, *sizes):
+                    return box(*(0.5 * size for size in sizes))
+            case "sphere":
+                radius = shape.number("radius")
+                if self._have_size(link, shape, radius):
+                    return sphere(radius)
+            case "cylinder" | "capsule":
+                radius, length = (shape.number(word) for word in ("radius", "length"))
+                if self._have_size(link, shape, radius, length):
+                    return (cylinder if shape.tag == "cylinder" else capsule)(radius, 0.5 * length)
+            case "mesh":
+                surface = self._mesh(shape.get("filename") or "")
+                scale = shape.vector("scale", (1.0, 1.0, 1.0))
+                if surface is not None and self._have_size(link, shape, *map(abs, scale)):
+                    return scaled(surface, scale)
+            case tag:
+                shape.error(f"unknown shape `{shorten(tag)}`", spelling_hint(tag, SHAPES))
+        return None
+
+    def _have_size(self, link: str, shape: XmlElement, *sizes: float) -> bool:
+        return has_size(shape, f"{shape.tag} of {link}", sizes, self.losses)
+
+    def _mesh(self, name: str) -> Surface | None:
+        """Return the surface in a mesh file; of a package, in a folder above the model."""
+        if not name:
+            self.losses.add_description("meshes without a file")
+            return None
+        if not name.startswith(PACKAGE):
+            return self._files.find((self.directory,), name.removeprefix(FILE))
+        package, _, rest = name.removeprefix(PACKAGE).partition("/")
+        above = folders_above(self.directory)
+        folders = [folder for each in above for folder in (each / package, each)]
+        return self._files.find(folders, rest, name)
+
+    def _colour(self, visual: XmlElement) -> Colour | None:
+        """Return the colour of a visual's material, which may stand in the robot."""
+        material = visual.find("material")
+        if material is None:
+            return None
+        named = [one for one in self.root.find_all("material") if one.get("name") is not None]
+        same = [one for one in named if one.get("name") == material.get("name")]
+        for one in (material, *same):
+            if one.find("texture") is not None:
+                self.losses.add_description(
+                    "textures: a material has its colour alone", one.get("name") or ""
+                )
+            colour = one.find("color")
+            read = None if colour is None else colour.numbers("rgba", 4)
+            if read is not None:
+                return clipped_colour(read)
+        return None
+
 
 FIXED = "fixed"
 KINDS: Final = ("revolute", "continuous", "prismatic", FIXED, "floating", "planar")
@@ -33,41 +157,37 @@ KINDS: Final = ("revolute", "continuous", "prismatic", FIXED, "floating", "plana
 _X: Final = (1.0, 0.0, 0.0)
 
 
-def parse_joint_dofs(
-    joint: XmlElement, diagnostics: Diagnostics, losses: Losses
-) -> tuple[DegreeOfFreedom, ...]:
+def parse_joint_dofs(joint: XmlElement, losses: Losses) -> tuple[DegreeOfFreedom, ...]:
     """Parse the degrees of freedom of a joint, from the parent outwards, in the child's frame."""
     kind, name = joint.get("type"), joint.get("name") or ""
     if kind is None or kind not in KINDS:
-        diagnostics.error(
+        joint.error(
             "this joint has no type" if kind is None else f"unknown joint type `{shorten(kind)}`",
-            joint.span_of("type"),
             spelling_hint(kind or "", KINDS),
+            "type",
         )
         return ()
     _add_extra_losses(joint, name, losses)
     if kind == FIXED:
         return ()
     if kind in ("floating", "planar"):
-        return _several(joint, kind, name, diagnostics)
+        return _several(joint, kind, name)
     turns = kind != "prismatic"
     axis_kind = AxisKind.ROTATION if turns else AxisKind.TRANSLATION
-    freedom = DegreeOfFreedom(name, axis_kind, _axis(joint, diagnostics))
+    freedom = DegreeOfFreedom(name, axis_kind, _axis(joint))
     dynamics, limit = joint.find("dynamics"), joint.find("limit")
     if dynamics is not None:
         freedom = replace(
             freedom,
-            damping=_not_negative(dynamics, "damping", diagnostics),
-            friction=_not_negative(dynamics, "friction", diagnostics),
+            damping=_not_negative(dynamics, "damping"),
+            friction=_not_negative(dynamics, "friction"),
         )
     if limit is None or kind == "continuous":
         return (freedom,)
-    lower, upper = (parse_number(limit, word, diagnostics) for word in ("lower", "upper"))
+    lower, upper = (limit.number(word) for word in ("lower", "upper"))
     if lower > upper:
-        diagnostics.error(
-            f"the limits of `{shorten(name)}` leave no range",
-            limit.span_of("lower"),
-            "`lower` is below `upper`",
+        limit.error(
+            f"the limits of `{shorten(name)}` leave no range", "`lower` is below `upper`", "lower"
         )
     elif lower == upper:
         losses.add("limits without a range", name)
@@ -77,13 +197,11 @@ def parse_joint_dofs(
     return (freedom,)
 
 
-def _several(
-    joint: XmlElement, kind: str, name: str, diagnostics: Diagnostics
-) -> tuple[DegreeOfFreedom, ...]:
+def _several(joint: XmlElement, kind: str, name: str) -> tuple[DegreeOfFreedom, ...]:
     """The six freedoms of a floating joint, or the three of a planar one."""
     if kind == "floating":
         return tuple(free_dofs(name))
-    normal = _axis(joint, diagnostics)
+    normal = _axis(joint)
     first, second, _ = map(tuple, rotation_from_z_to(normal).T.tolist())
     return (
         DegreeOfFreedom(f"{name}_ty", AxisKind.TRANSLATION, second, joint=name),
@@ -92,20 +210,18 @@ def _several(
     )
 
 
-def _axis(joint: XmlElement, diagnostics: Diagnostics) -> Vector:
+def _axis(joint: XmlElement) -> Vector:
     element = joint.find("axis")
     if element is None:
         return _X
-    read = parse_vector(element, "xyz", diagnostics, _X)
-    return unit_direction(read, element.span_of("xyz"), diagnostics)
+    read = element.vector("xyz", _X)
+    return element.direction(read, "xyz")
 
 
-def _not_negative(element: XmlElement, name: str, diagnostics: Diagnostics) -> float:
-    value = parse_number(element, name, diagnostics)
+def _not_negative(element: XmlElement, name: str) -> float:
+    value = element.number(name)
     if value < 0.0:
-        diagnostics.error(
-            f"the {name} is negative", element.span_of(name), "a passive joint has none below zero"
-        )
+        element.error(f"the {name} is negative", "a passive joint has none below zero", name)
     return max(value, 0.0)
 
 
@@ -117,12 +233,11 @@ def _add_extra_losses(joint: XmlElement, name: str, losses: Losses) -> None:
     mimic = joint.find("mimic")
     if mimic is not None:
         losses.add(
-            "joints that follow others (`mimic`) move freely",
-            f"{name} ({mimic.get('joint')})",
+            "joints that follow others (`mimic`) move freely", f"{name} ({mimic.get('joint')})"
         )
     for word in ("safety_controller", "calibration"):
         if joint.find(word) is not None:
-            losses.add("settings of controllers", name, effect=Effect.DESCRIPTION)
+            losses.add_description("settings of controllers", name)
 
 
 ROOT_JOINT = "base"
@@ -149,7 +264,7 @@ class _Robot:
 
 
 def figure_from_urdf(
-    root: XmlElement, directory: Path | None, diagnostics: Diagnostics, *, separate: bool = False
+    root: XmlElement, directory: Path | None, *, separate: bool = False
 ) -> Imported | None:
     """Convert a URDF document into a figure; None, with diagnostics, if that is impossible.
 
@@ -158,15 +273,14 @@ def figure_from_urdf(
     Args:
         root: the element `robot`.
         directory: directory of the model's file, from which mesh files are looked for.
-        diagnostics: collects errors.
         separate: see `figure_from_tree`.
     """
     losses = Losses("URDF")
-    robot = _robot(root, diagnostics, losses)
-    order = _depth_first_links(robot, root, diagnostics)
+    robot = _robot(root, losses)
+    order = _depth_first_links(robot, root)
     if order is None:
         return None
-    visuals = VisualReader(root, directory or Path(), diagnostics, losses)
+    visuals = VisualReader(root, directory or Path(), losses)
     bodies = [_body(robot, name, visuals) for name in order]
     fixed = frozenset({order[0]} if bodies[0].mass is not None else ())
     if fixed:
@@ -176,32 +290,27 @@ def figure_from_urdf(
         )
     up = rotation_to_y_up(GRAVITY, losses)
     tree = BodyTree(tuple(bodies), {}, up, root.get("name"), root.span)
-    return figure_from_tree(tree, diagnostics, losses, separate=separate, fixed_bodies=fixed)
+    return figure_from_tree(tree, root.diagnostics, losses, separate=separate, fixed_bodies=fixed)
 
 
-def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot:
+def _robot(root: XmlElement, losses: Losses) -> _Robot:
     robot = _Robot()
     for child in root.children:
         if child.tag.startswith("xacro:"):
-            diagnostics.error(
-                f"`{shorten(child.tag)}` is a macro",
-                child.span,
-                "expand the file with `xacro` first",
-            )
+            child.error(f"`{shorten(child.tag)}` is a macro", "expand the file with `xacro` first")
         elif child.tag in ("link", "joint"):
-            _add_named(robot.links if child.tag == "link" else robot.joints, child, diagnostics)
+            _add_named(robot.links if child.tag == "link" else robot.joints, child)
         elif child.tag != "material":
             what = _LOST.get(child.tag, "unknown elements")
             losses.add(what, child.get("name") or child.get("reference") or child.tag)
     for joint in robot.joints.values():
-        parent, child = (_end(joint, end, robot.links, diagnostics) for end in ("parent", "child"))
+        parent, child = (_end(joint, end, robot.links) for end in ("parent", "child"))
         if parent is None or child is None:
             continue
         first = robot.parent_joint.setdefault(child, joint)
         if first is not joint:
-            diagnostics.error(
+            joint.error(
                 f"a second joint carries the link `{shorten(child)}`: loops cannot be read",
-                joint.span,
                 f"the first is `{shorten(first.get('name') or '')}` in line {first.span.line}",
             )
             continue
@@ -209,49 +318,41 @@ def _robot(root: XmlElement, diagnostics: Diagnostics, losses: Losses) -> _Robot
     return robot
 
 
-def _add_named(known: dict[str, XmlElement], element: XmlElement, diagnostics: Diagnostics) -> None:
+def _add_named(known: dict[str, XmlElement], element: XmlElement) -> None:
     name = element.get("name")
     if not name:
-        diagnostics.error(f"this {element.tag} has no name", element.span, 'write `name="..."`')
+        element.error(f"this {element.tag} has no name", 'write `name="..."`')
     else:
-        element.is_first_of_name(name, known, diagnostics)
+        element.is_first_of_name(name, known)
 
 
-def _end(
-    joint: XmlElement, end: str, links: Mapping[str, XmlElement], diagnostics: Diagnostics
-) -> str | None:
+def _end(joint: XmlElement, end: str, links: Mapping[str, XmlElement]) -> str | None:
     """The name of a joint's parent or child link."""
     element = joint.find(end)
     name = None if element is None else element.get("link")
     if element is None or name is None:
-        diagnostics.error(f"this joint has no {end}", joint.span, f'write `<{end} link="..."/>`')
+        joint.error(f"this joint has no {end}", f'write `<{end} link="..."/>`')
         return None
     if name not in links:
-        diagnostics.error(
-            f"there is no link `{shorten(name)}`",
-            element.span_of("link"),
-            spelling_hint(name, links),
-        )
+        element.error(f"there is no link `{shorten(name)}`", spelling_hint(name, links), "link")
         return None
     return name
 
 
-def _depth_first_links(
-    robot: _Robot, root: XmlElement, diagnostics: Diagnostics
-) -> list[str] | None:
+def _depth_first_links(robot: _Robot, root: XmlElement) -> list[str] | None:
     """The links, each parent before its children; None when they make no tree."""
-    if diagnostics.has_errors:
+    if root.diagnostics.has_errors:
         return None
     roots = [name for name in robot.links if name not in robot.parent_link]
     if not robot.links:
-        diagnostics.error("this robot has no links", root.span, 'write `<link name="...">`')
+        root.error("this robot has no links", 'write `<link name="...">`')
         return None
     if len(roots) > 1:
         second = robot.links[roots[1]]
-        diagnostics.error(
+        second.error(
             f"no joint carries the link `{shorten(roots[1])}`, nor `{shorten(roots[0])}`",
-            second.span_of("name"),
             "a robot has one root",
+            "name",
         )
         return None
     children: dict[str, list[str]] = {name: [] for name in robot.links}
@@ -263,10 +364,10 @@ def _depth_first_links(
         waiting += reversed(children[order[-1]])
     lost = [name for name in robot.links if name not in set(order)]
     if lost:
-        diagnostics.error(
+        robot.links[lost[0]].error(
             f"the joints from `{shorten(lost[0])}` lead back to it: loops cannot be read",
-            robot.links[lost[0]].span_of("name"),
             "the links of a robot form a tree with one root",
+            "name",
         )
         return None
     return order
@@ -274,45 +375,42 @@ def _depth_first_links(
 
 def _body(robot: _Robot, name: str, visuals: VisualReader) -> Body:
     link, joint = robot.links[name], robot.parent_joint.get(name)
-    diagnostics, losses = visuals.diagnostics, visuals.losses
     freedoms: tuple[DegreeOfFreedom, ...] = ()
     pose, title = np.eye(4), ROOT_JOINT
     if joint is not None:
-        freedoms = parse_joint_dofs(joint, diagnostics, losses)
-        pose, title = parse_origin(joint, diagnostics), joint.get("name") or name
+        freedoms = parse_joint_dofs(joint, visuals.losses)
+        pose, title = parse_origin(joint), joint.get("name") or name
         if joint.get("type") == FIXED:
             title = ""
-    mass, loose = _mass(link, diagnostics) or (None, np.zeros((3, 3)))
+    mass, loose = _mass(link) or (None, np.zeros((3, 3)))
     place = link.span_of("name")
     shapes, parent = visuals.shapes(link), robot.parent_link.get(name)
     return Body(name, parent, pose, freedoms, mass, {}, place, title, loose, shapes)
 
 
-def _mass(link: XmlElement, diagnostics: Diagnostics) -> tuple[MassProperties | None, Array] | None:
+def _mass(link: XmlElement) -> tuple[MassProperties | None, Array] | None:
     """The mass properties of a link in its frame, and loose inertia; None without any."""
     inertial = link.find("inertial")
     if inertial is None:
         return None
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is None or "value" not in mass.attributes:
-        diagnostics.error("this inertial has no mass", inertial.span, 'write `<mass value="..."/>`')
+        inertial.error("this inertial has no mass", 'write `<mass value="..."/>`')
         return None
-    value = parse_number(mass, "value", diagnostics)
+    value = mass.number("value")
     if value == 0.0 and inertia is None:
         return None
     if inertia is None:
-        diagnostics.error(
-            "this inertial has no inertia", inertial.span, 'write `<inertia ixx="..." .../>`'
-        )
+        inertial.error("this inertial has no inertia", 'write `<inertia ixx="..." .../>`')
         return None
     missing = [key for key in _INERTIA_KEYS[:3] if key not in inertia.attributes]
     if missing:
-        diagnostics.error(f"`{missing[0]}` is missing", inertia.span, "an inertia has six numbers")
+        inertia.error(f"`{missing[0]}` is missing", "an inertia has six numbers")
         return None
-    tensor = inertia_tensor(parse_number(inertia, key, diagnostics) for key in _INERTIA_KEYS)
-    pose = parse_origin(inertial, diagnostics)
+    tensor = inertia_tensor(inertia.number(key) for key in _INERTIA_KEYS)
+    pose = parse_origin(inertial)
     try:
         return split_extra_inertia(value, np.zeros(3), tensor, pose)
     except ValueError as failure:
-        diagnostics.error(str(failure), mass.span)
+        mass.error(str(failure))
         return None

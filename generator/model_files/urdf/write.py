@@ -294,7 +294,7 @@ def _add_losses(model: ExportModel, losses: Losses) -> None:
             losses.add("the stiffness of stops: the limits of the file are rigid", name)
     add_common_losses(model, losses, has_followers=True)
     add_tree_losses(model, losses)
-    losses.add("sites other than those of joints", effect=Effect.DESCRIPTION)
+    losses.add_description("sites other than those of joints")
 
 
 def _has_springs(joint: Joint, laws: JointLaws) -> bool:

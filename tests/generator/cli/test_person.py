@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from generator.figure_file import read_figure
-from generator.model_files.figure_files import springs_path
+from generator.model_files.model_files import springs_path
 from generator.person.person_files import MADE_BY
 from tests.command import Result, answer, mover, run
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from generator.conversion import read_motion
 from generator.figure_file import read_figure
 from generator.model_files.formats import read_model
-from generator.model_files.imported import imported_files
+from generator.model_files.model_files import imported_files
 from generator.motion_files import FigureMotion
 
 WALK = Path(__file__).parent / "walk"

@@ -13,7 +13,7 @@ from generator.kinematics.placement import Placement, forward_kinematics
 from generator.kinematics.tree import build_tree
 from generator.model_files.body_tree.to_figure import FRAME, ORIGIN, WORLD
 from generator.model_files.embedded import MARK
-from generator.model_files.imported import Imported, imported_files
+from generator.model_files.model_files import Imported, imported_files
 from generator.recording import Recording
 from generator.rotations import Array
 from generator.simulation.plan import Plan

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from generator.model_files.formats import read_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.rotations import Array
 from tests.generator.model_files.imported_models import coordinate, fall, without_limits
 

@@ -17,7 +17,7 @@ from generator.figure_file.write import write_figure
 from generator.geometry.read import read_segment_surface, segment_colour
 from generator.kinematics.free_root import detach_root
 from generator.model_files.formats import model_format, read_model
-from generator.model_files.imported import Imported, imported_files
+from generator.model_files.model_files import Imported, imported_files
 from generator.rotations import Array
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet

@@ -14,7 +14,7 @@ from generator.figure_file import read_figure
 from generator.model import Model
 from generator.model_files.fit_error import joint_ranges
 from generator.model_files.formats import model_format, read_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.rotations import Array
 from generator.simulation.exudyn_model.model import build_model
 from generator.simulation.plan import Plan

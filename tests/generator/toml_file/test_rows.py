@@ -23,7 +23,6 @@ from generator.toml_file.rows import (
     Text,
     Vector3,
 )
-from generator.toml_file.spans import locate_keys
 from springs import SphericalLaw
 
 lengths = st.floats(-1e3, 1e3)
@@ -47,9 +46,9 @@ ROWS: dict[Row[Any], st.SearchStrategy[Any]] = {
 
 def reader(text: str) -> TableReader:
     source, diagnostics = Source("a.toml", text), Diagnostics()
-    content = parse_document(source, "table", diagnostics)
-    assert content is not None
-    return TableReader(content, "", 0, locate_keys(source), diagnostics)
+    found = parse_document(source, "table", diagnostics)
+    assert found is not None
+    return found
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.key)

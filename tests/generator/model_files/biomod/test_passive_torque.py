@@ -12,9 +12,9 @@ from generator.joint_chain import build_chain
 from generator.model_files.biomod.passive_torque import (
     ExponentialTorque,
     LinearTorque,
+    generalized_torques,
     passive_torques,
 )
-from generator.model_files.displacement_torques import generalized_torques
 from generator.model_files.export_model import split_joint_laws
 from generator.model_files.fit_error import joint_ranges
 from generator.springs_file.read import read_springs

@@ -9,13 +9,13 @@ import pytest
 from generator import read_figure
 from generator.figure import Figure
 from generator.losses import Loss
+from generator.model_files.biomod.passive_torque import COUPLING_LOSS
 from generator.model_files.biomod.write import (
     FITTED_LOSS,
     LIMITS_LOSS,
     format_biomod,
     format_files,
 )
-from generator.model_files.displacement_torques import COUPLING_LOSS
 from generator.springs_file.read import read_springs
 from springs import Linear, SpringSet, Stop
 from springs.hysteresis import Hysteresis

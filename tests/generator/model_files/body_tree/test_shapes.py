@@ -13,7 +13,7 @@ from generator.geometry.surface import Surface
 from generator.losses import Losses
 from generator.model_files.body_tree import shapes
 from generator.model_files.body_tree.shapes import MeshFiles, Shape, join_shapes, with_colours
-from generator.model_files.opensim.shapes import read_vtp
+from generator.model_files.opensim.read import read_vtp
 
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 

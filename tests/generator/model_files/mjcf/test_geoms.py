@@ -9,7 +9,7 @@ import pytest
 from generator.diagnostics import Source
 from generator.geometry.read import segment_colour
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.rotations import Array
 from tests.generator.model_files.imported_models import lost
 

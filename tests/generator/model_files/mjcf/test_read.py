@@ -12,8 +12,8 @@ from generator.figure_file import FIGURE_FILE
 from generator.figure_file.write import write_figure
 from generator.model_files.body_tree.to_figure import ORIGIN, WORLD
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.imported import Imported
 from generator.model_files.mjcf.write import format_mjcf
+from generator.model_files.model_files import Imported
 from generator.run_options import Integrator
 from generator.simulation.plan import Plan
 from generator.simulation.run import simulate

@@ -16,11 +16,10 @@ MODEL = """<Model><Ground name="ground"/><BodySet name="bodyset"><objects><Body 
 
 
 def model(path: str) -> tuple[FrameIndex, XmlElement, XmlElement]:
-    diagnostics = Diagnostics()
-    root = parse_xml(Source("m.osim", MODEL.format(path)), diagnostics)
+    root = parse_xml(Source("m.osim", MODEL.format(path)), Diagnostics())
     assert root is not None
     (joint,) = (element for element in root.walk() if element.tag == "Joint")
-    return FrameIndex.from_model(root, diagnostics), root, joint
+    return FrameIndex.from_model(root), root, joint
 
 
 @pytest.mark.parametrize(
@@ -55,4 +54,4 @@ def test_a_component_without_a_socket_stands_in_the_frame_around_it():
 def test_an_unknown_frame_is_an_error():
     frames, _, joint = model("/bodyset/shank")
     assert frames.resolve(joint, "socket") is None
-    assert frames.diagnostics.has_errors
+    assert joint.diagnostics.has_errors

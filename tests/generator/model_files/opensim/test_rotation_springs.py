@@ -9,7 +9,7 @@ import pytest
 
 from generator.figure import Figure
 from generator.model_files.formats import read_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.model_files.opensim.write import format_files
 from generator.springs_file.read import read_springs
 from springs import SphericalLaw, SpringSet

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from generator.geometry.primitives import box, sphere
-from generator.geometry.simplify import simplify
-from generator.geometry.surface import Surface, build_edges, build_tetrahedra, merge_vertices
+from generator.geometry.surface import (
+    Surface,
+    build_edges,
+    build_tetrahedra,
+    merge_vertices,
+    simplify,
+)
 
 
 def refined(surface: Surface, times: int) -> Surface:

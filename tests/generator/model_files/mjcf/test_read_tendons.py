@@ -8,7 +8,7 @@ import pytest
 
 from generator.diagnostics import Source
 from generator.model_files.formats import parse_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from generator.rotations import Array
 from springs import AxisSpring, Stop, total_torque
 from tests.generator.model_files.imported_models import lost, written_and_read

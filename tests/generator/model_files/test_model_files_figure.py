@@ -9,13 +9,13 @@ from generator.figure_file import read_figure
 from generator.geometry.primitives import box, sphere
 from generator.geometry.read import read_segment_surface
 from generator.losses import Losses
-from generator.model_files.figure_files import (
+from generator.model_files.model_files import (
+    ModelFiles,
     figure_files,
     older_springs_loss,
     psurf_folder,
     springs_path,
 )
-from generator.model_files.model_files import ModelFiles
 
 
 def figure() -> Figure:

@@ -8,7 +8,7 @@ import pytest
 from generator.diagnostics import Source
 from generator.geometry.read import segment_colour
 from generator.model_files.formats import parse_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from tests.generator.model_files.imported_models import lost
 
 ROBOT = """<robot name="r"><material name="paint"><color rgba="0 0.5 1 1"/></material>

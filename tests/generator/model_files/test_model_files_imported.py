@@ -7,9 +7,8 @@ import numpy as np
 
 from generator.figure_file import read_figure
 from generator.geometry.read import read_segment_surface
-from generator.model_files.figure_files import springs_path
 from generator.model_files.formats import read_model
-from generator.model_files.imported import imported_files
+from generator.model_files.model_files import imported_files, springs_path
 from tests.generator.model_files.imported_models import MODELS
 
 

@@ -8,7 +8,7 @@ import pytest
 from generator.diagnostics import Source
 from generator.inertia import MassProperties
 from generator.model_files.formats import parse_model
-from generator.model_files.mjcf.mesh_mass import RULES, inertia_box
+from generator.model_files.mjcf.geoms import RULES, inertia_box
 from tests.generator.model_files.imported_models import lost
 
 ANGLE_BAR = np.array([[0, 0], [4, 0], [4, 1], [1, 1], [1, 3], [0, 3]]) * 0.1

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from generator.model_files.mjcf.ball_springs import isotropic_stiffness
+from generator.model_files.mjcf.write import isotropic_stiffness
 from springs import JointSprings, Stop
 from springs.spherical import VectorLaw
 from tests.chains import BALL, two_bodies

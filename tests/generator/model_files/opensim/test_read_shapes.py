@@ -8,8 +8,8 @@ import pytest
 from generator.diagnostics import InputError, Source
 from generator.geometry.read import segment_colour
 from generator.model_files.formats import parse_model
-from generator.model_files.imported import Imported
-from generator.model_files.opensim.shapes import read_vtp
+from generator.model_files.model_files import Imported
+from generator.model_files.opensim.read import read_vtp
 from tests.generator.model_files.imported_models import lost
 
 MODEL = """<OpenSimDocument Version="40500"><Model name="m">

@@ -8,7 +8,7 @@ import pytest
 
 from generator.diagnostics import Source
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.opensim import upgrade
+from generator.model_files.opensim import read as opensim_reader
 from tests.generator.model_files.imported_models import MODELS, lost, placed, pose_in_model
 
 OLDER = MODELS.parent / "older" / "older.osim"
@@ -16,7 +16,7 @@ OLDER = MODELS.parent / "older" / "older.osim"
 
 
 def test_without_opensim_the_error_says_what_to_do(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(upgrade, "find_spec", lambda name: None)
+    monkeypatch.setattr(opensim_reader, "find_spec", lambda name: None)
     (found,) = parse_model(Source("older.osim", OLDER.read_text())).diagnostics
     assert "written by OpenSim 3 or older" in found.message
     assert found.span is not None
@@ -48,9 +48,9 @@ def test_opensim_converts_an_older_model(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_what_opensim_refuses_is_refused(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(upgrade, "find_spec", lambda name: True)
+    monkeypatch.setattr(opensim_reader, "find_spec", lambda name: True)
     for script, reason in (("raise ValueError('no such body')", "no such body"), ("", "crashed")):
-        monkeypatch.setattr(upgrade, "_SCRIPT", script)
+        monkeypatch.setattr(opensim_reader, "_SCRIPT", script)
         (found,) = parse_model(Source("older.osim", OLDER.read_text())).diagnostics
         assert "OpenSim cannot convert it" in found.message
         assert reason in found.hint

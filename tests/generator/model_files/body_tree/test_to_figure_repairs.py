@@ -9,10 +9,10 @@ import pytest
 from generator.diagnostics import Source
 from generator.inertia import MassProperties
 from generator.losses import Losses
-from generator.model_files.body_tree.repairs import with_possible_inertia
+from generator.model_files.body_tree.to_figure import with_possible_inertia
 from generator.model_files.body_tree.tree import Body
 from generator.model_files.formats import parse_model, read_model
-from generator.model_files.imported import Imported
+from generator.model_files.model_files import Imported
 from tests.generator.model_files.imported_models import MODELS, lost, placed, pose_in_model
 from tests.generator.model_files.pinocchio_fall import difference
 

@@ -5,7 +5,7 @@ import pytest
 
 from generator import read_figure
 from generator.joint_chain import build_chain
-from generator.model_files.displacement_torques import (
+from generator.model_files.biomod.passive_torque import (
     TYPICAL_TORQUE,
     SampledTorque,
     coupling_error,

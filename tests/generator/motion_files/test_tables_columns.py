@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from generator.contact.record import ContactRecord
-from generator.motion_files.columns import Column, columns_of_motion
 from generator.motion_files.motion import FigureMotion
+from generator.motion_files.tables import Column, columns_of_motion
 from generator.recording import RecordingPart
 from tests.contacts import touching_run
 from tests.motions import clip
