@@ -24,6 +24,7 @@ from generator.cli.options import (
     SeedOption,
     SpringsChoice,
     format_frames,
+    option,
 )
 from generator.cli.outputs import (
     LossesByPath,
@@ -224,8 +225,7 @@ def convert(
         ),
     ],
     figure: Annotated[
-        str | None,
-        typer.Option(metavar="FIGURE", help="Figure of the motion, if not the one named in it."),
+        str | None, option("FIGURE", "Figure of the motion, if not the one named in it.")
     ] = None,
     springs: SpringsChoice = None,
     law: LawChoice = None,
@@ -247,17 +247,16 @@ def convert(
     ] = None,
     model: Annotated[
         Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Model on which the motion shall play: of MuJoCo, whose positions an .npz then "
+        option(
+            "MODEL",
+            "Model on which the motion shall play: of MuJoCo, whose positions an .npz then "
             "holds; of OpenSim, for a .mot or .sto.",
         ),
     ] = None,
     to: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"Format of a figure's output, whatever its suffix: {', '.join(MODEL_FORMATS)}.",
+        option(
+            "NAME", f"Format of a figure's output, whatever its suffix: {', '.join(MODEL_FORMATS)}."
         ),
     ] = None,
     separate: Annotated[

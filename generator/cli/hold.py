@@ -12,6 +12,7 @@ import typer
 
 from generator.cli import inputs, options, outputs
 from generator.cli.answer import CommandResult, Paragraphs, Table, format_written
+from generator.cli.options import option, output_option
 from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error
 from generator.figure import Figure
 from generator.hold.hands import HandDemand
@@ -216,18 +217,18 @@ def hold(
     displacements: options.JointValues = None,
     load: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="SEGMENT=10kg|SEGMENT=X,Y,ZN",
-            help="Mass that hangs from a segment, or force on it in world axes; at SEGMENT.SITE, "
+        option(
+            "SEGMENT=10kg|SEGMENT=X,Y,ZN",
+            "Mass that hangs from a segment, or force on it in world axes; at SEGMENT.SITE, "
             "or else at its site `grip`, which shipped persons lack: there at the centre of mass "
             "of the segment. May be repeated.",
         ),
     ] = None,
     support: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="left_foot,...|seat|ground|SEGMENT.SITE",
-            help="What bears the body. [default: the feet that are lowest]",
+        option(
+            "left_foot,...|seat|ground|SEGMENT.SITE",
+            "What bears the body. [default: the feet that are lowest]",
         ),
     ] = None,
     balance: Annotated[
@@ -238,26 +239,23 @@ def hold(
         Sex | None, typer.Option(help="Sex of the sample. [default: that of the figure]")
     ] = None,
     strength: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.toml", help="Strengths of your own: [[strength]] tables."),
+        Path | None, option("FILE.toml", "Strengths of your own: [[strength]] tables.")
     ] = None,
     springs: options.SpringsChoice = None,
     heaviest: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "SEGMENT",
+            "Find the heaviest load of one segment, in addition to the loads named.",
             "--max",
-            metavar="SEGMENT",
-            help="Find the heaviest load of one segment, in addition to the loads named.",
         ),
     ] = None,
     along: options.MotionFile = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE.csv|.html|.svg",
-            help="Table of joints, or of frames; page, or picture, of a posture. May be repeated.",
+        output_option(
+            "FILE.csv|.html|.svg",
+            "Table of joints, or of frames; page, or picture, of a posture. May be repeated.",
         ),
     ] = None,
 ) -> CommandResult:

@@ -11,6 +11,7 @@ import typer
 
 from generator.cli import inputs, options, outputs
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
+from generator.cli.options import option, output_option
 from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error, warning
 from generator.figure import Figure
 from generator.input_files.coordinates import (
@@ -197,61 +198,44 @@ def _format_share(share: tuple[float, float] | None) -> str:
 
 
 def inverse(
-    model: Annotated[
-        str,
-        typer.Argument(
-            metavar="FIGURE|MODEL", help="A figure, or a model: .osim .xml .mjcf .urdf."
-        ),
-    ],
+    model: options.BodyName,
     motion: Annotated[
         Path, typer.Argument(metavar="MOTION", help="Its motion: .mot .sto .action .npz.")
     ],
     forces: Annotated[
         Path | None,
-        typer.Option(
-            metavar="GRF.xml|GRF.mot",
-            help="Measured forces: OpenSim's external loads, or a table with --force.",
+        option(
+            "GRF.xml|GRF.mot", "Measured forces: OpenSim's external loads, or a table with --force."
         ),
     ] = None,
     force: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="BODY=PREFIX",
-            help="Body of a force whose columns are PREFIX_vx, PREFIX_px ...; repeat it.",
+        option(
+            "BODY=PREFIX", "Body of a force whose columns are PREFIX_vx, PREFIX_px ...; repeat it."
         ),
     ] = None,
     cutoff: Annotated[
-        str | None,
-        typer.Option(
-            metavar="6Hz", help="Filter displacements: Butterworth, both ways. [default: none]"
-        ),
+        str | None, option("6Hz", "Filter displacements: Butterworth, both ways. [default: none]")
     ] = None,
     springs: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="LAW|FILE|NAME",
-            help="Passive laws: published ones as publication/name, or springs of the figure; "
+        option(
+            "LAW|FILE|NAME",
+            "Passive laws: published ones as publication/name, or springs of the figure; "
             f"repeat it. [default: {', '.join(DEFAULT_LAWS)}]",
         ),
     ] = None,
     neutral: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="STATIC.mot", help="Upright standing, at which angles of laws are zero."
-        ),
+        Path | None, option("STATIC.mot", "Upright standing, at which angles of laws are zero.")
     ] = None,
     hip_zero: Annotated[
-        str | None,
-        typer.Option(metavar="10deg", help="Hip flexion there in published laws. [default: 0]"),
+        str | None, option("10deg", "Hip flexion there in published laws. [default: 0]")
     ] = None,
     gravity: options.Gravity = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="Moments as OpenSim's, .sto; net and passive ones, powers, .csv; a page, .html.",
+        output_option(
+            "FILE", "Moments as OpenSim's, .sto; net and passive ones, powers, .csv; a page, .html."
         ),
     ] = None,
 ) -> CommandResult:
