@@ -51,6 +51,7 @@ from generator.model_files.formats import MODEL_FORMATS, read_model, suffixes
 from generator.model_files.imported import Imported, format_imported_springs, imported_files
 from generator.model_files.model_files import ModelFiles, unreadable_file_error
 from generator.motion_files.resample import resample
+from generator.run_options import RUN_OPTIONS
 from generator.simulation.plan import Plan
 from springs import SphericalLaw
 
@@ -59,6 +60,13 @@ MAX_BRIEF_LOSSES = 4
 
 MAX_BRIEF_LOSS_LENGTH = 110
 """Length of the line of a loss without `--verbose`."""
+
+
+_RUN_KEYS = (
+    *("springs", "law", "pose", "set", "free_root", "floor"),
+    *("scene", "fall", "seed", "height", "friction"),
+)
+"""Options of a run that a conversion of a figure has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,20 +285,9 @@ def convert(
     check_distinct_paths(outputs)
     conversion.check_scale(outputs, scale)
     conversion.check_no_macros(source)
-    of_figures: dict[str, object] = {
-        "--to": to,
-        "--springs": springs,
-        "--law": law,
-        "--pose": pose,
-        "--set": displacements,
-        "--free-root": free_root,
-        "--floor": floor,
-        "--scene": scene,
-        "--fall": fall,
-        "--seed": seed,
-        "--height": height,
-        "--friction": friction,
-    }
+    given = locals()
+    of_run = {key: given[RUN_OPTIONS[key].field] for key in _RUN_KEYS}
+    of_figures = {"--to": to, **{RUN_OPTIONS[key].flag: value for key, value in of_run.items()}}
     of_motions: dict[str, object] = {"--figure": figure, "--fps": fps, "--model": model}
     path = Path(source)
     if separate and not conversion.is_model(source):
@@ -306,19 +303,9 @@ def convert(
         _refuse_options(what, {**of_figures, **of_motions}, "figures and motions")
         return import_model(source, outputs, separate=separate, verbose=verbose)
     _refuse_options(f"{source} is a figure", of_motions, "motions")
-    settings = inputs.given_options(
-        {
-            "pose": pose,
-            "displacements": displacements,
-            "free_root": free_root,
-            "floor": floor,
-            "scene": scene,
-            "fall": fall,
-            "seed": seed,
-            "height": height,
-            "friction": friction,
-        }
-    )
+    of_start = {RUN_OPTIONS[key].field: value for key, value in of_run.items()}
+    del of_start["springs"], of_start["law"]
+    settings = inputs.given_options(of_start)
     start = _Start(springs, law, pose, tuple(displacements or ()), settings)
     return _convert_figure(source, outputs, start, to, scale, verbose)
 

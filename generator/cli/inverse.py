@@ -3,8 +3,9 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -178,13 +179,6 @@ class InverseResult(CommandResult):
         return Table(rows)
 
 
-def _page(motion: FigureMotion, *others: Any) -> str:
-    """Return `moments_page`, which imports what reads surfaces."""
-    from generator.inverse.page import moments_page
-
-    return moments_page(motion, *others)
-
-
 def _filter_and_forces(cutoff: float | None, bodies: Sequence[str]) -> str:
     """Return what a motion passed and what acts on it, in words."""
     filtered = "not filtered" if cutoff is None else f"filtered at {cutoff:g} Hz"
@@ -268,8 +262,16 @@ def inverse(
     except ModelError as failure:
         raise InputError([error(f"{model}: {failure}")]) from None
     zeros, seen = ({}, ()) if neutral is None else _neutral_values(neutral, figure, coordinates)
-    passive = _Passive(moved, moments, coordinates, zeros, zero)
-    laws, own = passive.laws(model, springs, needed=any(f.suffix == SHARE_SUFFIX for f in files))
+    laws, own = _passive_laws(
+        springs,
+        model,
+        moved,
+        moments,
+        coordinates,
+        zeros,
+        zero,
+        needed=any(file.suffix == SHARE_SUFFIX for file in files),
+    )
     uncertainty = ZERO_WITHOUT if neutral is None else ZERO_WITH_NEUTRAL
     bands = passive_bands(moments, laws, uncertainty) if laws else {}
     upward = {
@@ -282,22 +284,30 @@ def inverse(
     formats = {
         MOMENTS_SUFFIX: lambda: "\n".join([*format_moments(moments), ""]),
         SHARE_SUFFIX: lambda: "".join(format_bands(moments, bands, upward)),
-        PAGE_SUFFIX: lambda: _page(
+        PAGE_SUFFIX: lambda: import_module("generator.inverse.page").moments_page(
             moved, moments, bands, coordinates, measured, uncertainty, what, doubts
         ),
     }
     outputs.write_files({path: formats[path.suffix.lower()]() for path in files})
-    found = (*warnings, *more, *seen, *own, *doubts)
-    return _result(
-        moments,
-        bands,
-        uncertainty,
-        found,
-        model=model,
+    sure, every = moments.times[moments.is_sure], moments.coordinates
+    return InverseResult(
+        figure=model,
         motion=motion,
-        title=options.format_frames(moments.times),
         forces=[one.body for one in loads],
+        cutoff_Hz=moments.cutoff,
+        mass_kg=moments.mass,
+        height_m=moments.height,
+        sure_s=(float(sure[0]), float(sure[-1])) if len(sure) else None,
+        coordinates={n: _summary(moments, n) for n, one in every.items() if not one.is_root},
+        residuals={n: _residual(moments, n) for n, one in every.items() if one.is_root},
+        times_s=moments.times.tolist(),
+        moments={one.label: one.forces.tolist() for one in every.values()},
+        powers_W={name: one.powers.tolist() for name, one in every.items()},
+        zero_uncertainty_deg=float(np.degrees(uncertainty)) if bands else None,
+        passive={name: _share(moments, name, band) for name, band in bands.items()},
         files=files,
+        motion_title=options.format_frames(moments.times),
+        diagnostics=(*warnings, *more, *seen, *own, *doubts),
     )
 
 
@@ -323,47 +333,44 @@ def _neutral_values(
     return found, warnings
 
 
-@dataclass(frozen=True)
-class _Passive:
-    """The laws that options choose for a motion."""
+def _passive_laws(
+    choices: Sequence[str] | None,
+    model: str,
+    motion: FigureMotion,
+    moments: JointMoments,
+    coordinates: Coordinates,
+    zeros: Mapping[str, float],
+    hip_zero: float,
+    *,
+    needed: bool,
+) -> tuple[list[PassiveLaw], tuple[Diagnostic, ...]]:
+    """Return the laws of `--springs` with warnings; none by default for a figure without legs.
 
-    motion: FigureMotion
-    moments: JointMoments
-    coordinates: Coordinates
-    zeros: Mapping[str, float]
-    hip_zero: float
-
-    def laws(
-        self, model: str, choices: Sequence[str] | None, *, needed: bool
-    ) -> tuple[list[PassiveLaw], tuple[Diagnostic, ...]]:
-        """Return the laws with warnings; none by default for a figure without legs.
-
-        Raises UsageError and InputError.
-        """
-        names = choices or DEFAULT_LAWS
-        columns = displacement_columns(self.motion.chains, self.coordinates)
-        legs = find_legs(self.motion.tree, columns)
-        if not choices and not legs and not needed:
-            return [], ()
-        found: list[PassiveLaw] = []
-        warnings: list[Diagnostic] = []
-        for name in dict.fromkeys(names):
-            publication, _, row = name.partition("/")
-            if row and publication in publications():
-                published_law(name)
-                require_legs(legs, model)
-                found.append(LegLaw(name, legs, self.moments, self.zeros, self.hip_zero))
-                if name in MEAN_PARAMETERS:
-                    what = f"--springs {name}: parameters that are means of subjects"
-                    warnings.append(warning(what, hint="their moments are not mean moments"))
-                continue
-            springs, more = inputs.springs_from_option(self.motion.figure, name)
-            warnings += more
-            law = SpringsLaw(name, self.motion, springs, self.moments, columns, self.zeros)
-            if not law.groups:
-                raise UsageError(f"--springs {name}: these springs have no elastic law")
-            found.append(law)
-        return found, tuple(warnings)
+    Raises UsageError and InputError.
+    """
+    columns = displacement_columns(motion.chains, coordinates)
+    legs = find_legs(motion.tree, columns)
+    if not choices and not legs and not needed:
+        return [], ()
+    found: list[PassiveLaw] = []
+    warnings: list[Diagnostic] = []
+    for name in dict.fromkeys(choices or DEFAULT_LAWS):
+        publication, _, row = name.partition("/")
+        if row and publication in publications():
+            published_law(name)
+            require_legs(legs, model)
+            found.append(LegLaw(name, legs, moments, zeros, hip_zero))
+            if name in MEAN_PARAMETERS:
+                what = f"--springs {name}: parameters that are means of subjects"
+                warnings.append(warning(what, hint="their moments are not mean moments"))
+            continue
+        springs, more = inputs.springs_from_option(motion.figure, name)
+        warnings += more
+        law = SpringsLaw(name, motion, springs, moments, columns, zeros)
+        if not law.groups:
+            raise UsageError(f"--springs {name}: these springs have no elastic law")
+        found.append(law)
+    return found, tuple(warnings)
 
 
 def _share(moments: JointMoments, name: str, band: PassiveBand) -> PassiveShare:
@@ -474,38 +481,3 @@ def _residual(moments: JointMoments, name: str) -> Residual:
     largest = float(np.abs(one.forces[moments.kept]).max())
     unit = "N m/(kg m)" if one.is_angle else "of body weight"
     return Residual(largest, one.unit, moments.residual_share(name), unit)
-
-
-def _result(
-    moments: JointMoments,
-    bands: Mapping[str, PassiveBand],
-    uncertainty: float,
-    diagnostics: tuple[Diagnostic, ...],
-    *,
-    model: str,
-    motion: Path,
-    title: str,
-    forces: Sequence[str],
-    files: Sequence[Path],
-) -> InverseResult:
-    sure = moments.times[moments.is_sure]
-    coordinates = moments.coordinates
-    return InverseResult(
-        figure=model,
-        motion=motion,
-        forces=forces,
-        cutoff_Hz=moments.cutoff,
-        mass_kg=moments.mass,
-        height_m=moments.height,
-        sure_s=(float(sure[0]), float(sure[-1])) if len(sure) else None,
-        coordinates={n: _summary(moments, n) for n, one in coordinates.items() if not one.is_root},
-        residuals={n: _residual(moments, n) for n, one in coordinates.items() if one.is_root},
-        times_s=moments.times.tolist(),
-        moments={one.label: one.forces.tolist() for one in coordinates.values()},
-        powers_W={name: one.powers.tolist() for name, one in coordinates.items()},
-        zero_uncertainty_deg=float(np.degrees(uncertainty)) if bands else None,
-        passive={name: _share(moments, name, band) for name, band in bands.items()},
-        files=files,
-        motion_title=title,
-        diagnostics=diagnostics,
-    )
