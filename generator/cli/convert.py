@@ -297,7 +297,7 @@ def convert(
     if path.suffix.lower() in motion_files.MOTION_FORMATS:
         conversion.check_readable(path)
         _refuse_options(f"{path} is a motion", of_figures, "figures")
-        return _convert_motion(source, outputs, figure, fps, _Target(scale, model), verbose)
+        return _convert_motion(source, outputs, figure, fps, scale, model, verbose)
     if conversion.is_model(source):
         what = f"{source} is a model of another program"
         _refuse_options(what, {**of_figures, **of_motions}, "figures and motions")
@@ -322,7 +322,8 @@ def _convert_motion(
     outputs: Sequence[Path],
     figure_name: str | None,
     fps: float | None,
-    target: "_Target",
+    scale: float | None,
+    model: Path | None,
     verbose: bool,
 ) -> CommandResult:
     """Write a motion in other formats of motions."""
@@ -335,11 +336,13 @@ def _convert_motion(
     check_motion_formats(outputs)
     motion, warnings = inputs.load_motion(path, figure_name)
     figure = motion.figure
-    check_writable(outputs, (path, figure.path, target.model))
+    check_writable(outputs, (path, figure.path, model))
     if fps is not None:
         motion = resample(motion, fps)
     inputs.check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
-    written = write_all_or_none([(out, _motion_writer(out, target, motion)) for out in outputs])
+    written = write_all_or_none(
+        [(out, _motion_writer(out, motion, scale, model)) for out in outputs]
+    )
     return Conversion(
         source=source,
         figure=str(figure.path),
@@ -360,22 +363,11 @@ _MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
 """Readers of what a conversion writes, by suffix."""
 
 
-@dataclass(frozen=True)
-class _Target:
-    """Options of the outputs of a motion.
-
-    Attributes:
-        scale: Units of length of a .bvh in a metre.
-        model: Model on which the motion shall play.
-    """
-
-    scale: float | None
-    model: Path | None = None
-
-
-def _motion_writer(path: Path, target: _Target, motion: motion_files.FigureMotion) -> OutputWriter:
+def _motion_writer(
+    path: Path, motion: motion_files.FigureMotion, scale: float | None, model: Path | None = None
+) -> OutputWriter:
     """Return a writer that raises InputError if the file could not be read again."""
-    write = conversion.motion_writer_for(path, target.scale, target.model)
+    write = conversion.motion_writer_for(path, scale, model)
     read = _MOTION_READERS.get(path.suffix.lower())
 
     def write_readable(part: Path) -> Losses:
@@ -454,7 +446,7 @@ def _convert_figure(
     frames: list[tuple[Path, OutputWriter]] = []
     for out, each in formats:
         if each is None:
-            frames.append((out, _motion_writer(out, _Target(scale), start.motion(figure))))
+            frames.append((out, _motion_writer(out, start.motion(figure), scale)))
             continue
         with writing(out):
             models.append(start.files(each, out))
