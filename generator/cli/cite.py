@@ -103,14 +103,14 @@ def _row_paragraphs(
     table: Publication, row: PublishedCurve | PublishedCoupledLaw
 ) -> Iterator[str | Table]:
     """Yield the reference of a row, a table of what is known, and the note."""
-    held = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
+    fixed = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
     rows = [
         ("  motion", _motion(row)),
         ("  formula", row.formula),
         ("  as printed", row.convention),
         ("  turned here", _reversed_quantities(row)),
         ("  range", _format_ranges(row)),
-        ("  held", ", ".join(held)),
+        ("  held", ", ".join(fixed)),
         ("  sample", str(row.sample)),
         ("  scatter", row.scatter_text if isinstance(row, PublishedCurve) else ""),
     ]

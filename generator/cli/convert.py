@@ -285,8 +285,8 @@ def convert(
     check_distinct_paths(outputs)
     conversion.check_scale(outputs, scale)
     conversion.check_no_macros(source)
-    given = locals()
-    of_run = {key: given[RUN_OPTIONS[key].field] for key in _RUN_KEYS}
+    arguments = locals()
+    of_run = {key: arguments[RUN_OPTIONS[key].field] for key in _RUN_KEYS}
     of_figures = {"--to": to, **{RUN_OPTIONS[key].flag: value for key, value in of_run.items()}}
     of_motions: dict[str, object] = {"--figure": figure, "--fps": fps, "--model": model}
     path = Path(source)
