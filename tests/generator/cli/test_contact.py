@@ -470,7 +470,7 @@ def test_starts_that_all_failed_have_no_table_and_a_fixed_step_no_tolerance():
     assert failed.details() == ""
     fixed = contact.StartsResult(study(is_accurate=None))
     assert "tolerance" not in str(fixed)
-    assert fixed.is_accurate is None
+    assert fixed.to_json()["is_accurate"] is None
 
 
 def test_the_json_of_starts_has_null_for_what_is_unknown():
