@@ -60,12 +60,22 @@ def table_names(typed_name: str) -> tuple[str, ...]:
 def cite_table(name: str) -> CommandResult:
     """Return the references of all tables, of one table with its rows, or of one row."""
     source, _, row = name.partition("/")
-    if name == ALL_TABLES:
-        return TablesCitation([publication(name) for name in publications()])
     if name == STRENGTHS:
         return StrengthsCitation(strength_rows(), women_factor(), anderson_rows())
-    table = publication(source)
-    return RowCitation(table, _rows(source)[row]) if row else TableCitation(table)
+    if name == ALL_TABLES:
+        tables = [publication(one) for one in publications()]
+        return TableCitation(
+            list(map(_table_title, tables)), {"tables": list(map(_table_header_data, tables))}
+        )
+    table, rows = publication(source), _rows(source)
+    if row:
+        return TableCitation(list(_row_paragraphs(table, rows[row])), _row_data(table, rows[row]))
+    lines = [(f"  {source}/{one.name}", _motion(one), _format_ranges(one)) for one in rows.values()]
+    data = [_row_data(table, one) for one in rows.values()]
+    return TableCitation(
+        [_table_title(table), table.note.strip(), Table(lines, 3)],
+        {**_table_header_data(table), "note": table.note, "rows": data},
+    )
 
 
 def _rows(source: str) -> Mapping[str, PublishedCurve | PublishedCoupledLaw]:
@@ -74,72 +84,41 @@ def _rows(source: str) -> Mapping[str, PublishedCurve | PublishedCoupledLaw]:
 
 
 @dataclass(frozen=True)
-class TablesCitation(CommandResult):
-    """References of all published tables."""
-
-    tables: Sequence[Publication]
-
-    def paragraphs(self) -> Paragraphs:
-        """Return the contents and the reference of each table."""
-        return map(_table_title, self.tables)
-
-    def to_json(self) -> dict[str, object]:
-        """Return the contents and the reference of each table."""
-        return {"tables": [_table_header_data(table) for table in self.tables]}
-
-
-@dataclass(frozen=True)
 class TableCitation(CommandResult):
-    """References of a published table and its rows."""
+    """References of all published tables, of one with its rows, or of one row."""
 
-    table: Publication
-
-    @property
-    def rows(self) -> Sequence[PublishedCurve | PublishedCoupledLaw]:
-        """The rows: curves, then coupled laws."""
-        return (*self.table.curves.values(), *self.table.coupled_laws.values())
+    text: Sequence[str | Table]
+    data: Mapping[str, object]
 
     def paragraphs(self) -> Paragraphs:
-        """Return contents, reference and note, and the motion and range of each row."""
-        name = self.table.name
-        rows = [(f"  {name}/{row.name}", _motion(row), _format_ranges(row)) for row in self.rows]
-        return _table_title(self.table), self.table.note.strip(), str(Table(rows, 3))
+        """Return contents, references and notes."""
+        return self.text
 
-    def to_json(self) -> dict[str, object]:
-        """Return contents, reference and note, and all of each row."""
-        rows = [_row_data(self.table, row) for row in self.rows]
-        return {**_table_header_data(self.table), "note": self.table.note, "rows": rows}
+    def to_json(self) -> Mapping[str, object]:
+        """Return contents, references and notes, and all of each row."""
+        return self.data
 
 
-@dataclass(frozen=True)
-class RowCitation(CommandResult):
-    """Reference of a row of a published table."""
-
-    table: Publication
-    row: PublishedCurve | PublishedCoupledLaw
-
-    def paragraphs(self) -> Paragraphs:
-        """Return the reference, a table of what is known, and the note."""
-        row, fixed = self.row, _held_angles_data(self.row)
-        rows = [
-            ("  motion", _motion(row)),
-            ("  formula", row.formula),
-            ("  as printed", row.convention),
-            ("  turned here", _reversed_quantities(row)),
-            ("  range", _format_ranges(row)),
-            ("  held", ", ".join(f"{one} {angle:.4g} deg" for one, angle in fixed.items())),
-            ("  sample", str(row.sample)),
-            ("  scatter", row.scatter_text if isinstance(row, PublishedCurve) else ""),
-        ]
-        if isinstance(row, PublishedCurve) and row.damping is not None:
-            rows.append(("  damping", f"{row.damping:g} N m s/rad"))
-        yield f"{self.table.name}/{row.name}\n  {row.reference}"
-        yield Table([pair for pair in rows if pair[1]], 2)
-        yield row.note.strip()
-
-    def to_json(self) -> dict[str, object]:
-        """Return all of the row."""
-        return _row_data(self.table, self.row)
+def _row_paragraphs(
+    table: Publication, row: PublishedCurve | PublishedCoupledLaw
+) -> Iterator[str | Table]:
+    """Yield the reference of a row, a table of what is known, and the note."""
+    fixed = (f"{one} {angle:.4g} deg" for one, angle in _held_angles_data(row).items())
+    rows = [
+        ("  motion", _motion(row)),
+        ("  formula", row.formula),
+        ("  as printed", row.convention),
+        ("  turned here", _reversed_quantities(row)),
+        ("  range", _format_ranges(row)),
+        ("  held", ", ".join(fixed)),
+        ("  sample", str(row.sample)),
+        ("  scatter", row.scatter_text if isinstance(row, PublishedCurve) else ""),
+    ]
+    if isinstance(row, PublishedCurve) and row.damping is not None:
+        rows.append(("  damping", f"{row.damping:g} N m s/rad"))
+    yield f"{table.name}/{row.name}\n  {row.reference}"
+    yield Table([pair for pair in rows if pair[1]], 2)
+    yield row.note.strip()
 
 
 @dataclass(frozen=True)

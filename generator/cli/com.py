@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
-import typer
 
 from generator.cli import inputs, options, outputs
 from generator.cli.answer import CommandResult, Paragraphs, Table, format_written
-from generator.cli.options import format_rounded, in_cm
+from generator.cli.options import format_rounded, in_cm, option
 from generator.diagnostics import UsageError
 from generator.kinematics.centre_of_mass import Masses, segment_masses
 from generator.kinematics.placement import Placement
@@ -89,7 +88,7 @@ def com(
     pose: options.PoseFile = None,
     displacements: options.JointValues = None,
     segments: Annotated[
-        str | None, typer.Option(metavar="a,b,...", help="Segments to include. [default: all]")
+        str | None, option("a,b,...", "Segments to include. [default: all]")
     ] = None,
     along: options.MotionFile = None,
     output: options.TableOutput = None,

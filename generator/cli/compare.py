@@ -10,6 +10,7 @@ import typer
 
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table
 from generator.cli.inputs import load_motion, placements_of_motion
+from generator.cli.options import option, output_option
 from generator.cli.outputs import check_distinct_paths, check_writable, write_files
 from generator.comparison.comparison import (
     THRESHOLD,
@@ -90,20 +91,13 @@ def compare(
     ],
     outputs: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="A page of all motions, .html, or the table, .csv; may be repeated.",
-        ),
+        output_option("FILE", "A page of all motions, .html, or the table, .csv; may be repeated."),
     ] = None,
     figure: Annotated[
-        str | None,
-        typer.Option(metavar="FIGURE", help="Figure of the motions, if not the one named in each."),
+        str | None, option("FIGURE", "Figure of the motions, if not the one named in each.")
     ] = None,
     threshold: Annotated[
-        float,
-        typer.Option(metavar="DEG", help="Difference of an angle that counts as divergence [deg]."),
+        float, option("DEG", "Difference of an angle that counts as divergence [deg].")
     ] = round(degrees(THRESHOLD), 9),
     stop: Annotated[
         float | None,

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-import typer
-
 from generator.cli.answer import CommandResult, Paragraphs, Table
-from generator.cli.options import Density, FigureName, density_from_option
+from generator.cli.options import Density, FigureName, density_from_option, output_option
 from generator.cli.outputs import check_suffix, check_writable, write_file
 from generator.diagnostics import Diagnostic, InputError, UsageError, warning
 from generator.figure_file import FIGURE_FILE
@@ -54,9 +52,7 @@ class CompletedFigure(CommandResult):
 def complete(
     name: FigureName,
     density: Density,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="OUT.fig", help="Figure file to write.")
-    ],
+    output: Annotated[Path, output_option("OUT.fig", "Figure file to write.")],
 ) -> CommandResult:
     """Estimate missing masses and inertias of a figure from psurfs."""
     check_suffix(output, FIGURE_FILE.suffix, "a figure file")

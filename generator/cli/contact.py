@@ -367,56 +367,48 @@ def starts_from_options(
 class StartsResult:
     """Falls from several starts, the entries of an array in their order."""
 
-    spread_deg: float
-    seed: int
-    is_accurate: Array | None
-    failures: Mapping[int, str]
-    impact_s: Array
-    max_force_N: Array
-    peak_force_N: Mapping[str, Array]
-    rest_height_m: Array
-    weight_carried: Array
+    study: "StartStudy"
 
-    @classmethod
-    def of(cls, study: "StartStudy") -> "StartsResult":
-        """Return the result of a study."""
-        return cls(
-            degrees(study.spread),
-            study.seed,
-            study.is_accurate,
-            study.failures,
-            study.impact_times,
-            study.max_forces,
-            study.peak_forces,
-            study.rest_heights,
-            study.weights_carried,
-        )
+    def to_json(self) -> dict[str, object]:
+        """Return the numbers of all starts."""
+        study = self.study
+        return {
+            "spread_deg": degrees(study.spread),
+            "seed": study.seed,
+            "is_accurate": study.is_accurate,
+            "failures": study.failures,
+            "impact_s": study.impact_times,
+            "max_force_N": study.max_forces,
+            "peak_force_N": study.peak_forces,
+            "rest_height_m": study.rest_heights,
+            "weight_carried": study.weights_carried,
+        }
 
     def __str__(self) -> str:
         """Format the distribution of the falls."""
-        count = len(self.impact_s)
-        title = f"{format_count(count, 'start')}, angles varied by {self.spread_deg:.3g} deg (SD)"
-        lines = [f"{title}, seed {self.seed}"]
-        if self.is_accurate is not None:
-            lines[0] += f"; {int(np.sum(self.is_accurate))} within the tolerance to the end"
-        if self.failures:
-            number, sentence = next(iter(self.failures.items()))
-            lines.append(f"{len(self.failures)} failed; start {number}: {sentence}")
-        if len(self.failures) < count:
+        study, count = self.study, len(self.study.impact_times)
+        title = f"{format_count(count, 'start')}, angles varied by {degrees(study.spread):.3g} deg"
+        lines = [f"{title} (SD), seed {study.seed}"]
+        if study.is_accurate is not None:
+            lines[0] += f"; {int(np.sum(study.is_accurate))} within the tolerance to the end"
+        if study.failures:
+            number, sentence = next(iter(study.failures.items()))
+            lines.append(f"{len(study.failures)} failed; start {number}: {sentence}")
+        if len(study.failures) < count:
             quantities = {
-                "first impact [s]": self.impact_s,
-                "largest force [N]": self.max_force_N,
-                "height of the centre of mass at the end [m]": self.rest_height_m,
-                "share of the weight carried at the end": self.weight_carried,
+                "first impact [s]": study.impact_times,
+                "largest force [N]": study.max_forces,
+                "height of the centre of mass at the end [m]": study.rest_heights,
+                "share of the weight carried at the end": study.weights_carried,
             }
             lines.append(_distribution_table(quantities))
         return "\n".join(lines)
 
     def details(self) -> str:
         """Format the distribution of the largest force on each segment."""
-        if len(self.failures) == len(self.impact_s):
+        if len(self.study.failures) == len(self.study.impact_times):
             return ""
-        forces = {f"{name} [N]": values for name, values in self.peak_force_N.items()}
+        forces = {f"{name} [N]": values for name, values in self.study.peak_forces.items()}
         return f"largest force on each segment\n{_distribution_table(forces)}"
 
 

@@ -24,6 +24,7 @@ from generator.cli.options import (
     SeedOption,
     SpringsChoice,
     format_frames,
+    option,
 )
 from generator.cli.outputs import (
     LossesByPath,
@@ -55,6 +56,7 @@ from generator.model_files.model_files import (
     unreadable_file_error,
 )
 from generator.motion_files.resample import resample
+from generator.run_options import RUN_OPTIONS
 from generator.simulation.plan import Plan
 from springs import SphericalLaw
 
@@ -63,6 +65,13 @@ MAX_BRIEF_LOSSES = 4
 
 MAX_BRIEF_LOSS_LENGTH = 110
 """Length of the line of a loss without `--verbose`."""
+
+
+_RUN_KEYS = (
+    *("springs", "law", "pose", "set", "free_root", "floor"),
+    *("scene", "fall", "seed", "height", "friction"),
+)
+"""Options of a run that a conversion of a figure has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,8 +238,7 @@ def convert(
         ),
     ],
     figure: Annotated[
-        str | None,
-        typer.Option(metavar="FIGURE", help="Figure of the motion, if not the one named in it."),
+        str | None, option("FIGURE", "Figure of the motion, if not the one named in it.")
     ] = None,
     springs: SpringsChoice = None,
     law: LawChoice = None,
@@ -252,17 +260,16 @@ def convert(
     ] = None,
     model: Annotated[
         Path | None,
-        typer.Option(
-            metavar="MODEL",
-            help="Model on which the motion shall play: of MuJoCo, whose positions an .npz then "
+        option(
+            "MODEL",
+            "Model on which the motion shall play: of MuJoCo, whose positions an .npz then "
             "holds; of OpenSim, for a .mot or .sto.",
         ),
     ] = None,
     to: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"Format of a figure's output, whatever its suffix: {', '.join(MODEL_FORMATS)}.",
+        option(
+            "NAME", f"Format of a figure's output, whatever its suffix: {', '.join(MODEL_FORMATS)}."
         ),
     ] = None,
     separate: Annotated[
@@ -283,20 +290,9 @@ def convert(
     check_distinct_paths(outputs)
     conversion.check_scale(outputs, scale)
     conversion.check_no_macros(source)
-    of_figures: dict[str, object] = {
-        "--to": to,
-        "--springs": springs,
-        "--law": law,
-        "--pose": pose,
-        "--set": displacements,
-        "--free-root": free_root,
-        "--floor": floor,
-        "--scene": scene,
-        "--fall": fall,
-        "--seed": seed,
-        "--height": height,
-        "--friction": friction,
-    }
+    arguments = locals()
+    of_run = {key: arguments[RUN_OPTIONS[key].field] for key in _RUN_KEYS}
+    of_figures = {"--to": to, **{RUN_OPTIONS[key].flag: value for key, value in of_run.items()}}
     of_motions: dict[str, object] = {"--figure": figure, "--fps": fps, "--model": model}
     path = Path(source)
     if separate and not conversion.is_model(source):
@@ -306,25 +302,15 @@ def convert(
     if path.suffix.lower() in motion_files.MOTION_FORMATS:
         conversion.check_readable(path)
         _refuse_options(f"{path} is a motion", of_figures, "figures")
-        return _convert_motion(source, outputs, figure, fps, _Target(scale, model), verbose)
+        return _convert_motion(source, outputs, figure, fps, scale, model, verbose)
     if conversion.is_model(source):
         what = f"{source} is a model of another program"
         _refuse_options(what, {**of_figures, **of_motions}, "figures and motions")
         return import_model(source, outputs, separate=separate, verbose=verbose)
     _refuse_options(f"{source} is a figure", of_motions, "motions")
-    settings = inputs.given_options(
-        {
-            "pose": pose,
-            "displacements": displacements,
-            "free_root": free_root,
-            "floor": floor,
-            "scene": scene,
-            "fall": fall,
-            "seed": seed,
-            "height": height,
-            "friction": friction,
-        }
-    )
+    of_start = {RUN_OPTIONS[key].field: value for key, value in of_run.items()}
+    del of_start["springs"], of_start["law"]
+    settings = inputs.given_options(of_start)
     start = _Start(springs, law, pose, tuple(displacements or ()), settings)
     return _convert_figure(source, outputs, start, to, scale, verbose)
 
@@ -341,7 +327,8 @@ def _convert_motion(
     outputs: Sequence[Path],
     figure_name: str | None,
     fps: float | None,
-    target: "_Target",
+    scale: float | None,
+    model: Path | None,
     verbose: bool,
 ) -> CommandResult:
     """Write a motion in other formats of motions."""
@@ -354,11 +341,13 @@ def _convert_motion(
     check_motion_formats(outputs)
     motion, warnings = inputs.load_motion(path, figure_name)
     figure = motion.figure
-    check_writable(outputs, (path, figure.path, target.model))
+    check_writable(outputs, (path, figure.path, model))
     if fps is not None:
         motion = resample(motion, fps)
     inputs.check_segment_distances(Placement(motion.tree, motion.displacements, motion.poses))
-    written = write_all_or_none([(out, _motion_writer(out, target, motion)) for out in outputs])
+    written = write_all_or_none(
+        [(out, _motion_writer(out, motion, scale, model)) for out in outputs]
+    )
     return Conversion(
         source=source,
         figure=str(figure.path),
@@ -379,22 +368,11 @@ _MOTION_READERS: Mapping[str, Callable[[Path], object]] = {
 """Readers of what a conversion writes, by suffix."""
 
 
-@dataclass(frozen=True)
-class _Target:
-    """Options of the outputs of a motion.
-
-    Attributes:
-        scale: Units of length of a .bvh in a metre.
-        model: Model on which the motion shall play.
-    """
-
-    scale: float | None
-    model: Path | None = None
-
-
-def _motion_writer(path: Path, target: _Target, motion: motion_files.FigureMotion) -> OutputWriter:
+def _motion_writer(
+    path: Path, motion: motion_files.FigureMotion, scale: float | None, model: Path | None = None
+) -> OutputWriter:
     """Return a writer that raises InputError if the file could not be read again."""
-    write = conversion.motion_writer_for(path, target.scale, target.model)
+    write = conversion.motion_writer_for(path, scale, model)
     read = _MOTION_READERS.get(path.suffix.lower())
 
     def write_readable(part: Path) -> Losses:
@@ -473,7 +451,7 @@ def _convert_figure(
     frames: list[tuple[Path, OutputWriter]] = []
     for out, each in formats:
         if each is None:
-            frames.append((out, _motion_writer(out, _Target(scale), start.motion(figure))))
+            frames.append((out, _motion_writer(out, start.motion(figure), scale)))
             continue
         with writing(out):
             models.append(start.files(each, out))

@@ -1,20 +1,18 @@
 """`mover describe`: the segments, joints and springs of a figure."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import degrees, exp
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from generator.cli import inputs, options
-from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
+from generator.cli.answer import CommandResult, Paragraphs, Table, format_count
 from generator.cli.contact import laws_table
 from generator.contact.spheres import SegmentSpheres, SphereSource, fit_contact_spheres
-from generator.contact_file.parts import BodyContact, BodyPart
+from generator.contact_file.parts import BodyPart
 from generator.diagnostics import Diagnostic, InputError
-from generator.figure import ContactSphere, JointAxis, Segment, is_rotation
+from generator.figure import ContactSphere, Joint, JointAxis, Segment, is_rotation
 from generator.kinematics.effective_mass import head_effective_masses
 from generator.model import Model, contact_of_figure
 from generator.motion_files.action import format_chain
@@ -33,102 +31,92 @@ from springs import AxisSpring, CoupledSpring, JointSprings, Reach, SpringSet
 from springs.coupled import CoupledExponential, CoupledTerm
 
 
-class Spheres(NamedTuple):
-    """Contact spheres of a segment."""
-
-    source: SphereSource
-    largest_error_m: float | None
-    spheres: Sequence[Mapping[str, object]]
-
-    def __str__(self) -> str:
-        """Return number, source, and the largest error in height."""
-        if self.source is SphereSource.NONE:
-            return "none"
-        largest = self.largest_error_m
-        error = "" if largest is None else f" within {1e3 * largest:.1f} mm"
-        return f"{len(self.spheres)} {self.source}{error}"
-
-
-class SegmentData(NamedTuple):
-    """A segment of a figure."""
-
-    name: str
-    ground: bool
-    mass_kg: float | None
-    inertia_kg_m2: Sequence[float] | None
-    centre_of_mass_m: Sequence[float] | None
-    psurf: str | None
-    contact_spheres: Spheres | None
-    sites: Sequence[str]
-
-    def cells(self) -> list[str]:
-        """Return the cells of a table."""
-        if self.ground:
-            return [self.name, "ground"]
-        mass = "none" if self.mass_kg is None else f"{self.mass_kg:.4f}"
-        vectors = [
-            "none" if values is None else " ".join(f"{value:.4f}" for value in values)
-            for values in (self.inertia_kg_m2, self.centre_of_mass_m)
-        ]
-        return [self.name, mass, *vectors, str(self.contact_spheres or "none")]
-
-
-class JointData(NamedTuple):
-    """A joint of a figure."""
-
-    name: str
-    parent: str
-    child: str
-    kind: str
-    type: str
-    degrees_of_freedom: int
-    displacement: Sequence[float]
-    units: Sequence[str]
-
-    def cells(self) -> list[str]:
-        """Return the cells of a table."""
-        shown = zip(self.displacement, self.units, strict=True)
-        displacement = " ".join(f"{value:.4g} {unit}" for value, unit in shown)
-        return [self.name, self.kind, self.type, f"{self.parent} to {self.child}", displacement]
-
-
 @dataclass(frozen=True)
 class Description(CommandResult):
-    """Contents of a figure."""
+    """Contents of a figure.
 
-    figure: str
-    file: Path | None
-    name: str | None
-    sex: str | None
-    stature_m: float | None
-    root: str
-    degrees_of_freedom: int
-    total_mass_kg: float
-    head_effective_mass_kg: Mapping[str, float] | None
-    segments: Sequence[SegmentData]
-    joints: Sequence[JointData]
-    springs: Mapping[str, object]
-    parts: Sequence[Mapping[str, object]]
-    can_be_simulated: bool
+    Attributes:
+        name: Figure as it was named.
+        model: Figure, springs and parts of the body.
+        fits: Contact spheres by segment; none where they cannot be fitted.
+        touching: The same spheres, with their parts of the body.
+        spheres_fault: Why they cannot.
+        obstacles: Why the figure cannot be simulated.
+    """
+
+    name: str
+    model: Model
+    fits: Mapping[str, SegmentSpheres]
+    touching: Mapping[str, Sequence[ContactSphere]]
+    spheres_fault: str | None
     obstacles: Sequence[Diagnostic]
-    freedoms: str = field(metadata=HIDDEN)
-    spring_set: SpringSet = field(metadata=HIDDEN)
-    spheres_fault: str | None = field(metadata=HIDDEN)
-    body: BodyContact | None = field(metadata=HIDDEN)
+
+    @property
+    def head_masses(self) -> Mapping[str, float] | None:
+        """Effective masses of the head of a person [kg]."""
+        figure = self.model.figure
+        return None if identity_of(figure) is None else head_effective_masses(figure) or None
+
+    def to_json(self) -> dict[str, object]:
+        """Return segments, joints, springs and parts."""
+        figure, body = self.model.figure, self.model.contact
+        person = identity_of(figure)
+        return {
+            "figure": self.name,
+            "file": figure.path,
+            "name": figure.name,
+            "sex": person and person.sex,
+            "stature_m": person and person.stature,
+            "root": str(figure.root),
+            "degrees_of_freedom": figure.degrees_of_freedom,
+            "total_mass_kg": figure.total_mass,
+            "head_effective_mass_kg": self.head_masses,
+            "segments": [
+                {
+                    "name": name,
+                    "ground": name in figure.ground,
+                    "mass_kg": segment.mass,
+                    "inertia_kg_m2": segment.inertia,
+                    "centre_of_mass_m": segment.centre_of_mass,
+                    "psurf": segment.psurf,
+                    "contact_spheres": self.fits.get(name)
+                    and _spheres_data(self.fits[name], self.touching.get(name, ())),
+                    "sites": list(segment.sites),
+                }
+                for name, segment in figure.segments.items()
+            ],
+            "joints": [
+                {
+                    "name": joint.name,
+                    "parent": str(joint.parent),
+                    "child": str(joint.child),
+                    "kind": joint_kind(joint.chain),
+                    "type": format_chain(joint.chain),
+                    "degrees_of_freedom": joint.degrees_of_freedom,
+                    "displacement": options.in_display_units(joint.displacement, joint.chain),
+                    "units": [factor.units.displacement for factor in joint.chain],
+                }
+                for joint in figure.joints.values()
+            ],
+            "springs": springs_data(self.model.springs),
+            "parts": [] if body is None else [_part_data(part) for part in body.parts],
+            "can_be_simulated": not self.obstacles,
+            "obstacles": self.obstacles,
+        }
 
     def paragraphs(self) -> Paragraphs:
         """Return a summary, tables of segments and joints, and the laws of the springs."""
-        bodies = sum(not segment.ground for segment in self.segments)
+        figure, person = self.model.figure, identity_of(self.model.figure)
         lines = [
-            f"{self.figure}: {format_count(bodies, 'moving segment')}, "
-            f"{format_count(len(self.joints), 'joint')}, {self.freedoms}, "
-            f"{self.total_mass_kg:.4g} kg",
-            f"root {self.root}",
+            f"{self.name}: {format_count(len(figure.bodies), 'moving segment')}, "
+            f"{format_count(len(figure.joints), 'joint')}, {figure.freedoms}, "
+            f"{figure.total_mass:.4g} kg",
+            f"root {figure.root}",
         ]
-        if self.sex is not None:
-            lines.append(f"{self.sex}, stature {self.stature_m:.4g} m")
-        if self.head_effective_mass_kg:
-            masses = (f"{mass:.3g} kg" for mass in self.head_effective_mass_kg.values())
+        if person is not None:
+            lines.append(f"{person.sex}, stature {person.stature:.4g} m")
+        if self.head_masses:
+            masses = (f"{mass:.3g} kg" for mass in self.head_masses.values())
             places = ("at the crown", "from front or back", "from the side")
             blows = ", ".join(map(" ".join, zip(masses, places, strict=True)))
             lines.append(f"head effective mass {blows}, in a short blow towards its centre of mass")
@@ -141,12 +129,36 @@ class Description(CommandResult):
             lines.append(f"no contact spheres: {self.spheres_fault}")
         yield "\n".join(lines)
         titles = ("mass [kg]", "inertia [kg m^2]", "centre of mass [m]", "contact spheres")
-        yield Table([("segment", *titles), *(segment.cells() for segment in self.segments)])
+        yield Table([("segment", *titles), *map(self._segment_cells, figure.segments.values())])
         titles = ("joint", "kind", "type", "connects", "displacement")
-        yield Table([titles, *(joint.cells() for joint in self.joints)], 5)
-        if self.body is not None:
-            yield laws_table(self.body.parts)
-        yield "\n".join(_springs_lines(self.spring_set))
+        yield Table([titles, *map(_joint_cells, figure.joints.values())], 5)
+        if self.model.contact is not None:
+            yield laws_table(self.model.contact.parts)
+        yield "\n".join(_springs_lines(self.model.springs))
+
+    def _segment_cells(self, segment: Segment) -> list[str]:
+        """Return the cells of a segment: its mass properties, and source and fit of its spheres."""
+        if segment.name in self.model.figure.ground:
+            return [segment.name, "ground"]
+        vectors = [
+            "none" if values is None else " ".join(f"{value:.4f}" for value in values)
+            for values in (segment.inertia, segment.centre_of_mass)
+        ]
+        fit, spheres = self.fits.get(segment.name), "none"
+        if fit is not None and fit.source is not SphereSource.NONE:
+            largest = fit.largest_error
+            error = "" if largest is None else f" within {1e3 * largest:.1f} mm"
+            spheres = f"{len(fit.spheres)} {fit.source}{error}"
+        mass = "none" if segment.mass is None else f"{segment.mass:.4f}"
+        return [segment.name, mass, *vectors, spheres]
+
+
+def _joint_cells(joint: Joint) -> list[str]:
+    values = options.in_display_units(joint.displacement, joint.chain)
+    pairs = zip(values, joint.chain, strict=True)
+    displacement = " ".join(f"{value:.4g} {axis.units.displacement}" for value, axis in pairs)
+    kind = joint_kind(joint.chain), format_chain(joint.chain)
+    return [joint.name, *kind, f"{joint.parent} to {joint.child}", displacement]
 
 
 def describe(name: options.FigureName, springs: options.SpringsChoice = None) -> CommandResult:
@@ -154,57 +166,18 @@ def describe(name: options.FigureName, springs: options.SpringsChoice = None) ->
     figure, warnings = inputs.load_figure(name)
     spring_set, more = inputs.springs_from_option(figure, springs)
     obstacles = simulation_obstacles(Model(figure, spring_set))
-    spheres: Mapping[str, SegmentSpheres] = {}
-    spheres_fault = None
+    fits: Mapping[str, SegmentSpheres] = {}
+    fault = None
     try:
-        spheres = fit_contact_spheres(figure)
+        fits = fit_contact_spheres(figure)
     except InputError as failure:  # a missing psurf is a warning of the figure's own
-        spheres_fault = failure.diagnostics[0].message
-    person, body = identity_of(figure), contact_of_figure(figure)
-    touching = {name: fit.spheres for name, fit in spheres.items()}
-    if body is not None and spheres_fault is None:
-        touching = body.assign(touching)
+        fault = failure.diagnostics[0].message
+    model = Model(figure, spring_set, contact_of_figure(figure))
+    touching = {name: fit.spheres for name, fit in fits.items()}
+    if model.contact is not None and fault is None:
+        touching = model.contact.assign(touching)
     return Description(
-        figure=name,
-        file=figure.path,
-        name=figure.name,
-        sex=None if person is None else person.sex.value,
-        stature_m=None if person is None else person.stature,
-        root=str(figure.root),
-        degrees_of_freedom=figure.degrees_of_freedom,
-        total_mass_kg=figure.total_mass,
-        head_effective_mass_kg=None if person is None else head_effective_masses(figure) or None,
-        segments=[
-            _segment_data(
-                segment,
-                segment.name in figure.ground,
-                spheres.get(segment.name),
-                touching.get(segment.name, ()),
-            )
-            for segment in figure.segments.values()
-        ],
-        joints=[
-            JointData(
-                joint.name,
-                str(joint.parent),
-                str(joint.child),
-                joint_kind(joint.chain),
-                format_chain(joint.chain),
-                joint.degrees_of_freedom,
-                options.in_display_units(joint.displacement, joint.chain),
-                [factor.units.displacement for factor in joint.chain],
-            )
-            for joint in figure.joints.values()
-        ],
-        springs=springs_data(spring_set),
-        parts=[] if body is None else [_part_data(part) for part in body.parts],
-        can_be_simulated=not obstacles,
-        obstacles=obstacles,
-        freedoms=figure.freedoms,
-        spring_set=spring_set,
-        spheres_fault=spheres_fault,
-        body=body,
-        diagnostics=(*warnings, *more),
+        name, model, fits, touching, fault, obstacles, diagnostics=(*warnings, *more)
     )
 
 
@@ -238,15 +211,12 @@ def _part_data(part: BodyPart) -> dict[str, object]:
     }
 
 
-def _segment_data(
-    segment: Segment,
-    is_ground: bool,
-    fit: SegmentSpheres | None,
-    touching: Sequence[ContactSphere],
-) -> SegmentData:
-    centre, spheres = segment.centre_of_mass, None
-    if fit is not None:
-        each = [
+def _spheres_data(fit: SegmentSpheres, touching: Sequence[ContactSphere]) -> dict[str, object]:
+    """Return the contact spheres of a segment for `--json`, as they are assigned to parts."""
+    return {
+        "source": fit.source,
+        "largest_error_m": fit.largest_error,
+        "spheres": [
             {
                 "centre_m": one.centre,
                 "radius_m": one.radius,
@@ -254,18 +224,8 @@ def _segment_data(
                 **({"region": one.region} if one.region else {}),
             }
             for one in touching
-        ]
-        spheres = Spheres(fit.source, fit.largest_error, each)
-    return SegmentData(
-        segment.name,
-        is_ground,
-        segment.mass,
-        segment.inertia,
-        None if centre is None else [float(part) for part in centre],
-        segment.psurf,
-        spheres,
-        list(segment.sites),
-    )
+        ],
+    }
 
 
 def _springs_lines(springs: SpringSet) -> Iterator[str]:

@@ -5,13 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, isfinite, pi
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 
 from generator.cli import inputs, options, outputs
 from generator.cli.answer import CommandResult, Paragraphs, Table, format_written
+from generator.cli.options import option, output_option
 from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error
 from generator.figure import Figure
 from generator.hold.hands import HandDemand
@@ -27,7 +28,7 @@ from generator.kinematics.placement import Displacements, forward_kinematics
 from generator.model import Model
 from generator.motion_files import FigureMotion
 from generator.person.survey import Sex
-from generator.text_io import format_csv_comment
+from generator.text_io import format_csv_comment, format_csv_rows
 from springs import SpringSet
 from springs.elastic import Range
 from springs.strength.strengths import Age, Body
@@ -216,18 +217,18 @@ def hold(
     displacements: options.JointValues = None,
     load: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="SEGMENT=10kg|SEGMENT=X,Y,ZN",
-            help="Mass that hangs from a segment, or force on it in world axes; at SEGMENT.SITE, "
+        option(
+            "SEGMENT=10kg|SEGMENT=X,Y,ZN",
+            "Mass that hangs from a segment, or force on it in world axes; at SEGMENT.SITE, "
             "or else at its site `grip`, which shipped persons lack: there at the centre of mass "
             "of the segment. May be repeated.",
         ),
     ] = None,
     support: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="left_foot,...|seat|ground|SEGMENT.SITE",
-            help="What bears the body. [default: the feet that are lowest]",
+        option(
+            "left_foot,...|seat|ground|SEGMENT.SITE",
+            "What bears the body. [default: the feet that are lowest]",
         ),
     ] = None,
     balance: Annotated[
@@ -238,26 +239,23 @@ def hold(
         Sex | None, typer.Option(help="Sex of the sample. [default: that of the figure]")
     ] = None,
     strength: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.toml", help="Strengths of your own: [[strength]] tables."),
+        Path | None, option("FILE.toml", "Strengths of your own: [[strength]] tables.")
     ] = None,
     springs: options.SpringsChoice = None,
     heaviest: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "SEGMENT",
+            "Find the heaviest load of one segment, in addition to the loads named.",
             "--max",
-            metavar="SEGMENT",
-            help="Find the heaviest load of one segment, in addition to the loads named.",
         ),
     ] = None,
     along: options.MotionFile = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE.csv|.html|.svg",
-            help="Table of joints, or of frames; page, or picture, of a posture. May be repeated.",
+        output_option(
+            "FILE.csv|.html|.svg",
+            "Table of joints, or of frames; page, or picture, of a posture. May be repeated.",
         ),
     ] = None,
 ) -> CommandResult:
@@ -409,7 +407,7 @@ def _along_motion(
     files: Sequence[Path],
     diagnostics: tuple[Diagnostic, ...],
 ) -> MotionHold:
-    rows = list(_frames(holder, motion, loads))
+    rows = [_frame(holder, motion, loads, k) for k in range(len(motion.times))]
     for file in files:
         titles = "time [s],joint,direction,use,capable [%],compression [N],margin [m]"
         cells = (["" if cell is None else _cell(cell) for cell in row] for row in rows)
@@ -418,43 +416,45 @@ def _along_motion(
         name,
         path,
         motion.times.tolist(),
-        joint=[row[0] for row in rows],
-        direction=[row[1] for row in rows],
-        use=[row[2] for row in rows],
-        percent_capable=[row[3] for row in rows],
-        compression_N=[row[4] for row in rows],
-        margin_m=[row[5] for row in rows],
+        joint=[row.joint for row in rows],
+        direction=[row.direction for row in rows],
+        use=[row.use for row in rows],
+        percent_capable=[row.percent_capable for row in rows],
+        compression_N=[row.compression for row in rows],
+        margin_m=[row.margin for row in rows],
         files=files,
         diagnostics=diagnostics,
     )
 
 
-def _frames(
-    holder: Holder, motion: FigureMotion, loads: Sequence[Load]
-) -> Iterator[
-    tuple[str | None, str | None, float | None, float | None, float | None, float | None]
-]:
-    """Yield weakest joint, its direction and use, percentage, compression and margin of frames.
+class _Frame(NamedTuple):
+    """Weakest joint, its direction and use, percentage, compression and margin of a frame."""
 
-    Frames in which both feet are off the ground have none.
-    """
+    joint: str | None = None
+    direction: str | None = None
+    use: float | None = None
+    percent_capable: float | None = None
+    compression: float | None = None
+    margin: float | None = None
+
+
+def _frame(holder: Holder, motion: FigureMotion, loads: Sequence[Load], k: int) -> _Frame:
+    """Return what is known of a frame; nothing where both feet are off the ground."""
     joints = holder.tree.kinematics.columns
-    for k in range(len(motion.times)):
-        values = {joint: motion.displacements[joint][k] for joint in joints}
-        try:
-            posture = holder.posture(values, loads, must_balance=False)
-        except OffGroundError:
-            yield None, None, None, None, None, None
-            continue
-        weakest, spine, standing = posture.weakest, posture.spine, posture.standing
-        yield (
-            weakest and weakest.joint,
-            weakest and weakest.direction,
-            weakest and weakest.use,
-            posture.percent_capable,
-            spine and spine.compression,
-            standing and standing.margin,
-        )
+    values = {joint: motion.displacements[joint][k] for joint in joints}
+    try:
+        posture = holder.posture(values, loads, must_balance=False)
+    except OffGroundError:
+        return _Frame()
+    weakest, spine, standing = posture.weakest, posture.spine, posture.standing
+    return _Frame(
+        weakest and weakest.joint,
+        weakest and weakest.direction,
+        weakest and weakest.use,
+        posture.percent_capable,
+        spine and spine.compression,
+        standing and standing.margin,
+    )
 
 
 def _heaviest_sentence(found: HeaviestLoad, weakest: JointDemand | None) -> str:
@@ -698,13 +698,6 @@ def _cell(value: object) -> str:
 def _joint_csv(name: str, posture: Posture) -> str:
     """Return the table of joints, with the keys of the JSON as titles."""
     rows = [_joint_data(one) for one in posture.joints]
-    lines = [format_csv_comment(f"figure {name}").rstrip("\n")]
-    lines.append(",".join(rows[0]) if rows else "")
-    for row in rows:
-        cells = (getattr(value, "value", value) for value in row.values())
-        lines.append(",".join(_quoted("" if cell is None else _cell(cell)) for cell in cells))
-    return "".join(f"{line}\n" for line in lines)
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if re.search(r'[",\n]', text) else text
+    cells = ([getattr(value, "value", value) for value in row.values()] for row in rows)
+    titles = list(rows[0]) if rows else []
+    return format_csv_comment(f"figure {name}") + format_csv_rows([titles, *cells])

@@ -1,8 +1,10 @@
 """`mover inverse`: joint moments of a measured motion, and how much of them is passive."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from math import degrees
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +12,8 @@ import numpy as np
 import typer
 
 from generator.cli import inputs, options, outputs
-from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
+from generator.cli.answer import CommandResult, Paragraphs, Table, format_written
+from generator.cli.options import option, output_option
 from generator.diagnostics import Diagnostic, InputError, ModelError, UsageError, error, warning
 from generator.figure import Figure
 from generator.input_files.coordinates import (
@@ -24,7 +27,6 @@ from generator.inverse.moments import (
     MIN_SURE,
     STANDARD_GRAVITY,
     JointMoments,
-    Works,
     format_moments,
     joint_moments,
 )
@@ -45,6 +47,7 @@ from generator.inverse.passive import (
 from generator.inverse.run_contact import contact_of_run
 from generator.motion_files import FigureMotion
 from generator.run_options import MAX_GRAVITY
+from springs.elastic import Range
 from springs.published.tables import publications
 
 _FREQUENCY = re.compile(r"\s*([0-9.eE+-]+)\s*Hz\s*", re.IGNORECASE)
@@ -65,49 +68,6 @@ MAX_RESIDUAL_OF_RUN = 0.05
 Its forces are known, so that only the spacing of the frames, or other loads, leave one."""
 
 
-@dataclass(frozen=True)
-class CoordinateSummary:
-    """Extremes and works of a coordinate's moment while accelerations are sure."""
-
-    unit: str
-    largest: float
-    largest_at_s: float
-    smallest: float
-    smallest_at_s: float
-    positive_work_J: float
-    negative_work_J: float
-
-
-@dataclass(frozen=True)
-class Residual:
-    """Largest residual of a coordinate of the root, in N or N m and as a share.
-
-    The share is of body weight for a force; a moment is over mass times height.
-    """
-
-    largest: float
-    unit: str
-    share: float
-    share_unit: str
-
-
-@dataclass(frozen=True)
-class PassiveShare:
-    """Positive passive work over the net one, as ranges over laws and zeros [1].
-
-    Attributes:
-        share: Smallest and largest share; None where no law is known.
-        by_law: The same of each law.
-        known: Smallest and largest part of the net work at angles at which a law is known.
-        net_positive_work_J: Positive net work.
-    """
-
-    share: tuple[float, float] | None
-    by_law: Mapping[str, tuple[float, float] | None]
-    known: tuple[float, float]
-    net_positive_work_J: float
-
-
 @dataclass(frozen=True, kw_only=True)
 class InverseResult(CommandResult):
     """Moments that a motion needs.
@@ -116,72 +76,88 @@ class InverseResult(CommandResult):
         figure: Figure or model.
         motion: File of the motion.
         forces: Bodies with measured forces.
-        sure_s: First and last time at which accelerations are sure; None where none is.
-        coordinates: Extremes and works by coordinate.
-        residuals: What is left over at the root, by coordinate.
-        times_s: Times of the samples.
-        moments: Generalized forces by the titles of their columns [N m or N].
-        powers_W: Their powers, by coordinate.
-        zero_uncertainty_deg: Shift of the zeros of angles, either way, in the ranges of shares.
-        passive: Passive shares by coordinate.
+        moments: Generalized forces along the motion.
+        bands: Passive moments by coordinate.
+        uncertainty: Shift of the zeros of angles, either way, in the ranges of shares [rad].
         files: Files that were written.
     """
 
     figure: str
     motion: Path
     forces: Sequence[str]
-    cutoff_Hz: float | None
-    mass_kg: float
-    height_m: float
-    sure_s: tuple[float, float] | None
-    coordinates: Mapping[str, CoordinateSummary]
-    residuals: Mapping[str, Residual]
-    times_s: Sequence[float]
-    moments: Mapping[str, Sequence[float]]
-    powers_W: Mapping[str, Sequence[float]]
-    zero_uncertainty_deg: float | None
-    passive: Mapping[str, PassiveShare]
+    moments: JointMoments
+    bands: Mapping[str, PassiveBand]
+    uncertainty: float
     files: Sequence[Path]
-    motion_title: str = field(default="", metadata=HIDDEN)
+
+    @property
+    def sure(self) -> tuple[float, float] | None:
+        """First and last time at which accelerations are sure [s]; None where none is."""
+        times = self.moments.times[self.moments.is_sure]
+        return (float(times[0]), float(times[-1])) if len(times) else None
+
+    def to_json(self) -> dict[str, object]:
+        """Return extremes and works by coordinate, residuals, shares, and all samples."""
+        moments, every = self.moments, self.moments.coordinates
+        return {
+            "figure": self.figure,
+            "motion": self.motion,
+            "forces": self.forces,
+            "cutoff_Hz": moments.cutoff,
+            "mass_kg": moments.mass,
+            "height_m": moments.height,
+            "sure_s": self.sure,
+            "coordinates": dict(_summaries(moments)),
+            "residuals": dict(_residuals(moments)),
+            "times_s": moments.times,
+            "moments": {one.label: one.forces for one in every.values()},
+            "powers_W": {name: one.powers for name, one in every.items()},
+            "zero_uncertainty_deg": degrees(self.uncertainty) if self.bands else None,
+            "passive": {
+                name: {
+                    "share": band.share_range,
+                    "by_law": _shares_by_law(band),
+                    "known": band.known_range,
+                    "net_positive_work_J": moments.works(every[name].powers).positive,
+                }
+                for name, band in self.bands.items()
+            },
+            "files": self.files,
+        }
 
     def paragraphs(self) -> Paragraphs:
         """Return the tables of moments and residuals."""
-        done = _filter_and_forces(self.cutoff_Hz, self.forces)
-        yield f"{self.motion_title}, {done}; {self.mass_kg:.4g} kg"
+        done = _filter_and_forces(self.moments.cutoff, self.forces)
+        frames = options.format_frames(self.moments.times)
+        yield f"{frames}, {done}; {self.moments.mass:.4g} kg"
         rows = [["", "largest", "at [s]", "smallest", "at [s]", "", "work + [J]", "work - [J]"]]
-        for name, one in self.coordinates.items():
-            extremes = (one.largest, one.largest_at_s, one.smallest, one.smallest_at_s)
-            works = (one.positive_work_J, one.negative_work_J)
-            numbers = [f"{value:.4g}" for value in extremes]
-            rows.append([name, *numbers, one.unit, *(f"{value:.4g}" for value in works)])
+        for name, one in _summaries(self.moments):
+            unit, *numbers = one.values()
+            texts = [f"{number:.4g}" for number in numbers]
+            rows.append([name, *texts[:4], unit, *texts[4:]])
         yield Table(rows)
         rows = [["residual of the root", "largest", "", "share", ""]]
-        for name, one in self.residuals.items():
-            share = f"{one.share:.3g}"
-            rows.append([name, f"{one.largest:.4g}", one.unit, share, one.share_unit])
-        yield Table(rows) if self.residuals else "the figure is attached to the ground: no residual"
-        if self.sure_s is not None:
-            yield f"extremes, works and shares are from {self.sure_s[0]:g} to {self.sure_s[1]:g} s"
-        if self.passive:
+        for name, one in _residuals(self.moments):
+            largest, unit, share, share_unit = one.values()
+            rows.append([name, f"{largest:.4g}", unit, f"{share:.3g}", share_unit])
+        is_free = len(rows) > 1
+        yield Table(rows) if is_free else "the figure is attached to the ground: no residual"
+        if self.sure is not None:
+            yield f"extremes, works and shares are from {self.sure[0]:g} to {self.sure[1]:g} s"
+        if self.bands:
             yield self._shares_table()
         yield format_written(self.files)
 
     def _shares_table(self) -> Table:
         """Return the table of passive shares."""
-        laws = list(dict.fromkeys(law for one in self.passive.values() for law in one.by_law))
-        title = f"passive share of work +, zeros +-{self.zero_uncertainty_deg:g} deg"
+        laws = list(dict.fromkeys(law for band in self.bands.values() for law in band.shares))
+        title = f"passive share of work +, zeros +-{degrees(self.uncertainty):g} deg"
         rows = [[title, "all laws", *(laws if len(laws) > 1 else []), "known part"]]
-        for name, one in self.passive.items():
-            shares = [one.share, *((one.by_law.get(law) for law in laws) if len(laws) > 1 else ())]
-            rows.append([name, *map(_format_share, shares), _format_share(one.known)])
+        for name, band in self.bands.items():
+            by_law = _shares_by_law(band)
+            shares = [band.share_range, *(map(by_law.get, laws) if len(laws) > 1 else ())]
+            rows.append([name, *map(_format_share, shares), _format_share(band.known_range)])
         return Table(rows)
-
-
-def _page(motion: FigureMotion, *others: Any) -> str:
-    """Return `moments_page`, which imports what reads surfaces."""
-    from generator.inverse.page import moments_page
-
-    return moments_page(motion, *others)
 
 
 def _filter_and_forces(cutoff: float | None, bodies: Sequence[str]) -> str:
@@ -197,61 +173,44 @@ def _format_share(share: tuple[float, float] | None) -> str:
 
 
 def inverse(
-    model: Annotated[
-        str,
-        typer.Argument(
-            metavar="FIGURE|MODEL", help="A figure, or a model: .osim .xml .mjcf .urdf."
-        ),
-    ],
+    model: options.BodyName,
     motion: Annotated[
         Path, typer.Argument(metavar="MOTION", help="Its motion: .mot .sto .action .npz.")
     ],
     forces: Annotated[
         Path | None,
-        typer.Option(
-            metavar="GRF.xml|GRF.mot",
-            help="Measured forces: OpenSim's external loads, or a table with --force.",
+        option(
+            "GRF.xml|GRF.mot", "Measured forces: OpenSim's external loads, or a table with --force."
         ),
     ] = None,
     force: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="BODY=PREFIX",
-            help="Body of a force whose columns are PREFIX_vx, PREFIX_px ...; repeat it.",
+        option(
+            "BODY=PREFIX", "Body of a force whose columns are PREFIX_vx, PREFIX_px ...; repeat it."
         ),
     ] = None,
     cutoff: Annotated[
-        str | None,
-        typer.Option(
-            metavar="6Hz", help="Filter displacements: Butterworth, both ways. [default: none]"
-        ),
+        str | None, option("6Hz", "Filter displacements: Butterworth, both ways. [default: none]")
     ] = None,
     springs: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="LAW|FILE|NAME",
-            help="Passive laws: published ones as publication/name, or springs of the figure; "
+        option(
+            "LAW|FILE|NAME",
+            "Passive laws: published ones as publication/name, or springs of the figure; "
             f"repeat it. [default: {', '.join(DEFAULT_LAWS)}]",
         ),
     ] = None,
     neutral: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="STATIC.mot", help="Upright standing, at which angles of laws are zero."
-        ),
+        Path | None, option("STATIC.mot", "Upright standing, at which angles of laws are zero.")
     ] = None,
     hip_zero: Annotated[
-        str | None,
-        typer.Option(metavar="10deg", help="Hip flexion there in published laws. [default: 0]"),
+        str | None, option("10deg", "Hip flexion there in published laws. [default: 0]")
     ] = None,
     gravity: options.Gravity = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="Moments as OpenSim's, .sto; net and passive ones, powers, .csv; a page, .html.",
+        output_option(
+            "FILE", "Moments as OpenSim's, .sto; net and passive ones, powers, .csv; a page, .html."
         ),
     ] = None,
 ) -> CommandResult:
@@ -284,8 +243,16 @@ def inverse(
     except ModelError as failure:
         raise InputError([error(f"{model}: {failure}")]) from None
     zeros, seen = ({}, ()) if neutral is None else _neutral_values(neutral, figure, coordinates)
-    passive = _Passive(moved, moments, coordinates, zeros, zero)
-    laws, own = passive.laws(model, springs, needed=any(f.suffix == SHARE_SUFFIX for f in files))
+    laws, own = _passive_laws(
+        springs,
+        model,
+        moved,
+        moments,
+        coordinates,
+        zeros,
+        zero,
+        needed=any(file.suffix == SHARE_SUFFIX for file in files),
+    )
     uncertainty = ZERO_WITHOUT if neutral is None else ZERO_WITH_NEUTRAL
     bands = passive_bands(moments, laws, uncertainty) if laws else {}
     upward = {
@@ -298,22 +265,20 @@ def inverse(
     formats = {
         MOMENTS_SUFFIX: lambda: "\n".join([*format_moments(moments), ""]),
         SHARE_SUFFIX: lambda: "".join(format_bands(moments, bands, upward)),
-        PAGE_SUFFIX: lambda: _page(
+        PAGE_SUFFIX: lambda: import_module("generator.inverse.page").moments_page(
             moved, moments, bands, coordinates, measured, uncertainty, what, doubts
         ),
     }
     outputs.write_files({path: formats[path.suffix.lower()]() for path in files})
-    found = (*warnings, *more, *seen, *own, *doubts)
-    return _result(
-        moments,
-        bands,
-        uncertainty,
-        found,
-        model=model,
+    return InverseResult(
+        figure=model,
         motion=motion,
-        title=options.format_frames(moments.times),
         forces=[one.body for one in loads],
+        moments=moments,
+        bands=bands,
+        uncertainty=uncertainty,
         files=files,
+        diagnostics=(*warnings, *more, *seen, *own, *doubts),
     )
 
 
@@ -339,53 +304,49 @@ def _neutral_values(
     return found, warnings
 
 
-@dataclass(frozen=True)
-class _Passive:
-    """The laws that options choose for a motion."""
+def _passive_laws(
+    choices: Sequence[str] | None,
+    model: str,
+    motion: FigureMotion,
+    moments: JointMoments,
+    coordinates: Coordinates,
+    zeros: Mapping[str, float],
+    hip_zero: float,
+    *,
+    needed: bool,
+) -> tuple[list[PassiveLaw], tuple[Diagnostic, ...]]:
+    """Return the laws of `--springs` with warnings; none by default for a figure without legs.
 
-    motion: FigureMotion
-    moments: JointMoments
-    coordinates: Coordinates
-    zeros: Mapping[str, float]
-    hip_zero: float
-
-    def laws(
-        self, model: str, choices: Sequence[str] | None, *, needed: bool
-    ) -> tuple[list[PassiveLaw], tuple[Diagnostic, ...]]:
-        """Return the laws with warnings; none by default for a figure without legs.
-
-        Raises UsageError and InputError.
-        """
-        names = choices or DEFAULT_LAWS
-        columns = displacement_columns(self.motion.chains, self.coordinates)
-        legs = find_legs(self.motion.tree, columns)
-        if not choices and not legs and not needed:
-            return [], ()
-        found: list[PassiveLaw] = []
-        warnings: list[Diagnostic] = []
-        for name in dict.fromkeys(names):
-            publication, _, row = name.partition("/")
-            if row and publication in publications():
-                published_law(name)
-                require_legs(legs, model)
-                found.append(LegLaw(name, legs, self.moments, self.zeros, self.hip_zero))
-                if name in MEAN_PARAMETERS:
-                    what = f"--springs {name}: parameters that are means of subjects"
-                    warnings.append(warning(what, hint="their moments are not mean moments"))
-                continue
-            springs, more = inputs.springs_from_option(self.motion.figure, name)
-            warnings += more
-            law = SpringsLaw(name, self.motion, springs, self.moments, columns, self.zeros)
-            if not law.groups:
-                raise UsageError(f"--springs {name}: these springs have no elastic law")
-            found.append(law)
-        return found, tuple(warnings)
+    Raises UsageError and InputError.
+    """
+    columns = displacement_columns(motion.chains, coordinates)
+    legs = find_legs(motion.tree, columns)
+    if not choices and not legs and not needed:
+        return [], ()
+    found: list[PassiveLaw] = []
+    warnings: list[Diagnostic] = []
+    for name in dict.fromkeys(choices or DEFAULT_LAWS):
+        publication, _, row = name.partition("/")
+        if row and publication in publications():
+            published_law(name)
+            require_legs(legs, model)
+            found.append(LegLaw(name, legs, moments, zeros, hip_zero))
+            if name in MEAN_PARAMETERS:
+                what = f"--springs {name}: parameters that are means of subjects"
+                warnings.append(warning(what, hint="their moments are not mean moments"))
+            continue
+        springs, more = inputs.springs_from_option(motion.figure, name)
+        warnings += more
+        law = SpringsLaw(name, motion, springs, moments, columns, zeros)
+        if not law.groups:
+            raise UsageError(f"--springs {name}: these springs have no elastic law")
+        found.append(law)
+    return found, tuple(warnings)
 
 
-def _share(moments: JointMoments, name: str, band: PassiveBand) -> PassiveShare:
-    works = moments.works(moments.coordinates[name].powers)
-    by_law = {law: (min(all_), max(all_)) if all_ else None for law, all_ in band.shares.items()}
-    return PassiveShare(band.share_range, by_law, band.known_range, works.positive)
+def _shares_by_law(band: PassiveBand) -> dict[str, Range | None]:
+    """Return the smallest and the largest share of each law; None where it is not known."""
+    return {law: (min(all_), max(all_)) if all_ else None for law, all_ in band.shares.items()}
 
 
 def frequency_from_option(option: str, text: str) -> float:
@@ -469,59 +430,39 @@ def _doubts(
     return found
 
 
-def _summary(moments: JointMoments, name: str) -> CoordinateSummary:
-    one, kept = moments.coordinates[name], moments.kept
-    times, forces = moments.times[kept], one.forces[kept]
-    high, low = int(np.argmax(forces)), int(np.argmin(forces))
-    works: Works = moments.works(one.powers)
-    return CoordinateSummary(
-        one.unit,
-        float(forces[high]),
-        float(times[high]),
-        float(forces[low]),
-        float(times[low]),
-        works.positive,
-        works.negative,
-    )
+def _summaries(moments: JointMoments) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield extremes and works of each coordinate's moment while accelerations are sure."""
+    for name, one in moments.coordinates.items():
+        if not one.is_root:
+            times, forces = moments.times[moments.kept], one.forces[moments.kept]
+            high, low, works = np.argmax(forces), np.argmin(forces), moments.works(one.powers)
+            yield (
+                name,
+                {
+                    "unit": one.unit,
+                    "largest": forces[high],
+                    "largest_at_s": times[high],
+                    "smallest": forces[low],
+                    "smallest_at_s": times[low],
+                    "positive_work_J": works.positive,
+                    "negative_work_J": works.negative,
+                },
+            )
 
 
-def _residual(moments: JointMoments, name: str) -> Residual:
-    one = moments.coordinates[name]
-    largest = float(np.abs(one.forces[moments.kept]).max())
-    unit = "N m/(kg m)" if one.is_angle else "of body weight"
-    return Residual(largest, one.unit, moments.residual_share(name), unit)
+def _residuals(moments: JointMoments) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the largest residual of each coordinate of the root, also as a share.
 
-
-def _result(
-    moments: JointMoments,
-    bands: Mapping[str, PassiveBand],
-    uncertainty: float,
-    diagnostics: tuple[Diagnostic, ...],
-    *,
-    model: str,
-    motion: Path,
-    title: str,
-    forces: Sequence[str],
-    files: Sequence[Path],
-) -> InverseResult:
-    sure = moments.times[moments.is_sure]
-    coordinates = moments.coordinates
-    return InverseResult(
-        figure=model,
-        motion=motion,
-        forces=forces,
-        cutoff_Hz=moments.cutoff,
-        mass_kg=moments.mass,
-        height_m=moments.height,
-        sure_s=(float(sure[0]), float(sure[-1])) if len(sure) else None,
-        coordinates={n: _summary(moments, n) for n, one in coordinates.items() if not one.is_root},
-        residuals={n: _residual(moments, n) for n, one in coordinates.items() if one.is_root},
-        times_s=moments.times.tolist(),
-        moments={one.label: one.forces.tolist() for one in coordinates.values()},
-        powers_W={name: one.powers.tolist() for name, one in coordinates.items()},
-        zero_uncertainty_deg=float(np.degrees(uncertainty)) if bands else None,
-        passive={name: _share(moments, name, band) for name, band in bands.items()},
-        files=files,
-        motion_title=title,
-        diagnostics=diagnostics,
-    )
+    The share is of body weight for a force; a moment is over mass times height.
+    """
+    for name, one in moments.coordinates.items():
+        if one.is_root:
+            yield (
+                name,
+                {
+                    "largest": np.abs(one.forces[moments.kept]).max(),
+                    "unit": one.unit,
+                    "share": moments.residual_share(name),
+                    "share_unit": "N m/(kg m)" if one.is_angle else "of body weight",
+                },
+            )

@@ -16,6 +16,7 @@ from generator.cli.options import (
     Density,
     density_from_option,
     length_unit_from_option,
+    option,
     vector_from_option,
 )
 from generator.diagnostics import UsageError, spelling_hint
@@ -155,14 +156,10 @@ def mass(
         ),
     ] = None,
     about: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z", help="Also give the inertia about this point, in the file's unit."
-        ),
+        str | None, option("X,Y,Z", "Also give the inertia about this point, in the file's unit.")
     ] = None,
     segment: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Segment of the figure whose psurf is used."),
+        str | None, option("NAME", "Segment of the figure whose psurf is used.")
     ] = None,
     fix_winding: Annotated[
         bool, typer.Option("--fix-winding", help="Flip faces that point inward.")

@@ -65,12 +65,20 @@ OptionalFigureName = Annotated[
 ]
 
 
+def option(metavar: str, text: str, *flags: str) -> Any:
+    """Return an option of a command with its help."""
+    return typer.Option(*flags, metavar=metavar, help=text)
+
+
+def output_option(metavar: str, text: str) -> Any:
+    """Return the option `-o` of a command."""
+    return option(metavar, text, "--output", "-o")
+
+
 def run_option(key: str, panel: str | None = None) -> Any:
     """Return the option of a command for an option of a run, in a section of its help."""
-    option = RUN_OPTIONS[key]
-    return typer.Option(
-        option.flag, metavar=option.metavar, help=option.help, rich_help_panel=panel
-    )
+    row = RUN_OPTIONS[key]
+    return typer.Option(row.flag, metavar=row.metavar, help=row.help, rich_help_panel=panel)
 
 
 SpringsChoice = Annotated[str | None, run_option("springs")]
@@ -88,20 +96,16 @@ SeedOption = Annotated[int | None, run_option("seed")]
 LinksFile = Annotated[Path | None, run_option("links")]
 LockedJoints = Annotated[list[str] | None, run_option("lock")]
 MotionFile = Annotated[
-    Path | None,
-    typer.Option("--along", metavar="MOTION", help="Motion, instead of a single pose."),
+    Path | None, option("MOTION", "Motion, instead of a single pose.", "--along")
 ]
-TableOutput = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", metavar="FILE.csv", help="Table with one row per frame."),
+TableOutput = Annotated[Path | None, output_option("FILE.csv", "Table with one row per frame.")]
+PoseOutput = Annotated[Path | None, output_option("FILE.pose", "Pose file to write.")]
+BodyName = Annotated[
+    str,
+    typer.Argument(metavar="FIGURE|MODEL", help="A figure, or a model: .osim .xml .mjcf .urdf."),
 ]
-PoseOutput = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", metavar="FILE.pose", help="Pose file to write."),
-]
-Density = Annotated[
-    str, typer.Option("--density", metavar="1.05g/cm3", help="Density with its unit.")
-]
+UpAxis = Annotated[str, option("y|z", "Axis of the laboratory that points up.")]
+Density = Annotated[str, option("1.05g/cm3", "Density with its unit.", "--density")]
 
 
 def with_run_options(command: Callable[..., R]) -> Callable[..., R]:
@@ -111,16 +115,16 @@ def with_run_options(command: Callable[..., R]) -> Callable[..., R]:
     """
     shared = [
         Parameter(
-            option.field,
+            row.field,
             Parameter.POSITIONAL_OR_KEYWORD,
-            default=False if option.type is bool else None,
+            default=False if row.type is bool else None,
             annotation=Annotated[
-                bool if option.type is bool else option.type | None, run_option(key, panel)
+                bool if row.type is bool else row.type | None, run_option(key, panel)
             ],
         )
         for panel, keys in PANELS.items()
         for key in keys
-        for option in (RUN_OPTIONS[key],)
+        for row in (RUN_OPTIONS[key],)
     ]
     names = {one.name for one in shared}
     own = signature(command)

@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_count
-from generator.cli.options import CM, angle_from_option, length_from_option, mass_from_option
+from generator.cli.options import (
+    CM,
+    UpAxis,
+    angle_from_option,
+    length_from_option,
+    mass_from_option,
+    option,
+    output_option,
+)
 from generator.cli.outputs import check_suffix, check_writable, format_files, write_models
 from generator.contact_file.file import CONTACT_FILE
 from generator.diagnostics import InputError, UsageError, error, warning
@@ -173,28 +181,20 @@ def person(
     ] = None,
     measures: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE.toml",
-            help="Measured dimensions (docs/person.md); the others follow them.",
-        ),
+        option("FILE.toml", "Measured dimensions (docs/person.md); the others follow them."),
     ] = None,
     markers: Annotated[
         Path | None,
-        typer.Option(
-            metavar="STATIC.trc",
-            help="Static trial, .trc or .c3d: dimensions from markers on landmarks "
-            "(docs/person.md).",
+        option(
+            "STATIC.trc",
+            "Static trial, .trc or .c3d: dimensions from markers on landmarks (docs/person.md).",
         ),
     ] = None,
     marker: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="LANDMARK=NAME", help="Marker on a landmark, such as left_knee=LKNE; repeat it."
-        ),
+        option("LANDMARK=NAME", "Marker on a landmark, such as left_knee=LKNE; repeat it."),
     ] = None,
-    up: Annotated[
-        str, typer.Option(metavar="y|z", help="Axis of the laboratory that points up.")
-    ] = "y",
+    up: UpAxis = "y",
     springs: Annotated[
         PersonSprings,
         typer.Option(
@@ -204,9 +204,9 @@ def person(
     ] = PersonSprings.PUBLISHED,
     hip_datum: Annotated[
         str,
-        typer.Option(
-            metavar="10deg",
-            help="Hip flexion of an upright person in the coordinate of the law of hip, knee and "
+        option(
+            "10deg",
+            "Hip flexion of an upright person in the coordinate of the law of hip, knee and "
             "ankle, from 0 to 15 deg: an estimate.",
         ),
     ] = "10deg",
@@ -227,12 +227,7 @@ def person(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE.fig",
-            help="Figure to write, with springs, geometry and sources beside it.",
-        ),
+        output_option("FILE.fig", "Figure to write, with springs, geometry and sources beside it."),
     ] = None,
 ) -> CommandResult:
     """Make the figure of a person of a sex, stature and mass.

@@ -5,11 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-import typer
-
 from generator.cli import inputs, options, outputs
 from generator.cli.answer import CommandResult, Paragraphs, Table, format_count, format_written
-from generator.cli.options import JointDisplacement, format_rounded, in_cm, joint_displacements
+from generator.cli.options import (
+    JointDisplacement,
+    format_rounded,
+    in_cm,
+    joint_displacements,
+    output_option,
+)
 from generator.diagnostics import UsageError
 from generator.figure_file.read import FIGURE_FILE
 from generator.figure_file.write import write_figure
@@ -56,13 +60,7 @@ def pose(
     file: options.PoseFile = None,
     displacements: options.JointValues = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="A .pose file, or a .fig with these displacements.",
-        ),
+        Path | None, output_option("FILE", "A .pose file, or a .fig with these displacements.")
     ] = None,
 ) -> CommandResult:
     """Show or save a pose: displacements of joints, positions.

@@ -49,31 +49,41 @@ class HangingRest(answer.CommandResult):
     """Equilibrium of a figure that hangs from the ground."""
 
     figure: str
-    state: str
+    rest: "Equilibrium"
     joints: Sequence[options.JointDisplacement]
-    residual_Nm_or_N: float
-    stiffness_Nm_per_rad_or_N_per_m: float | None
-    slowest_per_s2: float | None
-    growth_per_s: float | None
-    energy_J: float | None
-    start_energy_J: float | None
-    steps: int
     asymmetric_joints: Sequence[str]
     files: Sequence[Path]
-    rest: "Equilibrium" = field(metadata=answer.HIDDEN)
+
+    def to_json(self) -> dict[str, object]:
+        """Return state, joints, and the numbers of the search."""
+        rest = self.rest
+        return {
+            "figure": self.figure,
+            "state": rest.state,
+            "joints": self.joints,
+            "residual_Nm_or_N": rest.residual,
+            "stiffness_Nm_per_rad_or_N_per_m": rest.stiffness,
+            "slowest_per_s2": rest.slowest_rate_squared,
+            "growth_per_s": rest.growth,
+            "energy_J": rest.energy,
+            "start_energy_J": rest.start_energy,
+            "steps": rest.steps,
+            "asymmetric_joints": self.asymmetric_joints,
+            "files": self.files,
+        }
 
     def paragraphs(self) -> answer.Paragraphs:
         """Return state, joints, and the numbers of the search."""
-        rows = [("residual force", f"{self.residual_Nm_or_N:.2g} N m or N")]
-        stiffness = self.stiffness_Nm_per_rad_or_N_per_m
-        if stiffness is not None and self.slowest_per_s2 is not None:
-            rate = f"{self.slowest_per_s2:.4g} 1/s^2"
-            rows.append(("smallest stiffness", f"{stiffness:.4g} {self.rest.stiffness_unit}"))
+        rest = self.rest
+        rows = [("residual force", f"{rest.residual:.2g} N m or N")]
+        if rest.stiffness is not None and rest.slowest_rate_squared is not None:
+            rate = f"{rest.slowest_rate_squared:.4g} 1/s^2"
+            rows.append(("smallest stiffness", f"{rest.stiffness:.4g} {rest.stiffness_unit}"))
             rows.append(("squared rate of the slowest motion", rate))
-        if self.rest.has_growing_motions:
-            rows.append(("small motions grow at a rate of", f"{self.growth_per_s:.4g} 1/s"))
-        rows += [*_energy_rows(self.energy_J, self.start_energy_J), ("steps", str(self.steps))]
-        yield f"{self.figure} {self.state}"
+        if rest.has_growing_motions:
+            rows.append(("small motions grow at a rate of", f"{rest.growth:.4g} 1/s"))
+        rows += [*_energy_rows(rest.energy, rest.start_energy), ("steps", str(rest.steps))]
+        yield f"{self.figure} {rest.state}"
         yield _joints_table(self.joints)
         yield answer.Table(rows, 2)
         yield answer.format_written(self.files)
@@ -84,61 +94,73 @@ class PropsRest(answer.CommandResult):
     """Pose of a free figure at rest on props."""
 
     figure: str
-    stable: bool
     props: Sequence[str]
+    rest: "RestingPose"
+    attached: "AttachedPose"
     joints: Sequence[options.JointDisplacement]
-    centre_of_mass_m: Array
-    height_m: float
-    weight_N: float
-    weight_carried: float | None
-    shares: Mapping[str, float]
-    forces_N: Mapping[str, Array]
-    depths_m: Mapping[str, float]
-    energy_J: float | None
-    start_energy_J: float | None
-    acceleration_m_per_s2: float
-    creep_m_per_s: float
-    growth_per_s: float
-    simulated_s: float
     asymmetric_joints: Sequence[str]
-    orientations_lost: Sequence[str]
-    places_lost: Sequence[str]
     files: Sequence[Path]
-    rest: "RestingPose" = field(metadata=answer.HIDDEN)
+
+    def to_json(self) -> dict[str, object]:
+        """Return state, joints, what the segments carry, and the numbers of the search."""
+        rest = self.rest
+        return {
+            "figure": self.figure,
+            "stable": rest.is_stable,
+            "props": self.props,
+            "joints": self.joints,
+            "centre_of_mass_m": rest.centre_of_mass,
+            "height_m": rest.height,
+            "weight_N": rest.weight,
+            "weight_carried": rest.weight_carried,
+            "shares": rest.shares,
+            "forces_N": rest.forces,
+            "depths_m": rest.depths,
+            "energy_J": rest.energy,
+            "start_energy_J": rest.start_energy,
+            "acceleration_m_per_s2": rest.acceleration,
+            "creep_m_per_s": rest.creep,
+            "growth_per_s": rest.growth,
+            "simulated_s": rest.time,
+            "asymmetric_joints": self.asymmetric_joints,
+            "orientations_lost": self.attached.turned,
+            "places_lost": self.attached.moved,
+            "files": self.files,
+        }
 
     def paragraphs(self) -> answer.Paragraphs:
         """Return state, joints, what the segments carry, and the numbers of the search."""
-        state = "a stable pose" if self.stable else "an unstable pose, which it leaves if disturbed"
+        rest = self.rest
+        state = (
+            "a stable pose" if rest.is_stable else "an unstable pose, which it leaves if disturbed"
+        )
         yield f"{self.figure} rests on {' and '.join(self.props)} in {state}"
         yield _joints_table(self.joints)
         rows = [["touching", "of the weight", "force [N]", "depth [mm]"]]
-        sizes = {name: float(np.linalg.norm(force)) for name, force in self.forces_N.items()}
+        sizes = {name: float(np.linalg.norm(force)) for name, force in rest.forces.items()}
         for name in sorted(sizes, key=lambda name: -sizes[name]):
             if sizes[name] > 0.0:
-                share = f"{100.0 * self.shares[name]:.1f} %" if self.shares else ""
-                depth = f"{1000.0 * self.depths_m[name]:.1f}"
+                share = f"{100.0 * rest.shares[name]:.1f} %" if rest.shares else ""
+                depth = f"{1000.0 * rest.depths[name]:.1f}"
                 rows.append([name, share, f"{sizes[name]:.4g}", depth])
         yield answer.Table(rows) if len(rows) > 1 else "nothing is touched"
         yield self._numbers()
         yield answer.format_written(self.files)
 
     def _numbers(self) -> answer.Table:
-        acceleration = f"{self.acceleration_m_per_s2:.2g} m/s^2 ({self.rest.fastest})"
-        creep = f"{1000.0 * self.creep_m_per_s:.2g} mm/s ({self.rest.creeping})"
+        rest = self.rest
         rows = [
-            ("height of the centre of mass", f"{self.height_m:.4g} m"),
-            *_energy_rows(self.energy_J, self.start_energy_J),
-            ("remaining acceleration", acceleration),
-            ("creep by smooth friction", creep),
+            ("height of the centre of mass", f"{rest.height:.4g} m"),
+            *_energy_rows(rest.energy, rest.start_energy),
+            ("remaining acceleration", f"{rest.acceleration:.2g} m/s^2 ({rest.fastest})"),
+            ("creep by smooth friction", f"{1000.0 * rest.creep:.2g} mm/s ({rest.creeping})"),
         ]
-        if self.weight_carried is not None:
-            carried = f"{self.weight_carried:.4f} of {self.weight_N:.4g} N"
+        if rest.weight_carried is not None:
+            carried = f"{rest.weight_carried:.4f} of {rest.weight:.4g} N"
             rows.insert(0, ("weight carried", carried))
-        if not self.stable:
-            rows.append(("small motions grow at a rate of", f"{self.growth_per_s:.4g} 1/s"))
-        return answer.Table(
-            [*rows, ("found after", f"{self.simulated_s:.4g} s of a damped fall")], 2
-        )
+        if not rest.is_stable:
+            rows.append(("small motions grow at a rate of", f"{rest.growth:.4g} 1/s"))
+        return answer.Table([*rows, ("found after", f"{rest.time:.4g} s of a damped fall")], 2)
 
 
 def _joints_table(joints: Sequence[options.JointDisplacement]) -> answer.Table:
@@ -226,22 +248,8 @@ def settle(
         diagnostics = (*diagnostics, *_asymmetry_warnings(figure, asymmetric, rest.displacements))
     for path in files:
         write_pose_file(path, figure, rest.displacements)
-    return HangingRest(
-        figure=name,
-        state=rest.state,
-        joints=options.joint_displacements(figure, rest.displacements),
-        residual_Nm_or_N=rest.residual,
-        stiffness_Nm_per_rad_or_N_per_m=rest.stiffness,
-        slowest_per_s2=rest.slowest_rate_squared,
-        growth_per_s=rest.growth,
-        energy_J=rest.energy,
-        start_energy_J=rest.start_energy,
-        steps=rest.steps,
-        asymmetric_joints=asymmetric,
-        files=files,
-        rest=rest,
-        diagnostics=diagnostics,
-    )
+    joints = options.joint_displacements(figure, rest.displacements)
+    return HangingRest(name, rest, joints, asymmetric, files, diagnostics=diagnostics)
 
 
 MAX_SYMMETRIC_DIFFERENCE = 1e-3
@@ -339,30 +347,9 @@ def _rest_on_props(
     for path in files:
         write_pose_file(path, figure, attached.displacements)
         diagnostics = (*diagnostics, *_loss_warnings(path, attached))
+    joints = options.joint_displacements(figure, attached.displacements)
     return PropsRest(
-        figure=name,
-        stable=rest.is_stable,
-        props=props,
-        joints=options.joint_displacements(figure, attached.displacements),
-        centre_of_mass_m=rest.centre_of_mass,
-        height_m=rest.height,
-        weight_N=rest.weight,
-        weight_carried=rest.weight_carried,
-        shares=rest.shares,
-        forces_N=rest.forces,
-        depths_m=rest.depths,
-        energy_J=rest.energy,
-        start_energy_J=rest.start_energy,
-        acceleration_m_per_s2=rest.acceleration,
-        creep_m_per_s=rest.creep,
-        growth_per_s=rest.growth,
-        simulated_s=rest.time,
-        asymmetric_joints=asymmetric,
-        orientations_lost=attached.turned,
-        places_lost=attached.moved,
-        files=files,
-        rest=rest,
-        diagnostics=diagnostics,
+        name, props, rest, attached, joints, asymmetric, files, diagnostics=diagnostics
     )
 
 

@@ -1,7 +1,7 @@
 """`mover simulate`: from a figure to the files of its motion."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -76,92 +76,112 @@ class SimulationResult(answer.CommandResult):
     """Summary of a run."""
 
     figure: str
-    outcome: Ending
-    message: str
-    joint: str | None
-    simulated_s: float
-    integrator: Integrator
-    integrator_reason: str
-    agreement_with_exudyn: float | None
-    wall_s: float
-    build_s: float
-    steps: int
-    step_s: float
-    tolerance_rad: float | None
-    error_estimate_rad: float | None
-    held_until_s: float | None
-    chaotic_from_s: float | None
-    energy: Mapping[str, EnergyChange]
-    constraint_drift_m: float
-    strayed_rad_or_m: float
-    springs: str
-    law: str
+    recording: Recording
     files: Sequence[Path]
-    contact: Mapping[str, object] | None = field(metadata=answer.OMITTED_IF_NONE)
-    range: Sequence[Mapping[str, object]]
+    losses: LossesByPath
     elastic_joints: int
     moving_joints: int
-    losses: LossesByPath
-    scale: Mapping[str, float] | None = field(metadata=answer.OMITTED_IF_NONE)
-    fall: FallStart | None = field(metadata=answer.OMITTED_IF_NONE)
-    starts: StartsResult | None = field(metadata=answer.OMITTED_IF_NONE)
-    tone: str | None = field(metadata=answer.OMITTED_IF_NONE)
-    recording: Recording = field(metadata=answer.HIDDEN)
-    contact_rows: Sequence[tuple[str, str]] = field(metadata=answer.HIDDEN)
-    range_excesses: Sequence[RangeExcess] = field(metadata=answer.HIDDEN)
+    range_excesses: Sequence[RangeExcess]
+    contact_rows: Sequence[tuple[str, str]]
+    scale: Mapping[str, float]
+    fall: FallStart | None
+    starts: StartsResult | None
+    tone: str | None
+
+    def to_json(self) -> dict[str, object]:
+        """Return outcome, accuracy, energy, contact, and what was chosen."""
+        run, accuracy, outcome = self.recording, self.recording.accuracy, self.recording.outcome
+        is_estimated = answer.finite_or_none(accuracy.estimate) is not None
+        chosen = {
+            "scale": self.scale or None,
+            "fall": self.fall,
+            "starts": self.starts,
+            "tone": self.tone,
+        }
+        return {
+            "figure": self.figure,
+            "outcome": outcome.ending,
+            "message": outcome.message,
+            "joint": outcome.joint,
+            "simulated_s": run.times[-1] - run.times[0],
+            "integrator": run.integrator,
+            "integrator_reason": run.integrator_reason,
+            "agreement_with_exudyn": run.agreement_with_exudyn,
+            "wall_s": run.wall_time,
+            "build_s": run.build_time,
+            "steps": accuracy.steps,
+            "step_s": accuracy.step,
+            "tolerance_rad": accuracy.tolerance,
+            "error_estimate_rad": accuracy.estimate,
+            "held_until_s": accuracy.tolerance_met_until if is_estimated else None,
+            "chaotic_from_s": run.contact and run.contact.chaotic_from(run.times),
+            "energy": run.energy_changes,
+            "constraint_drift_m": run.constraint_drift,
+            "strayed_rad_or_m": run.prescribed_motion_drift,
+            "springs": run.springs,
+            "law": run.law,
+            "files": self.files,
+            **({"contact": contact_data(run.contact)} if run.contact else {}),
+            "range": range_data(self.range_excesses) if self.range_excesses else (),
+            "elastic_joints": self.elastic_joints,
+            "moving_joints": self.moving_joints,
+            "losses": self.losses,
+            **{key: value for key, value in chosen.items() if value is not None},
+        }
 
     def paragraphs(self) -> answer.Paragraphs:
         """Return outcome, error, springs, energy, times and files in a few lines."""
-        lines, wall = [self.message], self.wall_s
-        if (
-            self.outcome is not Ending.DONE
-            or answer.finite_or_none(self.error_estimate_rad) is None
-        ):
+        run, wall = self.recording, self.recording.wall_time
+        lines, outcome = [run.outcome.message], run.outcome.ending
+        if outcome is not Ending.DONE or answer.finite_or_none(run.accuracy.estimate) is None:
             reason = ""
-            if self.tolerance_rad is None:
-                is_implicit = self.integrator is Integrator.IMPLICIT
+            if run.accuracy.tolerance is None:
+                is_implicit = run.integrator is Integrator.IMPLICIT
                 reason = ": the implicit method has none" if is_implicit else ": the step was fixed"
-            lines.append(self.recording.accuracy_text + reason)
-        method = f"Exudyn's integrator, because {self.integrator_reason}"
-        if self.agreement_with_exudyn is not None:
-            difference = f"{self.agreement_with_exudyn:.1e} of the largest"
-            method = f"{self.integrator.value}; accelerations differ from Exudyn's by {difference}"
-        rate = f", {self.simulated_s / wall:.3g} x real time" if wall > 0.0 else ""
+            lines.append(run.accuracy_text + reason)
+        method = f"Exudyn's integrator, because {run.integrator_reason}"
+        if run.agreement_with_exudyn is not None:
+            difference = f"{run.agreement_with_exudyn:.1e} of the largest"
+            method = f"{run.integrator.value}; accelerations differ from Exudyn's by {difference}"
+        simulated = float(run.times[-1] - run.times[0])
+        rate = f", {simulated / wall:.3g} x real time" if wall > 0.0 else ""
         elastic = f"{self.elastic_joints} of {self.moving_joints} joints are elastic"
         rows = [
-            ("springs", f"{self.springs}, {self.law} law; {elastic}"),
+            ("springs", f"{run.springs}, {run.law} law; {elastic}"),
             *([] if self.fall is None else [("fall", str(self.fall))]),
-            *(("scale", f"{path} = {value:g}") for path, value in (self.scale or {}).items()),
+            *(("scale", f"{path} = {value:g}") for path, value in self.scale.items()),
             *((("tone", self.tone),) if self.tone else ()),
-            ("energy", self.recording.energy_text),
+            ("energy", run.energy_text),
             *self.contact_rows,
             *(range_rows(self.range_excesses) if self.range_excesses else ()),
             ("method", method),
-            ("time", f"{self.build_s:.2f} s building, {wall:.2f} s stepping{rate}"),
+            ("time", f"{run.build_time:.2f} s building, {wall:.2f} s stepping{rate}"),
             ("wrote", ", ".join(map(str, self.files)) or NO_MOTION_FILES),
         ]
         yield "\n".join([*lines, str(answer.Table(rows, 2))])
-        if self.recording.contact is not None:
-            yield parts_table(self.recording.contact)
+        if run.contact is not None:
+            yield parts_table(run.contact)
         yield str(self.starts or "")
 
     def details(self) -> answer.Paragraphs:
         """Return forces of starts, contact, energies, drift and steps, and losses."""
         if self.starts is not None:
             yield self.starts.details()
-        if self.recording.contact is not None:
-            yield contact_table(self.recording.contact)
+        run = self.recording
+        if run.contact is not None:
+            yield contact_table(run.contact)
         energies: list[tuple[str, ...]] = [("energy [J]", "first frame", "last frame", "change")]
-        balance = EnergyChange(*map(float, self.recording.energy_balance[[0, -1]]))
-        for kind, (first, last) in (*self.energy.items(), ("sum less work", balance)):
+        balance = EnergyChange(*map(float, run.energy_balance[[0, -1]]))
+        for kind, (first, last) in (*run.energy_changes.items(), ("sum less work", balance)):
             energies.append((kind, *(f"{value:.6g}" for value in (first, last, last - first))))
         yield answer.Table(energies)
-        drift = f"{self.constraint_drift_m:.2g} m, largest gap between sites of one joint"
+        drift = f"{run.constraint_drift:.2g} m, largest gap between sites of one joint"
         rows = [("drift", drift)]
-        if self.strayed_rad_or_m > 0.0:
-            drift = f"{self.strayed_rad_or_m:.2g} rad or m in locked, linked or driven joints"
+        if run.prescribed_motion_drift > 0.0:
+            drift = f"{run.prescribed_motion_drift:.2g} rad or m in locked, linked or driven joints"
             rows.append(("", drift))
-        rows.append(("steps", f"{self.steps}; in the finest pass {1000.0 * self.step_s:.4g} ms"))
+        step = 1000.0 * run.accuracy.step
+        rows.append(("steps", f"{run.accuracy.steps}; in the finest pass {step:.4g} ms"))
         yield answer.Table(rows, 2)
         if self.losses:
             yield losses_text(self.losses)
@@ -350,46 +370,19 @@ def simulate(
             recording, spheres, self_contact=plan.self_contact, covers=plan.scene.covers
         )
         contact += sensitivity_rows(recording)
-    accuracy, outcome = recording.accuracy, recording.outcome
-    excesses = recording.range_excesses
-    is_estimated = answer.finite_or_none(accuracy.estimate) is not None
     return SimulationResult(
         figure=name,
-        outcome=outcome.ending,
-        message=outcome.message,
-        joint=outcome.joint,
-        simulated_s=float(recording.times[-1] - recording.times[0]),
-        integrator=recording.integrator,
-        integrator_reason=recording.integrator_reason,
-        agreement_with_exudyn=recording.agreement_with_exudyn,
-        wall_s=recording.wall_time,
-        build_s=recording.build_time,
-        steps=accuracy.steps,
-        step_s=accuracy.step,
-        tolerance_rad=accuracy.tolerance,
-        error_estimate_rad=accuracy.estimate,
-        held_until_s=accuracy.tolerance_met_until if is_estimated else None,
-        chaotic_from_s=None
-        if recording.contact is None
-        else recording.contact.chaotic_from(recording.times),
-        energy=recording.energy_changes,
-        constraint_drift_m=recording.constraint_drift,
-        strayed_rad_or_m=recording.prescribed_motion_drift,
-        springs=recording.springs,
-        law=recording.law,
+        recording=recording,
         files=files,
-        contact=None if recording.contact is None else contact_data(recording.contact),
-        range=range_data(excesses) if excesses else (),
+        losses=written,
         elastic_joints=len(elastic),
         moving_joints=len(moving),
-        losses=written,
-        scale=scaled.values or None,
-        fall=None if fall is None else FallStart(fall, seed or 0),
-        starts=None if study is None else StartsResult.of(study),
-        tone=_tone_text(model, plan),
-        recording=recording,
+        range_excesses=recording.range_excesses,
         contact_rows=contact or (),
-        range_excesses=excesses,
+        scale=scaled.values,
+        fall=None if fall is None else FallStart(fall, seed or 0),
+        starts=None if study is None else StartsResult(study),
+        tone=_tone_text(model, plan),
         diagnostics=diagnostics,
         failure=failure,
     )

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
-import typer
 
 from generator.cli import inputs, options, outputs
 from generator.cli.answer import CommandResult, Paragraphs, Table, format_count, format_written
-from generator.cli.options import CM, format_rounded, in_cm
+from generator.cli.options import CM, format_rounded, in_cm, option
 from generator.diagnostics import UsageError
 from generator.figure import Figure, SiteRef, Vector
 from generator.kinematics.centre_of_mass import Masses, segment_masses
@@ -168,21 +167,16 @@ def stability(
     name: options.FigureName,
     support: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="SEGMENT[:FACE,...]|SEGMENT.SITE",
-            help="Support of the figure: faces of a segment's psurf, numbered from 1, or all of "
+        option(
+            "SEGMENT[:FACE,...]|SEGMENT.SITE",
+            "Support of the figure: faces of a segment's psurf, numbered from 1, or all of "
             "them, or a site. May be repeated.",
         ),
     ] = None,
     below: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HEIGHT", help="Support on all faces at or below this height, such as 1cm."
-        ),
+        str | None, option("HEIGHT", "Support on all faces at or below this height, such as 1cm.")
     ] = None,
-    up: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Normal of the ground. [default: 0,1,0]")
-    ] = None,
+    up: Annotated[str | None, option("X,Y,Z", "Normal of the ground. [default: 0,1,0]")] = None,
     pose: options.PoseFile = None,
     displacements: options.JointValues = None,
     along: options.MotionFile = None,

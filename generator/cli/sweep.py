@@ -15,6 +15,7 @@ import typer
 
 from generator.child_processes import cores
 from generator.cli import answer
+from generator.cli.options import option, output_option
 from generator.cli.outputs import check_writable, writing
 from generator.cli.progress import (
     load_compiled_integrator,
@@ -77,22 +78,12 @@ def sweep(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="DIR",
-            help="Folder of the results; a study that stopped there is continued.",
-        ),
+        output_option("DIR", "Folder of the results; a study that stopped there is continued."),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(metavar="N", help="Number of processes. [default: one per core]")
-    ] = None,
+    jobs: Annotated[int | None, option("N", "Number of processes. [default: one per core]")] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Scheduler of a Dask cluster, such as tls://host:8786, or `local`.",
-        ),
+        option("ADDRESS", "Scheduler of a Dask cluster, such as tls://host:8786, or `local`."),
     ] = None,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Accept a plain connection to another machine.")
@@ -103,8 +94,7 @@ def sweep(
         bool, typer.Option("--dry-run", help="List parameters and measures, and time one run.")
     ] = False,
     table: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.csv|.parquet", help="Write the table of runs here as well."),
+        Path | None, option("FILE.csv|.parquet", "Write the table of runs here as well.")
     ] = None,
     method: Annotated[
         RunMethod | None,

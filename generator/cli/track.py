@@ -12,6 +12,7 @@ import typer
 from generator.cli import options, outputs
 from generator.cli.answer import HIDDEN, CommandResult, Paragraphs, Table, format_written
 from generator.cli.inverse import load_body
+from generator.cli.options import option, output_option
 from generator.diagnostics import (
     Diagnostic,
     InputError,
@@ -93,35 +94,21 @@ class TrackResult(CommandResult):
 
 
 def track(
-    model: Annotated[
-        str,
-        typer.Argument(
-            metavar="FIGURE|MODEL", help="A figure, or a model: .osim .xml .mjcf .urdf."
-        ),
-    ],
+    model: options.BodyName,
     markers: Annotated[
         Path, typer.Argument(metavar="MARKERS", help="Measured markers: .trc, or .c3d.")
     ],
-    output: Annotated[
-        list[Path],
-        typer.Option("-o", "--output", metavar="FILE", help="Motion, .mot .sto .action ..."),
-    ],
+    output: Annotated[list[Path], output_option("FILE", "Motion, .mot .sto .action ...")],
     weight: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="MARKER=W",
-            help="Weight of a marker, 0 to leave it out; repeat it. [default: 1]",
-        ),
+        option("MARKER=W", "Weight of a marker, 0 to leave it out; repeat it. [default: 1]"),
     ] = None,
     tasks: Annotated[
-        Path | None,
-        typer.Option(metavar="SETUP.xml", help="Weights of OpenSim's setup; others are left out."),
+        Path | None, option("SETUP.xml", "Weights of OpenSim's setup; others are left out.")
     ] = None,
     links: options.LinksFile = None,
     free_root: options.FreeRoot = False,
-    up: Annotated[
-        str, typer.Option(metavar="y|z", help="Axis of the laboratory that points up.")
-    ] = "y",
+    up: options.UpAxis = "y",
 ) -> CommandResult:
     """Find the motion of a figure from measured markers.
 

@@ -23,7 +23,13 @@ from generator.cli.inputs import (
     springs_from_option,
 )
 from generator.cli.interrupts import call_on_signals
-from generator.cli.options import LawChoice, SpringsChoice, complete_figure_name, format_frames
+from generator.cli.options import (
+    LawChoice,
+    SpringsChoice,
+    complete_figure_name,
+    format_frames,
+    option,
+)
 from generator.cli.outputs import (
     check_motion_formats,
     check_writable,
@@ -74,21 +80,17 @@ def view(
     ],
     figure: Annotated[
         str | None,
-        typer.Option(
-            metavar="FIGURE", help="Figure of a pose; of motions or springs, if not the one named."
-        ),
+        option("FIGURE", "Figure of a pose; of motions or springs, if not the one named."),
     ] = None,
     second: Annotated[
-        Path | None,
-        typer.Option("--with", metavar="MOTION", help="Second motion, shown translucent."),
+        Path | None, option("MOTION", "Second motion, shown translucent.", "--with")
     ] = None,
     springs: SpringsChoice = None,
     law: LawChoice = None,
     export: Annotated[
         Path | None,
-        typer.Option(
-            metavar="PAGE.html",
-            help="Write the motion, or both compared, as a page without a server, and end.",
+        option(
+            "PAGE.html", "Write the motion, or both compared, as a page without a server, and end."
         ),
     ] = None,
     port: Annotated[

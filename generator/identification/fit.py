@@ -8,7 +8,7 @@ of the first angle, would become errors of the springs.
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from math import degrees, inf, isfinite
 
 import numpy as np
@@ -363,36 +363,28 @@ def _fit(comparison: Comparison, options: FitOptions) -> Fit:
     accuracy = Accuracy(options.tolerance or FIRST_TOLERANCE, options.step)
     values, starts = _search(comparison, accuracy, options)
     while True:
-        values, residuals, jacobian = _polish(comparison, accuracy, values)
-        uncertainty = _require_determined(comparison, values, jacobian)
-        noise_sd = _noise_sd(residuals, len(unknowns), options.sd)
-        sd = noise_sd * uncertainty.sd
-        bias = _bias(comparison, accuracy, values, residuals, jacobian) / sd
+        found = _polish(comparison, accuracy, options, values)
+        bias = found.bias()
         finer = _REFINEMENT * accuracy.tolerance
         is_fixed = options.step is not None or options.tolerance is not None
         if is_fixed or np.max(np.abs(bias)) <= MAX_BIAS or finer < SMALLEST_TOLERANCE:
             break
-        accuracy = replace(accuracy, tolerance=finer)
-    tails = _tails(comparison, accuracy, values, residuals, jacobian)
-    estimates = _estimates(
-        comparison, accuracy, options, values, residuals, jacobian, uncertainty, noise_sd, bias
-    )
-    estimates, unfinished = _with_profiles(
-        comparison, accuracy, options, values, jacobian, noise_sd, estimates
-    )
-    shape = data.angles.shape
+        values, accuracy = found.values, replace(accuracy, tolerance=finer)
+    tails = found.tails()
+    estimates, unfinished = found.with_profiles(found.estimates(bias))
+    residuals = found.residuals.reshape(data.angles.shape)
     return Fit(
-        case=comparison.case_at(values),
+        case=comparison.case_at(found.values),
         nominal=comparison.case,
         data=data,
-        release=comparison.release(values) + comparison.origin,
-        simulated=residuals.reshape(shape) + data.angles,
+        release=comparison.release(found.values) + comparison.origin,
+        simulated=residuals + data.angles,
         estimates=estimates,
-        correlations=uncertainty.correlations,
-        condition=uncertainty.condition,
-        noise_sd=noise_sd,
+        correlations=found.uncertainty.correlations,
+        condition=found.uncertainty.condition,
+        noise_sd=found.noise_sd,
         options=options,
-        tests=check_residuals(residuals.reshape(shape), len(unknowns), options.sd),
+        tests=check_residuals(residuals, len(unknowns), options.sd),
         accuracy=accuracy,
         starts=starts,
         runs=comparison.runs,
@@ -514,12 +506,11 @@ def _descend(comparison: Comparison, accuracy: Accuracy, start: Array) -> tuple[
 
 
 def _polish(
-    comparison: Comparison, accuracy: Accuracy, values: Array
-) -> tuple[Array, Array, Array]:
+    comparison: Comparison, accuracy: Accuracy, options: FitOptions, values: Array
+) -> "_Minimum":
     """Fit with central differences near the minimum, by Gauss and Newton's method.
 
-    Returns the values, and residuals and Jacobian there; the Jacobian may be that of values less
-    than `_SMALL_MOVE` away.
+    The Jacobian of the result may be that of values less than `_SMALL_MOVE` away.
 
     Raises:
         FailedRunError: runs beside the values fail.
@@ -540,7 +531,7 @@ def _polish(
         values, residuals = trial, found
         if is_small:
             break
-    return values, residuals, jacobian
+    return _Minimum(comparison, accuracy, options, values, residuals, jacobian)
 
 
 def _sizes(comparison: Comparison) -> Array:
@@ -563,16 +554,6 @@ def _require_response(comparison: Comparison, jacobian: Array) -> None:
                 f"{unknown.name} does not change the measured angles of {comparison.data.name}: "
                 + ("leave it out" if unknown.path else "state its time with --start")
             )
-
-
-def _require_determined(
-    comparison: Comparison, values: Array, jacobian: Array
-) -> LinearUncertainty:
-    """Return the uncertainty of the values. Raises ModelError if the data do not determine them."""
-    uncertainty = linear_uncertainty(jacobian)
-    if uncertainty.condition > MAX_CONDITION:
-        raise ModelError(_describe_null_direction(comparison, values, uncertainty))
-    return uncertainty
 
 
 def _describe_null_direction(
@@ -613,124 +594,130 @@ def _listed(words: Sequence[str]) -> str:
     return f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def _bias(
-    comparison: Comparison,
-    accuracy: Accuracy,
-    values: Array,
-    residuals: Array,
-    jacobian: Array,
-) -> Array:
-    """Change of the estimates with more accurate runs, shape (p,): one Gauss-Newton step."""
-    tolerance = min(_REFINEMENT * accuracy.tolerance, FIRST_TOLERANCE)
-    finer = comparison.residuals(values, Accuracy(tolerance))
-    return gauss_newton_move(jacobian, finer - residuals)
+@dataclass(frozen=True, eq=False)
+class _Minimum:
+    """Values of the unknowns at which the sum of squares is least.
 
+    Attributes:
+        comparison: comparison with the measured angles.
+        accuracy: accuracy of the runs.
+        options: options of the fit.
+        values: values, shape (p,).
+        residuals: residuals there, shape (n * k,) [rad].
+        jacobian: Jacobian there, shape (n * k, p).
+    """
 
-def _tails(
-    comparison: Comparison,
-    accuracy: Accuracy,
-    values: Array,
-    residuals: Array,
-    jacobian: Array,
-) -> tuple[LawTail, ...]:
-    """Return the tails of the laws, with the changes of the estimates: one Gauss-Newton step."""
-    data = comparison.data
-    simulated = residuals.reshape(data.angles.shape) + data.angles
-    tails: list[LawTail] = []
-    for tail in find_tails(comparison.case_at(values), data.columns, simulated):
-        changed, is_complete = comparison.run(values, accuracy, partial(change_tail, tail=tail))
-        if is_complete:
-            moves = gauss_newton_move(jacobian, changed - residuals)
-            tails.append(replace(tail, changes=tuple(moves.tolist())))
-    return tuple(tails)
+    comparison: Comparison
+    accuracy: Accuracy
+    options: FitOptions
+    values: Array
+    residuals: Array
+    jacobian: Array
 
+    @cached_property
+    def uncertainty(self) -> LinearUncertainty:
+        """Uncertainty of the values. Raises ModelError if the data do not determine them."""
+        found = linear_uncertainty(self.jacobian)
+        if found.condition > MAX_CONDITION:
+            raise ModelError(_describe_null_direction(self.comparison, self.values, found))
+        return found
 
-def _estimates(
-    comparison: Comparison,
-    accuracy: Accuracy,
-    options: FitOptions,
-    values: Array,
-    residuals: Array,
-    jacobian: Array,
-    uncertainty: LinearUncertainty,
-    noise_sd: float,
-    bias: Array,
-) -> tuple[Estimate, ...]:
-    """Return the estimates with their uncertainty, without profiles."""
-    sd = noise_sd * uncertainty.sd
-    quantile = _quantile(options, residuals.size - len(values))
-    mass_slopes = None
-    if not any(one.has_quantity(*_MASSES) for one in comparison.unknowns):
-        mass_slopes = gauss_newton_move(jacobian, comparison.mass_derivative(values, accuracy))
-    reported = comparison.in_time_of_data(values)
-    estimates: list[Estimate] = []
-    for k, unknown in enumerate(comparison.unknowns):
-        value, deviation = float(reported[k]), float(sd[k])
-        estimates.append(
-            Estimate(
-                path=unknown.name,
-                unit=unknown.unit,
-                value=value,
-                sd=deviation,
-                interval=(value - quantile * deviation, value + quantile * deviation),
-                profile=None,
-                profile_interval=None,
-                mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
-                bias=float(bias[k]),
-                at_bound=float(values[k]) - unknown.lower < 0.05 * deviation,
-                is_start=unknown.is_start,
+    @property
+    def noise_sd(self) -> float:
+        """Standard deviation of the noise of an angle [rad]."""
+        return _noise_sd(self.residuals, len(self.values), self.options.sd)
+
+    @property
+    def sd(self) -> Array:
+        """Standard deviations of the values, shape (p,)."""
+        return self.noise_sd * self.uncertainty.sd
+
+    @property
+    def quantile(self) -> float:
+        """Half width of the intervals [sd]."""
+        from scipy.stats import norm, t
+
+        level, freedom = 0.5 * (1.0 + CONFIDENCE), self.residuals.size - len(self.values)
+        return float(t.ppf(level, freedom) if self.options.sd is None else norm.ppf(level))
+
+    def bias(self) -> Array:
+        """Change of the values with more accurate runs, shape (p,) [sd]: a Gauss-Newton step."""
+        sd = self.sd
+        tolerance = min(_REFINEMENT * self.accuracy.tolerance, FIRST_TOLERANCE)
+        finer = self.comparison.residuals(self.values, Accuracy(tolerance))
+        return gauss_newton_move(self.jacobian, finer - self.residuals) / sd
+
+    def tails(self) -> tuple[LawTail, ...]:
+        """Return the tails of the laws, with the changes of the values: one Gauss-Newton step."""
+        comparison, data = self.comparison, self.comparison.data
+        simulated = self.residuals.reshape(data.angles.shape) + data.angles
+        tails: list[LawTail] = []
+        for tail in find_tails(comparison.case_at(self.values), data.columns, simulated):
+            change = partial(change_tail, tail=tail)
+            changed, is_complete = comparison.run(self.values, self.accuracy, change)
+            if is_complete:
+                moves = gauss_newton_move(self.jacobian, changed - self.residuals)
+                tails.append(replace(tail, changes=tuple(moves.tolist())))
+        return tuple(tails)
+
+    def estimates(self, bias: Array) -> list[Estimate]:
+        """Return the estimates with their uncertainty, without profiles."""
+        comparison, sd, quantile = self.comparison, self.sd, self.quantile
+        mass_slopes = None
+        if not any(one.has_quantity(*_MASSES) for one in comparison.unknowns):
+            slopes = comparison.mass_derivative(self.values, self.accuracy)
+            mass_slopes = gauss_newton_move(self.jacobian, slopes)
+        reported = comparison.in_time_of_data(self.values)
+        estimates: list[Estimate] = []
+        for k, unknown in enumerate(comparison.unknowns):
+            value, deviation = float(reported[k]), float(sd[k])
+            estimates.append(
+                Estimate(
+                    path=unknown.name,
+                    unit=unknown.unit,
+                    value=value,
+                    sd=deviation,
+                    interval=(value - quantile * deviation, value + quantile * deviation),
+                    profile=None,
+                    profile_interval=None,
+                    mass_slope=None if mass_slopes is None else float(mass_slopes[k]),
+                    bias=float(bias[k]),
+                    at_bound=float(self.values[k]) - unknown.lower < 0.05 * deviation,
+                    is_start=unknown.is_start,
+                )
             )
-        )
-    return tuple(estimates)
+        return estimates
 
-
-def _quantile(options: FitOptions, freedom: int) -> float:
-    """Half width of the intervals [sd]."""
-    from scipy.stats import norm, t
-
-    level = 0.5 * (1.0 + CONFIDENCE)
-    return float(t.ppf(level, freedom) if options.sd is None else norm.ppf(level))
-
-
-def _with_profiles(
-    comparison: Comparison,
-    accuracy: Accuracy,
-    options: FitOptions,
-    values: Array,
-    jacobian: Array,
-    noise_sd: float,
-    estimates: tuple[Estimate, ...],
-) -> tuple[tuple[Estimate, ...], str]:
-    """Return the estimates with profiles, and a sentence about those that the deadline left out."""
-    quantile = _quantile(options, comparison.data.angles.size - len(values))
-    sd = np.array([one.sd for one in estimates])
-    wanted = [
-        k
-        for k, one in enumerate(estimates)
-        if options.profiles and not one.is_start and one.sd > 0.0
-    ]
-    made = list(estimates)
-    for done, k in enumerate(wanted):
-        try:
-            profile = compute_profile(
-                k,
-                values,
-                sd,
-                noise_sd**2,
-                quantile,
-                comparison.lower_bounds,
-                jacobian,
-                lambda moved: comparison.residuals(moved, accuracy),
-            )
-        except WallLimitReachedError as failure:
-            missing = _listed([estimates[j].path for j in wanted[done:]])
-            return tuple(made), (
-                f"{failure} after {format_count(comparison.runs, 'run')}: estimates and standard "
-                f"deviations are complete, the profiles of {missing} are missing"
-            )
-        interval = _profile_interval(profile, quantile, comparison.unknowns[k].lower)
-        made[k] = replace(made[k], profile=profile, profile_interval=interval)
-    return tuple(made), ""
+    def with_profiles(self, made: list[Estimate]) -> tuple[tuple[Estimate, ...], str]:
+        """Return estimates with profiles, and a sentence about those that the deadline left out."""
+        comparison, quantile = self.comparison, self.quantile
+        sd = np.array([one.sd for one in made])
+        wanted = [
+            k
+            for k, one in enumerate(made)
+            if self.options.profiles and not one.is_start and one.sd > 0.0
+        ]
+        for done, k in enumerate(wanted):
+            try:
+                profile = compute_profile(
+                    k,
+                    self.values,
+                    sd,
+                    self.noise_sd**2,
+                    quantile,
+                    comparison.lower_bounds,
+                    self.jacobian,
+                    lambda moved: comparison.residuals(moved, self.accuracy),
+                )
+            except WallLimitReachedError as failure:
+                missing = _listed([made[j].path for j in wanted[done:]])
+                return tuple(made), (
+                    f"{failure} after {format_count(comparison.runs, 'run')}: estimates and "
+                    f"standard deviations are complete, the profiles of {missing} are missing"
+                )
+            interval = _profile_interval(profile, quantile, comparison.unknowns[k].lower)
+            made[k] = replace(made[k], profile=profile, profile_interval=interval)
+        return tuple(made), ""
 
 
 def _profile_interval(

@@ -10,7 +10,7 @@ noise could.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from math import sqrt
 
 import numpy as np
@@ -25,8 +25,8 @@ SMOOTHING_TIME = 0.2
 _FEWEST_TURNS = 3
 """Number of turning points from which the angle of rest follows."""
 
-_CUBIC, _FEWEST_SAMPLES = (0, 1, 2, 3), 7
-"""Powers in the local fits, and least number of samples of each."""
+_DEGREE, _FEWEST_SAMPLES = 3, 7
+"""Degree of the local fits, and least number of samples of each."""
 
 _NOISE_FACTOR = 6.0
 """Standard deviations of a smoothed angle by which it moves between turning points, at least."""
@@ -230,15 +230,17 @@ def smooth_swing(
         ValueError: the samples are uneven, too few or too sparse, the joint already moves in the
             first one, or it turns fewer than three times.
     """
+    from scipy.signal import savgol_coeffs, savgol_filter
+
     half = _half_window(times, smoothing_time)
     if float(np.ptp(angles)) < _LEAST_RANGE:
         raise ValueError("the joint does not move")
     width = 2 * half + 1
     interval = float(times[-1] - times[0]) / (len(times) - 1)
-    smoothed, rates = _fit_cubics(angles, half)
-    rates /= interval
+    smoothed = savgol_filter(angles, width, _DEGREE)
+    rates = savgol_filter(angles, width, _DEGREE, deriv=1, delta=interval)
     # A smoothed angle has this share of the variance of an angle, and its residual all the rest.
-    share = float(_fit_matrix(-half, width, _CUBIC)[0, half])
+    share = float(savgol_coeffs(width, _DEGREE)[half])
     residuals = (angles - smoothed)[half:-half]
     noise = sqrt(float(np.mean(residuals**2)) / (1.0 - share))
     release = find_release(times, angles[:, None])
@@ -272,33 +274,3 @@ def _half_window(times: Array, smoothing_time: float) -> int:
     if 2 * half + 1 > len(times):
         raise ValueError(f"the record is shorter than {smoothing_time:g} s")
     return half
-
-
-@cache
-def _fit_matrix(first: int, count: int, powers: tuple[int, ...]) -> Array:
-    """Coefficients of the best polynomial per sample, shape (terms, count).
-
-    Args:
-        first: place of the first sample, in intervals.
-        count: number of samples.
-        powers: powers of the place in the terms.
-    """
-    places = np.arange(first, first + count, dtype=float)
-    return np.asarray(np.linalg.pinv(places[:, None] ** np.array(powers)), dtype=np.float64)
-
-
-def _fit_cubics(angles: Array, half: int) -> tuple[Array, Array]:
-    """Values and slopes per interval of the cubics that fit the samples about each one.
-
-    The first and the last samples have the values of the first and the last cubic.
-    """
-    width = 2 * half + 1
-    windows = np.lib.stride_tricks.sliding_window_view(angles, width)
-    fits = windows @ _fit_matrix(-half, width, _CUBIC).T
-    frames = np.arange(len(angles))
-    used = np.clip(frames - half, 0, len(windows) - 1)
-    place = (frames - half - used)[:, None].astype(float)
-    powers = np.array(_CUBIC)
-    values = np.sum(fits[used] * place**powers, axis=1)
-    slopes = np.sum(fits[used, 1:] * powers[1:] * place ** powers[:-1], axis=1)
-    return values, slopes

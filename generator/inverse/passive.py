@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import radians
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from generator.passive_curve import angle_about
 from generator.rotations import Array
 from generator.text_io import csv_lines
 from springs import SpringSet
-from springs.elastic import Elastic, Range, common_valid_range
+from springs.elastic import Range, common_valid_range
 from springs.published.parse import PublishedError
 from springs.published.tables import coupled_law, curve
 
@@ -61,24 +61,6 @@ class PassiveTorque:
     is_known: Bools
 
 
-class PassiveLaw(Protocol):
-    """Passive moments of some coordinates as functions of their angles."""
-
-    @property
-    def name(self) -> str:
-        """Name of the law, or of the springs."""
-        ...
-
-    @property
-    def groups(self) -> Sequence[tuple[str, ...]]:
-        """Coordinates whose zeros are moved one after the other; those of a group together."""
-        ...
-
-    def torques(self, shifts: Mapping[str, float]) -> dict[str, PassiveTorque]:
-        """Return the moments by coordinate, with the zeros of angles moved [rad]."""
-        ...
-
-
 @dataclass(frozen=True)
 class LegLaw:
     """A published law of angles of the leg, on both legs of a motion.
@@ -99,15 +81,15 @@ class LegLaw:
 
     @property
     def groups(self) -> Sequence[tuple[str, ...]]:
-        """The hips, the knees and the ankles, as far as the law depends on them."""
+        """Coordinates whose zeros move together: the hips, the knees and the ankles of the law."""
         return [
             tuple(leg[motion].coordinate for leg in self.legs.values())
-            for motion in self._law()[0]
+            for motion in published_law(self.name)[0]
         ]  # fmt: skip
 
     def torques(self, shifts: Mapping[str, float]) -> dict[str, PassiveTorque]:
-        """Return the moments of both legs."""
-        motions, ranges, evaluate = self._law()
+        """Return the moments of both legs by coordinate, with the zeros of angles moved [rad]."""
+        motions, ranges, evaluate = published_law(self.name)
         found: dict[str, PassiveTorque] = {}
         for leg in self.legs.values():
             angles = [self._angle(motion, leg, shifts) for motion in motions]
@@ -129,16 +111,9 @@ class LegLaw:
         own = self.hip_zero if motion == "hip flexion" else 0.0
         return angle + own + shifts.get(at.coordinate, 0.0)
 
-    def _law(self) -> "tuple[tuple[str, ...], list[Range], Evaluate]":
-        return published_law(self.name)
 
-
-class Evaluate(Protocol):
-    """Moments of a law at its angles."""
-
-    def __call__(self, angles: Sequence[Array], /) -> Sequence[Array]:
-        """Return the moment about each angle [N m]."""
-        ...
+Evaluate: TypeAlias = Callable[[Sequence[Array]], Sequence[Array]]
+"""Returns the moment about each angle of a law [N m], at its angles [rad]."""
 
 
 def published_law(name: str) -> tuple[tuple[str, ...], list[Range], Evaluate]:
@@ -155,7 +130,13 @@ def published_law(name: str) -> tuple[tuple[str, ...], list[Range], Evaluate]:
             row = curve(name)
         except PublishedError:
             raise UsageError(f"--springs {name}: {failure}") from None
-        motions, ranges, evaluate = (row.motion,), (row.valid_range,), _of_one_angle(row.law)
+        torque = row.law.torque
+
+        def of_one(angles: Sequence[Array]) -> Sequence[Array]:
+            return [np.asarray(torque(angles[0]))]
+
+        motions, ranges, evaluate = (row.motion,), (row.valid_range,), of_one
+
     strange = [motion for motion in motions if motion not in MOTIONS.values()]
     if strange:
         raise UsageError(
@@ -169,10 +150,6 @@ def published_law(name: str) -> tuple[tuple[str, ...], list[Range], Evaluate]:
             "share can be told"
         )
     return motions, known, evaluate
-
-
-def _of_one_angle(law: Elastic) -> Evaluate:
-    return lambda angles: [np.asarray(law.torque(angles[0]))]
 
 
 @dataclass(frozen=True)
@@ -212,7 +189,7 @@ class SpringsLaw:
         ]
 
     def torques(self, shifts: Mapping[str, float]) -> dict[str, PassiveTorque]:
-        """Return the moments of all joints with elastic laws."""
+        """Return the moments of all elastic joints, with the zeros of angles moved [rad]."""
         kinematics = self.motion.tree.kinematics
         columns = {
             name: kinematics.columns[at.joint].start + at.index for name, at in self.places.items()
@@ -274,6 +251,10 @@ class SpringsLaw:
                 check(joints, axis.joint, np.array(axis.direction), ends)
         nowhere = np.zeros(len(values), dtype=bool)
         return {name: known.get(name, nowhere) for name in tree.figure.joints}
+
+
+PassiveLaw: TypeAlias = LegLaw | SpringsLaw
+"""Passive moments of some coordinates as functions of their angles."""
 
 
 @dataclass(frozen=True, eq=False)

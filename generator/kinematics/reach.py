@@ -5,12 +5,11 @@ Jacobian of the tree. Its eigenvalues are taken by their size, so that a stretch
 the gradient may be zero although bending it would help, is left along the direction of negative
 curvature, and a joint at a pole has bounded steps. A step is taken only if it shortens the
 distance: a target out of reach ends at the nearest pose, not in oscillations. Limits are an active
-set; loops and links of closing joints are constraints, to which every step is projected.
+set; loops are constraints, to which every step is projected.
 """
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -18,10 +17,9 @@ from numpy.typing import NDArray
 
 from generator.diagnostics import ModelError
 from generator.figure import Joint
-from generator.kinematics.links import Coordinate, Links, figure_links
+from generator.kinematics.links import Coordinate, figure_links
 from generator.kinematics.loops import (
     MAX_LOOP_GAP,
-    OpenLoopError,
     close_loops,
     closing_displacements,
     twists_at_child,
@@ -36,8 +34,6 @@ from generator.kinematics.placement import (
 )
 from generator.kinematics.tree import Tree
 from generator.rotations import Array, cross_matrix, rotation_vector_from_matrix
-
-NO_LINKS = Links()
 
 ROTATION_LENGTH = 0.2
 """Length by which an error of the orientation counts beside one of the position [m/rad]."""
@@ -105,7 +101,6 @@ def reach(
     tree: Tree,
     displacements: Displacements,
     target: Target,
-    links: Links = NO_LINKS,
     locked: Set[str] = frozenset(),
 ) -> Placement:
     """Return the placement nearby in which a point of a segment is nearest to its target.
@@ -116,7 +111,6 @@ def reach(
         tree: tree of the figure.
         displacements: displacements at which the search starts, of all joints [rad or m].
         target: target of a point of a segment.
-        links: that the displacements follow, at the start too.
         locked: names of the joints that do not move.
 
     Raises:
@@ -127,28 +121,26 @@ def reach(
         raise ModelError(f"the figure has no segment `{target.segment}`")
     if not np.all(np.isfinite(np.concatenate([target.point, target.position]))):
         raise ModelError("the target must be finite")
-    space = _Space(tree, links, frozenset(locked), displacements)
+    space = _Space(tree, frozenset(locked), displacements)
     return _Search(space, target, space.consistent(displacements)).run()
 
 
 def follow_and_close(
     tree: Tree,
     displacements: Displacements,
-    links: Links = NO_LINKS,
     fixed: Set[str] = frozenset(),
 ) -> Placement:
-    """Return the placement at displacements with links followed and loops closed.
+    """Return the placement at displacements with loops closed.
 
     Args:
         tree: tree of the figure.
         displacements: displacements of all joints [rad or m]; those of followers are ignored.
-        links: links between displacements.
         fixed: names of the joints whose displacements must not change to close loops.
 
     Raises:
         OpenLoopError: no pose nearby closes the loops.
     """
-    return _Space(tree, links, frozenset(fixed), displacements).consistent(displacements)
+    return _Space(tree, frozenset(fixed), displacements).consistent(displacements)
 
 
 class _Space:
@@ -161,38 +153,27 @@ class _Space:
         upper: the same.
     """
 
-    def __init__(
-        self, tree: Tree, links: Links, locked: frozenset[str], start: Displacements
-    ) -> None:
+    def __init__(self, tree: Tree, locked: frozenset[str], start: Displacements) -> None:
         """Number the independent displacements."""
-        self.tree, self.links, self.locked = tree, links, locked
-        self.coordinates = [
+        self.tree, self.locked = tree, locked
+        coordinates = [
             Coordinate(name, k)
             for name, columns in tree.kinematics.columns.items()
             for k in range(columns.stop - columns.start)
         ]
-        columns = {coordinate: k for k, coordinate in enumerate(self.coordinates)}
-        of_tree = [
-            link for link in links.resolved if link.control in columns and link.follower in columns
-        ]
-        self.closing_links = [link for link in links.resolved if link not in of_tree]
+        columns = {coordinate: k for k, coordinate in enumerate(coordinates)}
         own = [one for one in figure_links(tree.figure).links if one.follower in columns]
-        followers = {link.follower for link in (*of_tree, *own)}
+        followers = {link.follower for link in own}
         groups = {
             coordinate: np.eye(len(columns))[k]
             for coordinate, k in columns.items()
             if coordinate not in followers
         }
-        blocked = {each for each in groups if each.joint in locked}
-        for link in of_tree:
-            groups[link.control][columns[link.follower]] = link.factor
-            if link.follower.joint in locked:
-                blocked.add(link.control)
         for link in own:
             slope = link.at(start[link.control.joint][link.control.index], 1)
             for group in groups.values():
                 group[columns[link.follower]] = slope * group[columns[link.control]]
-        free = [group for coordinate, group in groups.items() if coordinate not in blocked]
+        free = [group for coordinate, group in groups.items() if coordinate.joint not in locked]
         self.basis = np.array(free).reshape(-1, len(columns)).T
         joints = [branch.joint for branch in tree.joints]
         self.lower, self.upper = (_limits(joints, end) for end in ("lower_limit", "upper_limit"))
@@ -200,19 +181,9 @@ class _Space:
             _limits(tree.closures, end) for end in ("lower_limit", "upper_limit")
         )
 
-    @cached_property
-    def closing_coordinates(self) -> dict[Coordinate, int]:
-        """Places of the displacements of the closing joints, one joint after the other."""
-        names = [
-            Coordinate(joint.name, k)
-            for joint in self.tree.closures
-            for k in range(len(joint.chain))
-        ]
-        return {name: k for k, name in enumerate(names)}
-
     def consistent(self, displacements: Displacements) -> Placement:
-        """Return the placement with links followed and loops closed. Raises OpenLoopError."""
-        followed = with_followers(self.tree.figure, self.links.follow(displacements))
+        """Return the placement with loops closed. Raises OpenLoopError."""
+        followed = with_followers(self.tree.figure, displacements)
         if not self.tree.closures:
             return forward_kinematics(self.tree, followed)
         start = self.place(self.tree.kinematics.displacement_vector(followed), followed)
@@ -222,8 +193,6 @@ class _Space:
         closed = self.project(start, np.ones(self.basis.shape[1], bool), followed)
         if closed is not None:
             return closed
-        if self.closing_links:
-            raise OpenLoopError("the linked joints open a loop")
         return close_loops(self.tree, followed, self.locked)
 
     def place(self, values: Array, near: Displacements) -> Placement:
@@ -263,7 +232,7 @@ class _Space:
 
 
 class _Constraints:
-    """Equations of closed loops, locked closing joints and links of closing joints in a placement.
+    """Equations of closed loops and of locked closing joints in a placement.
 
     Attributes:
         residual: zero where they hold [m or rad], shape (c,).
@@ -297,24 +266,8 @@ class _Constraints:
                 residuals.append(own - locked_at[joint.name])
                 rows.append(inverse @ motion)
         self.closing, self.closing_rates = np.concatenate(values), np.vstack(rates)
-        for link in space.closing_links:
-            (one, one_row), (other, other_row) = (
-                self._coordinate(space, placement, each) for each in (link.follower, link.control)
-            )
-            residuals.append(np.array([one - link.factor * other - link.offset]))
-            rows.append((one_row - link.factor * other_row)[None])
         self.residual, self.jacobian = np.concatenate(residuals), np.vstack(rows)
         self.largest = float(np.max(np.abs(self.residual), initial=0.0))
-
-    def _coordinate(
-        self, space: _Space, placement: Placement, coordinate: Coordinate
-    ) -> tuple[float, Array]:
-        """Return a displacement [rad or m] and its Jacobian, shape (m,)."""
-        value = float(placement.displacements[coordinate.joint][coordinate.index])
-        place = space.closing_coordinates.get(coordinate)
-        if place is not None:
-            return value, self.closing_rates[place]
-        return value, np.eye(len(space.coordinates))[space.coordinates.index(coordinate)]
 
 
 class _Search:

@@ -53,22 +53,18 @@ segment has the neck as well, which touches where a person lies on the back."""
 
 _SEED, _DIRECTION = "seed", "direction_deg"
 
-_COLUMNS = (
-    ("touch_s", ".first_touch [s]", Statistic.LAST),
-    ("speed_m_per_s", ".impact_speed [m/s]", Statistic.LAST),
-    ("force_N", ".contact_force [N]", Statistic.LARGEST),
-)
-"""Measures of a segment: end of their names, end of their columns, and the number taken."""
+
+def _measures(of: str, column: str, force: str, taken: Statistic) -> list[Measure]:
+    """Return the measures of a segment or a part of the body, whose columns begin with `column`."""
+    return [
+        Measure(f"{of}_touch_s", f"{column}.first_touch [s]", Statistic.LAST),
+        Measure(f"{of}_speed_m_per_s", f"{column}.impact_speed [m/s]", Statistic.LAST),
+        Measure(f"{of}_force_N", f"{column}.{force} [N]", taken),
+    ]
+
 
 _HEAD_PEAK = Measure(f"{HEAD}_acceleration_g", f"{HEAD}.peak_acceleration [g]", Statistic.LAST)
 """Measure of the head alone."""
-
-_PART_COLUMNS = (
-    ("touch_s", ".first_touch [s]", Statistic.LAST),
-    ("speed_m_per_s", ".impact_speed [m/s]", Statistic.LAST),
-    ("force_N", ".peak_force [N]", Statistic.LAST),
-)
-"""Measures of a part of the body, likewise."""
 
 Scales = Sequence[tuple[str, float]]
 """Paths of parameters with their values."""
@@ -303,14 +299,8 @@ def _study(model: Model, kind: str, plan: Plan, count: int, seed: int, method: R
         name for name in (PELVIS, HEAD, *HANDS) if name in model.figure.bodies and name not in parts
     ]
     measures = [
-        Measure(f"{segment}_{name}", f"{segment}{column}", take)
-        for segment in segments
-        for name, column, take in _COLUMNS
-    ]
-    measures += [
-        Measure(f"{part}_{name}", f"part.{part}{column}", take)
-        for part in parts
-        for name, column, take in _PART_COLUMNS
+        *(m for one in segments for m in _measures(one, one, "contact_force", Statistic.LARGEST)),
+        *(m for one in parts for m in _measures(one, f"part.{one}", "peak_force", Statistic.LAST)),
     ]
     if HEAD in model.figure.bodies:
         measures.append(_HEAD_PEAK)

@@ -213,8 +213,9 @@ def _more_columns(
     for name, chain in chains.items():
         yield from _load_columns(name, chain)
     for name in contact_segments:
-        for end, unit, read in ((_TOUCH, "s", _first_touch), (_SPEED, "m/s", _impact_speed)):
-            single = Column(f"{name}{end}", unit, partial(read, name), RecordingPart.CONTACT_STEPS)
+        for end, unit in ((_TOUCH, "s"), (_SPEED, "m/s")):
+            read = partial(_of_touch, name, end)
+            single = Column(f"{name}{end}", unit, read, RecordingPart.CONTACT_STEPS)
             yield replace(single, may_be_undefined=True)
     for name in head_segments(contact_segments):
         read = partial(_injury, name)
@@ -229,7 +230,7 @@ def _part_columns(names: Iterable[str]) -> Iterator[Column]:
     """Yield the columns of parts of the body."""
     for name in names:
         for end, unit in ((_TOUCH, "s"), (_SPEED, "m/s"), (_FORCE, "N"), (_WEIGHTS, "1")):
-            read = partial(_of_part, name, end)
+            read = partial(_of_touch, f"{_PART}{name}", end)
             single = Column(f"{_PART}{name}{end}", unit, read, RecordingPart.CONTACT_STEPS)
             yield replace(single, may_be_undefined=end != _FORCE)
 
@@ -256,26 +257,19 @@ def _reaction(joint: str, part: slice, motion: FigureMotion) -> Array:
     return np.linalg.norm(run_of(motion).reactions[joint][:, part], axis=1)
 
 
-def _first_touch(segment: str, motion: FigureMotion) -> Array:
-    time = contact_of(motion).segments[segment].first_time
-    return np.full(len(motion.times), nan if time is None else time)
-
-
-def _impact_speed(segment: str, motion: FigureMotion) -> Array:
-    speed = contact_of(motion).segments[segment].impact_speed
-    return np.where(np.isnan(_first_touch(segment, motion)), nan, speed)
-
-
-def _of_part(name: str, end: str, motion: FigureMotion) -> Array:
-    part = contact_of(motion).parts[name]
-    time = nan if part.first_time is None else part.first_time
+def _of_touch(name: str, end: str, motion: FigureMotion) -> Array:
+    """Return a number of a segment, or of `part.NAME`, for each frame."""
+    record = contact_of(motion)
+    part = record.parts.get(name.removeprefix(_PART)) if name.startswith(_PART) else None
+    touch = part or record.segments[name]
     numbers = {
-        _TOUCH: time,
-        _SPEED: nan if part.first_time is None else part.impact_speed,
-        _FORCE: part.peak_force,
-        _WEIGHTS: nan if part.body_weights is None else part.body_weights,
+        _TOUCH: touch.first_time,
+        _SPEED: None if touch.first_time is None else touch.impact_speed,
+        _FORCE: touch.peak_force,
+        _WEIGHTS: part and part.body_weights,
     }
-    return np.full(len(motion.times), numbers[end])
+    number = numbers[end]
+    return np.full(len(motion.times), nan if number is None else number)
 
 
 def _injury(segment: str, motion: FigureMotion) -> Array:

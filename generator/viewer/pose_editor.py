@@ -15,14 +15,14 @@ from generator.diagnostics import ModelError, UsageError
 from generator.figure import AxisKind, Figure, Joint, JointAxis
 from generator.figure_file.write import write_pose
 from generator.input_files.pose import POSE_FILE
-from generator.kinematics.links import Coordinate, Links, mirrored_name
+from generator.kinematics.links import Coordinate, mirrored_name
 from generator.kinematics.placement import (
     Displacements,
     Placement,
     forward_kinematics,
     site_pose,
 )
-from generator.kinematics.reach import NO_LINKS, Target, follow_and_close, reach
+from generator.kinematics.reach import Target, follow_and_close, reach
 from generator.kinematics.shoulder import Side
 from generator.kinematics.shoulder_pose import arm_latitude_and_longitude, pose_arm
 from generator.kinematics.tree import Tree, build_tree
@@ -58,14 +58,12 @@ class Mirroring(Enum):
 
 
 class PoseEditor:
-    """A pose of a figure, with links followed and loops closed, and the poses before it."""
+    """A pose of a figure, with loops closed, and the poses before it."""
 
-    def __init__(
-        self, placement: Placement, links: Links = NO_LINKS, springs: SpringSet = NO_SPRINGS
-    ) -> None:
+    def __init__(self, placement: Placement, springs: SpringSet = NO_SPRINGS) -> None:
         """Begin with a placement, to which `reset` returns; the springs name the motions."""
         self.tree: Tree = placement.tree
-        self.figure, self.links = self.tree.figure, links
+        self.figure = self.tree.figure
         self.placement = placement
         self._first = placement
         self._undo: list[Placement] = []
@@ -134,36 +132,32 @@ class PoseEditor:
             self.set(known, group="taken over")
 
     def set(self, displacements: Displacements, fixed: bool = True, group: Hashable = None) -> None:
-        """Change the displacements of some joints [rad or m]; links follow and loops close.
+        """Change the displacements of some joints [rad or m]; loops close.
 
         Unless they are fixed, they change as well to close loops. Raises OpenLoopError if no pose
         nearby does.
         """
         joints = frozenset(displacements) if fixed else frozenset[str]()
         new = {**self.displacements, **displacements}
-        self.change(follow_and_close(self.tree, new, self.links, joints), group)
+        self.change(follow_and_close(self.tree, new, joints), group)
 
     def set_coordinate(self, coordinate: Coordinate, value: float) -> None:
-        """Change one displacement [rad or m]; that of a follower changes its control.
+        """Change one displacement [rad or m].
 
         Raises UsageError for a value that is no number or too large, and as `set` does.
         """
         if not (isfinite(value) and abs(value) <= MAX_DISPLACEMENT):
             raise UsageError(f"{coordinate}: {value:g} is not a displacement")
-        group = coordinate
-        link = next((one for one in self.links.resolved if one.follower == coordinate), None)
-        if link is not None:
-            coordinate, value = link.control, (value - link.offset) / link.factor
         row = np.array(self.displacements[coordinate.joint], dtype=float)
         row[coordinate.index] = value
-        self.set({coordinate.joint: row}, group=group)
+        self.set({coordinate.joint: row}, group=coordinate)
 
     def drag(self, target: Target, locked: frozenset[str]) -> None:
         """Move a point of a segment towards a target; `locked` joints do not move.
 
         Hinges without limits stay in their normal range of motion, so that an elbow bends forwards.
         """
-        moved = reach(self._bounded_tree, self.displacements, target, self.links, locked)
+        moved = reach(self._bounded_tree, self.displacements, target, locked)
         placement = Placement(self.tree, moved.displacements, moved.poses)
         self.change(placement, ("drag", target.segment))
 

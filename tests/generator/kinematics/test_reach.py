@@ -1,4 +1,4 @@
-"""Inverse kinematics: targets are reached, or the nearest pose is; limits, loops and links hold."""
+"""Inverse kinematics: targets are reached, or the nearest pose is; limits and loops hold."""
 
 from dataclasses import replace
 
@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from generator import read_figure
 from generator.diagnostics import ModelError
 from generator.figure import Figure
-from generator.kinematics.links import Coordinate, Link, Links
 from generator.kinematics.loops import MAX_LOOP_GAP, OpenLoopError
 from generator.kinematics.placement import (
     Placement,
@@ -18,7 +17,7 @@ from generator.kinematics.placement import (
     initial_displacements,
     segment_jacobians,
 )
-from generator.kinematics.reach import NO_LINKS, Target, follow_and_close, reach
+from generator.kinematics.reach import Target, follow_and_close, reach
 from generator.kinematics.tree import build_tree
 from generator.rotations import cross_matrix, matrix_from_rotation_vector
 from tests.chains import chain, row
@@ -208,41 +207,11 @@ def test_a_start_outside_the_limits_does_not_jump_and_does_not_go_further_out() 
     assert reach(tree, begin.displacements, high).displacements["joint0"][0] <= 0.6
 
 
-LINKS = Links(
-    (
-        Link(Coordinate("joint1", 0), Coordinate("joint0", 0), 0.7, 0.1),
-        Link(Coordinate("joint2", 0), Coordinate("joint1", 0), -1.5),
-    )
-)
-
-
-@settings(max_examples=25, deadline=None)
-@given(SEEDS, st.floats(-0.9, 0.9), st.floats(-0.9, 0.9))
-def test_followers_follow_and_keep_their_own_limits(seed, x, y) -> None:
-    tree = build_tree(limited(row(4, (chain("Rz"),)), -0.8, 0.9))
-    begin = follow_and_close(tree, random_pose(tree, seed, -0.3, 0.3).displacements, LINKS)
-    target = Target("bar3", np.array([0.3, 0.0, 0.0]), np.array([x, y, 0.0]))
-    end = reach(tree, begin.displacements, target, LINKS)
-    followed = LINKS.follow(end.displacements)
-    for name, values in end.displacements.items():
-        assert followed[name] == pytest.approx(values, abs=1e-12)
-        assert np.all((values >= -0.8 - 1e-12) & (values <= 0.9 + 1e-12))
-    assert distance(end, target) <= distance(begin, target)
-
-
-def test_a_locked_follower_locks_its_control() -> None:
-    tree = build_tree(row(3, (chain("Rz"),)))
-    begin = follow_and_close(tree, random_pose(tree, 3).displacements, LINKS)
-    target = Target("bar2", POINT, np.array([0.2, 0.4, 0.0]))
-    end = reach(tree, begin.displacements, target, LINKS, {"joint2"})
-    assert end.displacements == begin.displacements
-
-
 @settings(max_examples=15, deadline=None)
 @given(st.floats(-np.pi, np.pi), st.floats(-0.5, 0.5), st.floats(-0.3, 0.7))
 def test_loops_stay_closed(crank, x, y) -> None:
     start = initial_displacements(FOURBAR) | {"crank_bearing": np.array([crank])}
-    begin = follow_and_close(FOURBAR, start, NO_LINKS, {"crank_bearing"})
+    begin = follow_and_close(FOURBAR, start, {"crank_bearing"})
     assert begin.displacements["crank_bearing"] == pytest.approx([crank], abs=1e-12)
     target = Target("coupler", np.array([0.15, 0.1, 0.0]), np.array([x, y, 0.0]))
     end = reach(FOURBAR, begin.displacements, target)
@@ -256,7 +225,7 @@ def test_loops_stay_closed(crank, x, y) -> None:
 def test_a_loop_is_led_to_a_pose_that_it_can_take() -> None:
     begin = follow_and_close(FOURBAR, initial_displacements(FOURBAR))
     start = initial_displacements(FOURBAR) | {"crank_bearing": np.radians([150.0])}
-    goal = follow_and_close(FOURBAR, start, NO_LINKS, {"crank_bearing"})
+    goal = follow_and_close(FOURBAR, start, {"crank_bearing"})
     point = np.array([0.2, 0.0, 0.0])
     target = Target("crank", point, place(goal, "crank", point))
     end = reach(FOURBAR, begin.displacements, target)
@@ -283,34 +252,10 @@ def test_limits_of_a_joint_that_closes_a_loop_are_kept() -> None:
     assert min(ends) == pytest.approx(-0.2, abs=1e-3)
 
 
-def test_links_of_joints_that_close_a_loop_hold() -> None:
-    """The rocker, which closes the loop, is linked to a pointer on the frame."""
-    figure = read_figure("fourbar")
-    closing = FOURBAR.closures[0].name
-    hand = replace(figure.segments["crank"], name="pointer")
-    pin = replace(
-        figure.joints["crank_bearing"],
-        name="pointer_bearing",
-        child=replace(figure.joints["crank_bearing"].child, segment="pointer"),
-    )
-    tree = build_tree(figure.with_parts(hand, pin))
-    assert closing in {joint.name for joint in tree.closures}
-    links = Links((Link(Coordinate("pointer_bearing", 0), Coordinate(closing, 0), 2.0, 0.3),))
-    begin = follow_and_close(tree, initial_displacements(tree), links)
-    point = np.array([0.2, 0.0, 0.0])
-    target = Target("crank", point, np.array([-0.1, 0.15, 0.0]))
-    end = reach(tree, begin.displacements, target, links)
-    assert end.displacements["pointer_bearing"] == pytest.approx(
-        2.0 * end.displacements[closing] + 0.3, abs=1e-8
-    )
-    assert gaps(end) <= MAX_LOOP_GAP
-    assert distance(end, target) < 0.5 * distance(begin, target)
-
-
 def test_a_loop_that_cannot_be_closed_is_an_error() -> None:
     start = initial_displacements(FOURBAR) | {"rocker_bearing": np.radians([0.0])}
     with pytest.raises(OpenLoopError, match="opens the loop"):
-        follow_and_close(FOURBAR, start, NO_LINKS, {"rocker_bearing", "crank_bearing"})
+        follow_and_close(FOURBAR, start, {"rocker_bearing", "crank_bearing"})
 
 
 def test_a_target_must_be_finite_and_of_this_figure() -> None:

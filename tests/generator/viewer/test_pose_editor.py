@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from generator import read_figure
 from generator.diagnostics import InputError, ModelError, UsageError
-from generator.kinematics.links import Coordinate, Link, Links, mirrored_differences, mirrored_name
+from generator.kinematics.links import Coordinate, mirrored_differences, mirrored_name
 from generator.kinematics.loops import MAX_LOOP_GAP, OpenLoopError
 from generator.kinematics.placement import forward_kinematics, initial_displacements
 from generator.kinematics.reach import Target, follow_and_close
@@ -39,10 +39,9 @@ TREES = {name: build_tree(figure) for name, figure in FIGURES.items()}
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def editor(name: str = "prototype", links: Links | None = None) -> PoseEditor:
+def editor(name: str = "prototype") -> PoseEditor:
     tree = TREES[name]
-    first = follow_and_close(tree, initial_displacements(tree), links or Links())
-    return PoseEditor(first, links or Links())
+    return PoseEditor(follow_and_close(tree, initial_displacements(tree)))
 
 
 def randomize(made: PoseEditor, seed: int, size: float = 1.2) -> None:
@@ -118,16 +117,6 @@ def test_moves_of_one_slider_in_a_row_are_undone_together() -> None:
     made.undo()
     assert made.displacements["left_elbow"] == pytest.approx([0.0])
     assert not made.can_undo
-
-
-def test_a_follower_moves_its_control() -> None:
-    links = Links((Link(Coordinate("right_elbow", 0), Coordinate("left_elbow", 0), 2.0, 0.1),))
-    made = editor(links=links)
-    assert made.displacements["right_elbow"] == pytest.approx([0.1])
-    made.set_coordinate(Coordinate("left_elbow", 0), 0.3)
-    assert made.displacements["right_elbow"] == pytest.approx([0.7])
-    made.set_coordinate(Coordinate("right_elbow", 0), 1.1)
-    assert made.displacements["left_elbow"] == pytest.approx([0.5])
 
 
 @pytest.mark.parametrize("name", ["crank_bearing", "rocker_bearing", "rocker_pin", "crank_pin"])
