@@ -6,7 +6,6 @@ from generator.diagnostics import Diagnostics, Source
 from generator.study.study_tables import require_keys, require_table
 from generator.toml_file.reader import TableReader, parse_document
 from generator.toml_file.rows import Integer
-from generator.toml_file.spans import locate_keys
 from tests.generator.study.test_study_file import EXAMPLE
 from tests.paths import FIGURES
 from tests.study_runs import parse_study_text
@@ -15,9 +14,9 @@ from tests.study_runs import parse_study_text
 def reader(text: str) -> TableReader:
     """Return the reader of a text."""
     source, diagnostics = Source("text", text), Diagnostics()
-    document = parse_document(source, "text", diagnostics)
-    assert document is not None
-    return TableReader(document, "", 0, locate_keys(source), diagnostics)
+    top = parse_document(source, "text", diagnostics)
+    assert top is not None
+    return top
 
 
 def messages(table: TableReader) -> list[str]:
