@@ -108,13 +108,18 @@ class Comparison:
         return head, rows
 
     def describe_divergence(self, motion: str) -> str:
-        """Return from when on a motion differs from the reference, as a sentence."""
+        """Return from when on a motion differs from the reference, as a sentence.
+
+        Both sides of the body are named where they are equal, as in the table of angles.
+        """
         first, limit = self.divergences[motion], f"{degrees(self.threshold):g} deg"
         opening = f"{motion} against {self.names[0]}"
         if first is None:
             return f"{opening}: no joint differs by more than {limit}"
         since = f"more than {limit} apart from {first.divergence:.3g} s on"
-        return f"{opening}: {since}, first {first.label}"
+        both = f"left/right_{first.label.removeprefix('left_').removeprefix('right_')}"
+        listed = {cells[0] for cells, _ in self.table(motion, Quantity.ANGLE)[1]}
+        return f"{opening}: {since}, first {both if both in listed else first.label}"
 
     @property
     def divergences(self) -> Mapping[str, Difference | None]:

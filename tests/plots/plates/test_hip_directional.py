@@ -38,10 +38,10 @@ def test_the_branches_are_the_two_curves(made) -> None:
 
 
 def test_the_area_is_width_times_range(made, drawn) -> None:
-    expected = HYSTERESIS_WIDTH * (made.high - made.low)
-    assert hysteresis_law().cycle_loss(made.low, made.high) == pytest.approx(expected, rel=1e-9)
+    expected = HYSTERESIS_WIDTH * (made.ends[1] - made.ends[0])
+    assert hysteresis_law().cycle_loss(*made.ends) == pytest.approx(expected, rel=1e-9)
     assert drawn.claims[3].measured == pytest.approx(expected, rel=0.005)
-    assert np.degrees(made.high - made.low) == pytest.approx(80.0, abs=2.0)
+    assert np.degrees(made.ends[1] - made.ends[0]) == pytest.approx(80.0, abs=2.0)
 
 
 def test_the_cycle_is_closed(made) -> None:
@@ -56,5 +56,5 @@ def test_another_width_is_measured_as_such(width) -> None:
     angles = np.radians(np.arange(15.0, 60.0, 5.0))
     apart = made.torque_on_branch(angles, -1) - made.torque_on_branch(angles, +1)
     assert apart == pytest.approx(np.full_like(angles, width), abs=0.05)
-    assert made.energy_loss == pytest.approx(width * (made.high - made.low), abs=0.05)
+    assert made.energy_loss == pytest.approx(width * (made.ends[1] - made.ends[0]), abs=0.05)
     assert made.dissipated_energy == pytest.approx(made.energy_loss, abs=0.02)
