@@ -64,7 +64,9 @@ def test_a_scaled_norm_has_the_law_in_the_reference_pose(depth, rate, count):
     found = part_forces(law, np.full(count, depth), np.full(count, rate))
     alone = part_forces(PELVIS, np.array([depth]), np.array([rate]))
     assert found.compression == pytest.approx(depth)
-    assert np.sum(found.normal) == pytest.approx(float(alone.normal[0]))
+    # Where damping takes all of the force away, what rounding leaves is relative to that.
+    rounding = 1e-14 * float(alone.elastic[0])
+    assert np.sum(found.normal) == pytest.approx(float(alone.normal[0]), abs=rounding)
     assert found.energy == pytest.approx(float(alone.energy))
 
 
