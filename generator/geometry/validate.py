@@ -79,7 +79,7 @@ class SurfaceValidation:
     tetrahedra: Tetrahedra | None = None
 
     def error(self, message: str, face: int | None, hint: str = "") -> None:
-        """Add an error at a face; its text names the surface where there is no span."""
+        """Add an error at a face; without a span, the message names the surface."""
         place = None if face is None else self.surface.face_span(face)
         text = message if place else f"{self.surface.name}: {message}"
         self.diagnostics.append(error(text, place, hint))

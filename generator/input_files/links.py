@@ -105,7 +105,7 @@ def _parse_links(source: Source, diagnostics: Diagnostics) -> LinksFile | None:
     tables = top.tables(LINK_TABLE, "links")
     if top.content.get(LINK_TABLE, []) == []:
         place, hint = top.spans.table(""), "write `[[link]]`"
-        diagnostics.error("there is no link in this file", place, hint)
+        diagnostics.error("this file has no link", place, hint)
     read = [_parse_entry(table) for table in tables]
     entries = tuple(entry for entry in read if entry)
     origins = {key: top.span(key) for key in top.content}

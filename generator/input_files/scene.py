@@ -138,7 +138,7 @@ def _parse_scene(source: Source, diagnostics: Diagnostics) -> Scene | None:
     known = {*_SHAPES, COVER_TABLE}
     if not top.content.keys() & known or not (tables or covers or diagnostics.has_errors):
         hint = f"write {' or '.join(f'`[[{name}]]`' for name in _SHAPES)}"
-        diagnostics.error("there is no prop in this file", top.spans.table(""), hint)
+        diagnostics.error("this file has no prop", top.spans.table(""), hint)
     surface_names = _parse_names(surface_tables, "surface")
     parsed = [_parse_surface(table) for table in surface_tables]
     surfaces = {name: one for name, one in zip(surface_names, parsed, strict=True) if name}

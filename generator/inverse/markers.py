@@ -283,7 +283,7 @@ def _parse_tasks(source: Source, diagnostics: Diagnostics) -> Mapping[str, float
         if task.tag == "IKMarkerTask":
             weights[task.get("name") or ""] = _weight_of_task(task, diagnostics)
     if not weights and not diagnostics.has_errors:
-        root.error("there is no `IKMarkerTask` in this file")
+        root.error("this file has no `IKMarkerTask`")
     return weights
 
 

@@ -221,7 +221,7 @@ def _parse_springs(source: Source, diagnostics: Diagnostics) -> SpringsFile | No
     reaches = [parse_reach_entry(table) for table in top.tables(REACH_TABLE, "reaches")]
     if not (entries or coupled or reaches or "law" in values or diagnostics.has_errors):
         hint = "write `[[spring]]`, or `law` for the springs in the fields of a figure"
-        diagnostics.error("there is no spring in this file", top.spans.table(""), hint)
+        diagnostics.error("this file has no spring", top.spans.table(""), hint)
     return SpringsFile(
         tuple(entry for entry in entries if entry),
         coupled=tuple(entry for entry in coupled if entry),

@@ -334,7 +334,7 @@ def _end(joint: XmlElement, end: str, links: Mapping[str, XmlElement]) -> str | 
         joint.error(f"this joint has no {end}", f'write `<{end} link="..."/>`')
         return None
     if name not in links:
-        element.error(f"there is no link `{shorten(name)}`", spelling_hint(name, links), "link")
+        element.error(f"the file has no link `{shorten(name)}`", spelling_hint(name, links), "link")
         return None
     return name
 

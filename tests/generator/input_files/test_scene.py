@@ -102,7 +102,7 @@ def test_what_no_file_holds_is_not_written(prop: Prop, reason: str):
 
 
 def test_a_scene_without_props_is_not_written():
-    with pytest.raises(ValueError, match="there is no prop"):
+    with pytest.raises(ValueError, match="this file has no prop"):
         write_scene(Scene())
 
 
