@@ -172,7 +172,7 @@ def _claims(falls: Measurements) -> Iterator[Claim]:
 _LIMITS_OF_THE_PROTOTYPE = (
     "the prototype weighs 49 kg and does not brace itself; the stiffness of its segments is assumed"
 )
-"""What its agreement with falls of people, or the lack of it, does not mean."""
+"""Remark of its comparisons with falls of people."""
 
 
 def _pushed_falls(falls: Measurements) -> list[str]:
